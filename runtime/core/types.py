@@ -1,0 +1,170 @@
+"""Values that the parts exchange. SI units, radians, stamps in integer nanoseconds; frames as in
+ARCHITECTURE.md: the map frame is the odometry frame (x forward at the start, y left, z up)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+F32 = NDArray[np.float32]
+F64 = NDArray[np.float64]
+I32 = NDArray[np.int32]
+U8 = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Pose:
+    """The base in the map frame: metres, yaw counter-clockwise in (-pi, pi]."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    @property
+    def xy(self) -> F64:
+        """(2,) position, m."""
+        return np.array([self.x_m, self.y_m])
+
+
+@dataclass(frozen=True)
+class Intrinsics:
+    """A pinhole camera without distortion: focal lengths and principal point in pixels."""
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    width: int
+    height: int
+
+
+@dataclass(frozen=True)
+class Mount:
+    """The camera in the base frame (x forward, y left, z up); a level, forward camera has angles 0.
+    Positive pitch looks down (right-handed about y)."""
+
+    x_m: float = 0.0
+    y_m: float = 0.0
+    z_m: float = 0.88
+    roll_rad: float = 0.0
+    pitch_rad: float = 0.0
+    yaw_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Observation:
+    """One matched set of sensor data: colour, depth and odometry at one stamp."""
+
+    stamp_ns: int
+    rgb: U8  # (H, W, 3)
+    depth_m: F32  # (H, W) along the optical axis; 0 or NaN is invalid
+    pose: Pose
+    intrinsics: Intrinsics
+
+
+@dataclass(frozen=True)
+class Detections:
+    """What the detector saw in one image. N boxes, R room types."""
+
+    boxes_px: F32  # (N, 4) x0, y0, x1, y1
+    scores: F32  # (N,) in [0, 1]
+    labels: I32  # (N,) index into the vocabulary's classes
+    embeddings: F32  # (N, D) unit rows; D = 0 for a detector with a fixed class list
+    rooms: F32  # (R,) probabilities of the vocabulary's room types, or (0,)
+
+
+@dataclass(frozen=True)
+class Frontier:
+    """A connected boundary of free and unknown space."""
+
+    id: int
+    cells_xy: F64  # (N, 2) m, the frontier's cells
+    goal_xy: tuple[float, float]  # its reachable cell nearest the robot, m
+    distance_m: float  # geodesic from the robot over known free space; inf if unreachable
+
+    @property
+    def centre_xy(self) -> tuple[float, float]:
+        """Mean of the cells, m; may lie in unknown space or inside an obstacle."""
+        x, y = self.cells_xy.mean(axis=0)
+        return float(x), float(y)
+
+
+@dataclass(frozen=True)
+class NearbyObject:
+    """An object as an expert hears of it: what, how sure, how far from the frontier on foot."""
+
+    name: str
+    confidence: float  # [0, 1]
+    distance_m: float
+
+
+@dataclass(frozen=True)
+class FrontierBrief:
+    """What is known about one frontier."""
+
+    id: int
+    distance_m: float  # geodesic from the robot
+    objects: tuple[NearbyObject, ...]  # sorted by distance, then name
+    rooms: tuple[tuple[str, float], ...]  # room type and probability, vocabulary order; or empty
+
+
+@dataclass(frozen=True)
+class Brief:
+    """Everything the experts are asked about: an immutable snapshot, frontiers sorted by id."""
+
+    goal: str
+    stamp_ns: int
+    frontiers: tuple[FrontierBrief, ...]
+
+
+@dataclass(frozen=True)
+class Vote:
+    """An expert's recommendation: a set of frontiers, the probabilities behind it, and why."""
+
+    expert: str
+    frontiers: tuple[int, ...]  # sorted ids, never empty
+    probabilities: tuple[tuple[int, float], ...]  # (id, p), sorted by id
+    reason: str
+    rung: str = "local"  # which rung of the ladder answered
+
+
+@dataclass(frozen=True)
+class Missing:
+    """An expert that did not vote, and the cause ("late", "busy", "no model", ...)."""
+
+    expert: str
+    cause: str
+
+
+@dataclass(frozen=True)
+class Ballot:
+    """What the panel returned, sorted by expert name."""
+
+    votes: tuple[Vote, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    latency_s: Mapping[str, float] = field(default_factory=dict)  # by expert, answered ones
+
+
+@dataclass(frozen=True)
+class Decision:
+    """The elected frontier and everything that explains it."""
+
+    frontier: int | None  # None: no reachable frontier is left
+    rule: str  # "all" | "pairs" | "lone" | "closest" | "none"
+    chosen: tuple[int, ...]  # the consensus set, sorted; ranked by distance to elect one of it
+    closest: int | None  # what the fallback would have been
+    ballot: Ballot
+    stamp_ns: int
+    why: str  # the event that made it due
+
+
+class Action(StrEnum):
+    """The discrete actions of the object-goal protocols."""
+
+    MOVE_FORWARD = "move_forward"
+    TURN_LEFT = "turn_left"
+    TURN_RIGHT = "turn_right"
+    STOP = "stop"

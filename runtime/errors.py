@@ -1,0 +1,25 @@
+"""The errors a user can meet. Each message is one line: the place, what was wrong, what would be right."""
+
+
+class RfNavError(Exception):
+    """Base of every error that is the input's or the environment's fault, not the program's."""
+
+
+class ConfigError(RfNavError):
+    """A configuration file, key or command-line value that cannot be used."""
+
+
+class ModelError(RfNavError):
+    """A model file that is missing, damaged or of another contract."""
+
+
+class SensorError(RfNavError):
+    """A sensor message that contradicts itself or its siblings."""
+
+
+class BusError(RfNavError):
+    """The Zenoh session could not be opened or used."""
+
+
+class BaseError(RfNavError):
+    """The robot's base refused or lost a command."""
