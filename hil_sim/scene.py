@@ -29,8 +29,9 @@ CATEGORIES = (
     "shower", "sink", "refrigerator", "stove", "microwave", "television", "plant", "laptop",
     "wardrobe", "bookcase", "cabinet", "nightstand", "dresser", "lamp", "washing machine",
     "stool", "trash can", "vase", "clock", "radiator", "piano", "fireplace", "mirror",
-    "picture", "door",
+    "picture", "door", "other",
 )  # fmt: skip
+"""`other` is furnishing that no goal names: it is drawn and collided with, never labelled."""
 SCENES_DIR = Path(__file__).parent / "scenes"
 ON_WALL_M = 0.05
 """How far a door may lie off a wall's centre line."""
