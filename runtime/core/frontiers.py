@@ -1,0 +1,116 @@
+"""Frontiers: connected sets of free cells that touch unknown, with ids that outlive map updates."""
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from runtime.core.geometry import GridFrame
+from runtime.core.map import NavigationMap
+from runtime.core.types import F64, I32, Mask
+
+_EIGHT = np.ones((3, 3), np.uint8)
+
+
+@dataclass(frozen=True)
+class FrontierConfig:
+    """[frontiers]"""
+
+    min_cells: int = 7  # narrower than the robot's body: nothing to drive into
+    inherit_dilation_cells: int = 2
+    inherit_share: float = 0.3  # of the smaller of two frontiers, to be the same one
+    wall_gap_cells: int = 1  # free cells this close to an obstacle are not frontier
+
+
+@dataclass
+class FrontierMemory:
+    """What makes ids stable: the last frontiers' cells in metres, and the next unused id."""
+
+    next_id: int = 1
+    cells_xy: dict[int, F64] = field(default_factory=dict)  # id -> (N, 2) m
+
+
+def boundary(grid: NavigationMap, given_up: Mask, cfg: FrontierConfig) -> Mask:
+    """(R, C) free cells that touch unknown (8-neighbourhood), away from obstacles and from what was
+    given up."""
+    rows, cols = grid.known_window(margin=2)
+    free = grid.free[rows, cols]
+    unknown = cv2.dilate(grid.unknown[rows, cols].view(np.uint8), _EIGHT)
+    size = 2 * cfg.wall_gap_cells + 1
+    walls = cv2.dilate(grid.occupied[rows, cols].view(np.uint8), np.ones((size, size), np.uint8))
+    edge = np.zeros(grid.frame.shape, bool)
+    edge[rows, cols] = free & (unknown > 0) & (walls == 0) & ~given_up[rows, cols]
+    return edge
+
+
+def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
+    """(R, C) -> the 8-connected sets of at least `min_cells` cells, each (N, 2) m, in scan order."""
+    count, labels = cv2.connectedComponents(edge.view(np.uint8), connectivity=8)
+    if count == 1:
+        return []
+    flat = np.flatnonzero(labels)
+    label = labels.reshape(-1)[flat]
+    order = np.argsort(label, kind="stable")
+    sizes = np.bincount(label)[1:]
+    parts = np.split(flat[order], np.cumsum(sizes)[:-1])
+    return [
+        frame.centres(np.stack(np.divmod(part, frame.cols), axis=1).astype(np.int32))
+        for part in parts
+        if len(part) >= min_cells
+    ]
+
+
+def identify(
+    memory: FrontierMemory, parts: list[F64], frame: GridFrame, cfg: FrontierConfig
+) -> dict[int, F64]:
+    """Give each part an id, inherited from the earlier frontier it continues. In a split the larger
+    part keeps the id, in a merge the older id wins; an id is never used twice."""
+    overlap = _overlaps(memory, parts, frame, cfg.inherit_dilation_cells)
+    keeper: dict[int, tuple[int, int, int]] = {}  # old id -> (overlap, size, -part), the best
+    for part, old, shared in overlap:
+        if shared < cfg.inherit_share * min(len(parts[part]), len(memory.cells_xy[old])):
+            continue
+        claim = (shared, len(parts[part]), -part)
+        keeper[old] = max(keeper.get(old, claim), claim)
+    inherited: dict[int, int] = {}  # part -> id
+    for old in sorted(keeper):  # ids grow with time: the first claim is the oldest
+        inherited.setdefault(-keeper[old][2], old)
+    named: dict[int, F64] = {}
+    for part, cells in enumerate(parts):
+        if part not in inherited:
+            inherited[part] = memory.next_id
+            memory.next_id += 1
+        named[inherited[part]] = cells
+    memory.cells_xy = dict(sorted(named.items()))
+    return memory.cells_xy
+
+
+def _overlaps(
+    memory: FrontierMemory, parts: list[F64], frame: GridFrame, dilation: int
+) -> list[tuple[int, int, int]]:
+    """(part, earlier id, cells of the part within the dilated earlier frontier), only if > 0."""
+    if not parts or not memory.cells_xy:
+        return []
+    flats = [_flat(frame.cells(cells), frame) for cells in parts]
+    found = []
+    size = 2 * dilation + 1
+    kernel = np.ones((size, size), np.uint8)
+    for old, cells_xy in memory.cells_xy.items():
+        rc = frame.cells(cells_xy)
+        low = np.maximum(rc.min(axis=0) - dilation, 0)
+        high = np.minimum(rc.max(axis=0) + dilation + 1, frame.shape)
+        patch = np.zeros(high - low, np.uint8)
+        patch[tuple((rc - low).T)] = 1
+        patch = cv2.dilate(patch, kernel)
+        for part, flat in enumerate(flats):
+            row, col = np.divmod(flat, frame.cols)
+            inside = (row >= low[0]) & (row < high[0]) & (col >= low[1]) & (col < high[1])
+            shared = int(patch[row[inside] - low[0], col[inside] - low[1]].sum())
+            if shared:
+                found.append((part, old, shared))
+    return found
+
+
+def _flat(cells: I32, frame: GridFrame) -> I32:
+    flat: I32 = cells[:, 0] * np.int32(frame.cols) + cells[:, 1]
+    return flat

@@ -1,0 +1,159 @@
+"""Angles, camera rays and the grid's frame. Pure functions; frames and units in each docstring."""
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from runtime.core.types import F32, F64, I32, Intrinsics, Mount, Pose
+
+
+def wrap_angle(angle_rad: float) -> float:
+    """Any angle -> the same direction in (-pi, pi]."""
+    wrapped = math.remainder(angle_rad, math.tau)
+    return math.pi if wrapped == -math.pi else wrapped
+
+
+def bearing(from_xy: tuple[float, float], to_xy: tuple[float, float]) -> float:
+    """Direction of `to` seen from `from` in the map frame, rad."""
+    return math.atan2(to_xy[1] - from_xy[1], to_xy[0] - from_xy[0])
+
+
+def backproject(depth_m: F32, intrinsics: Intrinsics) -> F64:
+    """(H, W) m -> (N, 3) m in the camera optical frame; invalid depth is dropped."""
+    v, u = np.nonzero(np.nan_to_num(depth_m, nan=0.0, posinf=0.0) > 0)
+    z = depth_m[v, u].astype(np.float64)
+    x = (u + 0.5 - intrinsics.cx) / intrinsics.fx * z
+    y = (v + 0.5 - intrinsics.cy) / intrinsics.fy * z
+    return np.stack([x, y, z], axis=1)
+
+
+def project(points: F64, intrinsics: Intrinsics) -> F64:
+    """(N, 3) m in the optical frame, z > 0 -> (N, 2) pixels, the inverse of `backproject`."""
+    x, y, z = points.T
+    return np.stack(
+        [x / z * intrinsics.fx + intrinsics.cx - 0.5, y / z * intrinsics.fy + intrinsics.cy - 0.5],
+        axis=1,
+    )
+
+
+def optical_to_base(mount: Mount) -> F64:
+    """(3, 3) rotation from the camera optical frame to the base frame (REP 103, 105)."""
+    axes = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    cr, sr = math.cos(mount.roll_rad), math.sin(mount.roll_rad)
+    cp, sp = math.cos(mount.pitch_rad), math.sin(mount.pitch_rad)
+    cy, sy = math.cos(mount.yaw_rad), math.sin(mount.yaw_rad)
+    roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
+    pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
+    yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
+    rotation: F64 = yaw @ pitch @ roll @ axes
+    return rotation
+
+
+def base_to_map(points: F64, pose: Pose) -> F64:
+    """(N, 3) m in the base frame -> (N, 3) m in the map frame."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x, y, z = points.T
+    return np.stack([c * x - s * y + pose.x_m, s * x + c * y + pose.y_m, z], axis=1)
+
+
+def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:
+    """(N, 3) m in the map frame -> (N, 3) m in the camera optical frame."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    dx, dy = points[:, 0] - pose.x_m, points[:, 1] - pose.y_m
+    base = np.stack([c * dx + s * dy, -s * dx + c * dy, points[:, 2]], axis=1)
+    offset = np.array([mount.x_m, mount.y_m, mount.z_m])
+    optical: F64 = (base - offset) @ optical_to_base(mount)
+    return optical
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Directions of an image's sampled pixels in the base frame, per metre of depth.
+
+    forward, left, up: (h, w). order and starts group the flattened pixels by azimuth for
+    `np.minimum.reduceat`; azimuths: (B,) rad in the base frame, ascending, of those groups.
+    """
+
+    stride: int
+    forward: F32
+    left: F32
+    up: F32
+    order: I32
+    starts: I32
+    azimuths: F32
+
+
+@lru_cache(maxsize=8)
+def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
+    """The ray table of a camera, every `stride`-th pixel; computed once."""
+    v, u = np.meshgrid(
+        np.arange(stride // 2, intrinsics.height, stride),
+        np.arange(stride // 2, intrinsics.width, stride),
+        indexing="ij",
+    )
+    optical = np.stack(
+        [
+            (u + 0.5 - intrinsics.cx) / intrinsics.fx,
+            (v + 0.5 - intrinsics.cy) / intrinsics.fy,
+            np.ones(u.shape),
+        ],
+        axis=-1,
+    )
+    base = optical @ optical_to_base(mount).T
+    azimuth = np.arctan2(base[..., 1], base[..., 0]).ravel()
+    groups = np.floor(azimuth * bins_per_rad).astype(np.int64)
+    order = np.argsort(groups, kind="stable")
+    starts = np.flatnonzero(np.r_[True, np.diff(groups[order]) > 0])
+    centres = (groups[order][starts] + 0.5) / bins_per_rad
+    forward, left, up = (base[..., i].astype(np.float32) for i in range(3))
+    return Rays(
+        stride,
+        forward,
+        left,
+        up,
+        order.astype(np.int32),
+        starts.astype(np.int32),
+        centres.astype(np.float32),
+    )
+
+
+@dataclass(frozen=True)
+class GridFrame:
+    """Where a grid lies: cell (row, col) covers [x0 + col * r, y0 + row * r] and r further."""
+
+    x0_m: float
+    y0_m: float
+    resolution_m: float
+    rows: int
+    cols: int
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(rows, cols)."""
+        return self.rows, self.cols
+
+    def cells(self, xy: F64) -> I32:
+        """(..., 2) m in the map frame -> (..., 2) row, col; may lie outside."""
+        scaled = (np.asarray(xy) - (self.x0_m, self.y0_m)) / self.resolution_m
+        return np.floor(scaled[..., ::-1]).astype(np.int32)
+
+    def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
+        """One point, m -> (row, col)."""
+        return (
+            math.floor((y_m - self.y0_m) / self.resolution_m),
+            math.floor((x_m - self.x0_m) / self.resolution_m),
+        )
+
+    def centres(self, cells: I32) -> F64:
+        """(..., 2) row, col -> (..., 2) m, the cells' centres in the map frame."""
+        centres: F64 = (np.asarray(cells)[..., ::-1] + 0.5) * self.resolution_m + (
+            self.x0_m,
+            self.y0_m,
+        )
+        return centres
+
+    def contains(self, row: int, col: int) -> bool:
+        """Whether the cell is inside the grid."""
+        return 0 <= row < self.rows and 0 <= col < self.cols

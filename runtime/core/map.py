@@ -1,0 +1,228 @@
+"""The navigation map: free, occupied and unknown cells, updated in place from depth images.
+
+Evidence is clipped log-odds in integer steps. Floor that is seen clears a cell; a ray that merely
+passes over a cell only tells unknown from free, since a level camera looks over low furniture.
+"""
+
+import math
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from runtime.core.geometry import GridFrame, Rays, rays
+from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
+
+
+@dataclass(frozen=True)
+class MapConfig:
+    """[map]"""
+
+    resolution_m: float = 0.05
+    side_m: float = 24.0  # of the first grid; it grows when the robot leaves it
+    stride: int = 2  # every n-th pixel of the depth image is used
+    floor_below_m: float = 0.07  # points under this height are floor
+    clear_above_m: float = 1.0  # points over this height do not block the robot
+    max_depth_m: float = 5.0
+    robot_radius_m: float = 0.18
+    hit: int = 4  # evidence of a frame with obstacle points in a cell
+    miss: int = 2  # evidence of a frame that shows floor in a cell
+    hits_needed: int = 2  # obstacle points in a cell that make a hit
+    occupied_at: int = 4
+    evidence_max: int = 20
+
+
+@dataclass
+class NavigationMap:
+    """Grids over one frame, rows along y and columns along x; owned by one thread.
+
+    evidence: (R, C) int16, > 0 speaks for an obstacle, < 0 for floor. swept: (R, C) seen through
+    or driven over. bumped: (R, C) obstacles met by touch, kept whatever the camera says.
+    """
+
+    frame: GridFrame
+    occupied_at: int
+    evidence: NDArray[np.int16]
+    swept: Mask
+    bumped: Mask
+    _views: dict[str, Mask] = field(default_factory=dict, repr=False)
+
+    @classmethod
+    def around(cls, pose: Pose, cfg: MapConfig) -> "NavigationMap":
+        """An unknown map centred on the pose, with the body's disc known to be free."""
+        n = math.ceil(cfg.side_m / cfg.resolution_m)
+        frame = GridFrame(
+            pose.x_m - cfg.side_m / 2, pose.y_m - cfg.side_m / 2, cfg.resolution_m, n, n
+        )
+        grid = cls(
+            frame,
+            cfg.occupied_at,
+            np.zeros((n, n), np.int16),
+            np.zeros((n, n), bool),
+            np.zeros((n, n), bool),
+        )
+        grid.drive_over(pose, cfg)
+        return grid
+
+    @property
+    def occupied(self) -> Mask:
+        """(R, C) cells that hold an obstacle."""
+        return self._view("occupied")
+
+    @property
+    def free(self) -> Mask:
+        """(R, C) cells known to be free."""
+        return self._view("free")
+
+    @property
+    def unknown(self) -> Mask:
+        """(R, C) cells that are neither."""
+        return self._view("unknown")
+
+    def _view(self, name: str) -> Mask:
+        if not self._views:
+            occupied = (self.evidence >= self.occupied_at) | self.bumped
+            free = ((self.evidence < 0) | self.swept) & ~occupied
+            self._views = {"occupied": occupied, "free": free, "unknown": ~(occupied | free)}
+        return self._views[name]
+
+    def changed(self) -> None:
+        """Forget the derived masks."""
+        self._views = {}
+
+    def known_window(self, margin: int = 4) -> tuple[slice, slice]:
+        """The smallest window that holds all known cells, and a margin of cells around it."""
+        known = ~self.unknown
+        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
+        return (
+            slice(max(0, int(rows[0]) - margin), min(self.frame.rows, int(rows[-1]) + margin + 1)),
+            slice(max(0, int(cols[0]) - margin), min(self.frame.cols, int(cols[-1]) + margin + 1)),
+        )
+
+    def drive_over(self, pose: Pose, cfg: MapConfig) -> None:
+        """The cells under the body are free: it stands there."""
+        disc = _disc(self.frame, pose.x_m, pose.y_m, cfg.robot_radius_m)
+        self.evidence[disc] = np.minimum(self.evidence[disc], -cfg.miss)
+        self.bumped[disc] = False
+        self.swept |= disc
+        self.changed()
+
+    def bump(self, pose: Pose, cfg: MapConfig) -> None:
+        """A step forward was blocked: something low or thin stands just ahead of the body."""
+        reach = cfg.robot_radius_m + 1.5 * cfg.resolution_m
+        for side in (-0.06, 0.0, 0.06):
+            x = pose.x_m + reach * math.cos(pose.yaw_rad) - side * math.sin(pose.yaw_rad)
+            y = pose.y_m + reach * math.sin(pose.yaw_rad) + side * math.cos(pose.yaw_rad)
+            row, col = self.frame.cell(x, y)
+            if self.frame.contains(row, col):
+                self.bumped[row, col] = True
+        self.changed()
+
+    def grow(self, xy: F64, margin_m: float) -> tuple[int, int, int, int] | None:
+        """Enlarge the grid so that (x, y) keeps `margin_m` to each side; existing cells keep their
+        place in the map frame. Returns the padding (top, bottom, left, right), or None."""
+        f, block = self.frame, 128
+        row, col = f.cell(float(xy[0]), float(xy[1]))
+        margin = math.ceil(margin_m / f.resolution_m)
+        lack = (margin - row, row + margin - f.rows + 1, margin - col, col + margin - f.cols + 1)
+        top, bottom, left, right = (math.ceil(max(0, n) / block) * block for n in lack)
+        if not (top or bottom or left or right):
+            return None
+        pad = ((top, bottom), (left, right))
+        self.evidence = np.pad(self.evidence, pad)
+        self.swept, self.bumped = np.pad(self.swept, pad), np.pad(self.bumped, pad)
+        self.frame = GridFrame(
+            f.x0_m - left * f.resolution_m,
+            f.y0_m - top * f.resolution_m,
+            f.resolution_m,
+            *self.evidence.shape,
+        )
+        self.changed()
+        return top, bottom, left, right
+
+
+def integrate(grid: NavigationMap, obs: Observation, mount: Mount, cfg: MapConfig) -> F64:
+    """Add one depth image. Returns the view's outline, (V, 2) m in the map frame: the camera and
+    the free range along each azimuth. The grid must already reach as far as the camera sees."""
+    table = rays(obs.intrinsics, mount, cfg.stride)
+    depth = np.asarray(obs.depth_m[cfg.stride // 2 :: cfg.stride, cfg.stride // 2 :: cfg.stride])
+    depth = np.where((depth > 0) & (depth <= cfg.max_depth_m), depth, np.float32(0)).ravel()
+    forward, left = depth * table.forward.ravel(), depth * table.left.ravel()
+    height = depth * table.up.ravel() + np.float32(mount.z_m)
+    valid = depth > 0
+    floor = valid & (np.abs(height) < cfg.floor_below_m)
+    obstacle = valid & (height >= cfg.floor_below_m) & (height <= cfg.clear_above_m)
+    outline = _outline(table, np.hypot(forward, left), floor, obstacle, obs.pose, mount)
+    cells = _flat_cells(grid.frame, forward, left, obs.pose, mount)
+    _count(grid, cells[floor], cells[obstacle], cfg)
+    _sweep(grid, outline)
+    grid.drive_over(obs.pose, cfg)
+    return outline
+
+
+def _flat_cells(frame: GridFrame, forward: F32, left: F32, pose: Pose, mount: Mount) -> I32:
+    """Points in the base frame (without the mount's offset), m -> flat cell indices."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    ox = pose.x_m + c * mount.x_m - s * mount.y_m - frame.x0_m
+    oy = pose.y_m + s * mount.x_m + c * mount.y_m - frame.y0_m
+    r = 1.0 / frame.resolution_m
+    col = ((np.float32(c) * forward - np.float32(s) * left + np.float32(ox)) * r).astype(np.int32)
+    row = ((np.float32(s) * forward + np.float32(c) * left + np.float32(oy)) * r).astype(np.int32)
+    return np.clip(row, 0, frame.rows - 1) * frame.cols + np.clip(col, 0, frame.cols - 1)
+
+
+def _count(grid: NavigationMap, floor: I32, obstacle: I32, cfg: MapConfig) -> None:
+    flat = grid.evidence.reshape(-1)
+    hits = np.bincount(obstacle, minlength=flat.size)
+    hit = np.flatnonzero(hits >= cfg.hits_needed)
+    flat[hit] = np.minimum(flat[hit] + cfg.hit, cfg.evidence_max)
+    seen = np.zeros(flat.size, bool)
+    seen[floor] = True
+    seen[obstacle] = False
+    miss = np.flatnonzero(seen)
+    flat[miss] = np.maximum(flat[miss] - cfg.miss, -cfg.evidence_max)
+
+
+def _outline(
+    table: Rays, distance: F32, floor: Mask, obstacle: Mask, pose: Pose, mount: Mount
+) -> F64:
+    """The free range along each azimuth: up to the first obstacle, and no further than floor was
+    seen; as a closed polygon from the camera, (V, 2) m in the map frame."""
+    order, starts = table.order, table.starts
+    wall = np.minimum.reduceat(np.where(obstacle, distance, np.inf)[order], starts)
+    ground = np.maximum.reduceat(np.where(floor, distance, 0.0)[order], starts)
+    reach = np.where(np.isfinite(wall), wall, ground)
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x0 = pose.x_m + c * mount.x_m - s * mount.y_m
+    y0 = pose.y_m + s * mount.x_m + c * mount.y_m
+    azimuth = table.azimuths + pose.yaw_rad
+    rim = np.stack([x0 + reach * np.cos(azimuth), y0 + reach * np.sin(azimuth)], axis=1)
+    return np.concatenate([[[x0, y0]], rim])
+
+
+def _sweep(grid: NavigationMap, outline: F64) -> None:
+    grid.swept |= polygon_mask(grid.frame, outline)
+    grid.changed()
+
+
+def polygon_mask(frame: GridFrame, outline: F64) -> Mask:
+    """(V, 2) m in the map frame -> (R, C) cells inside the polygon."""
+    mask = np.zeros(frame.shape, np.uint8)
+    shift = 4  # sub-cell precision of fillPoly, bits
+    scaled = ((outline - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5) * (1 << shift)
+    cv2.fillPoly(mask, [np.round(scaled).astype(np.int32)], 1, shift=shift)
+    return mask.astype(bool)
+
+
+def _disc(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> Mask:
+    """(R, C) cells whose centre is within the radius of the point."""
+    mask = np.zeros(frame.shape, bool)
+    n = math.ceil(radius_m / frame.resolution_m)
+    row, col = frame.cell(x_m, y_m)
+    r, c = np.mgrid[row - n : row + n + 1, col - n : col + n + 1]
+    xy = frame.centres(np.stack([r, c], axis=-1).astype(np.int32))
+    near = np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m
+    near &= (r >= 0) & (r < frame.rows) & (c >= 0) & (c < frame.cols)
+    mask[r[near], c[near]] = True
+    return mask

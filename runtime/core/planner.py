@@ -1,0 +1,151 @@
+"""Planning by fast marching: arrival times over free space, and the path down them."""
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+import skfmm
+
+from runtime.core.geometry import GridFrame
+from runtime.core.map import NavigationMap
+from runtime.core.types import F32, F64, I32, Mask, Pose
+
+
+@dataclass(frozen=True)
+class PlannerConfig:
+    """[planner]"""
+
+    robot_radius_m: float = 0.18
+    margin_m: float = 0.02  # added to the radius: cells are 5 cm wide
+    comfort_m: float = 0.20  # further clearance that planning pays for, without insisting on it
+    slowest: float = 0.25  # relative speed right at an obstacle
+    escape_m: float = 0.35  # around the robot, cells that are free pass as traversable
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """What the planner sees of the map: a window of it, (r, c) cells.
+
+    clearance_m: distance of a cell's centre to the nearest obstacle's edge. traversable: the body
+    fits. speed: relative, 0 where not traversable.
+    """
+
+    frame: GridFrame
+    clearance_m: F32
+    traversable: Mask
+    speed: F32
+
+
+@dataclass(frozen=True)
+class Field:
+    """Arrival times from a set of cells: metres of unhurried driving; inf where none leads."""
+
+    frame: GridFrame
+    arrival_m: F64
+
+    def at(self, x_m: float, y_m: float) -> float:
+        """Arrival time of the cell that holds the point; inf outside."""
+        row, col = self.frame.cell(x_m, y_m)
+        return float(self.arrival_m[row, col]) if self.frame.contains(row, col) else math.inf
+
+
+def survey(grid: NavigationMap, pose: Pose, cfg: PlannerConfig) -> Terrain:
+    """The terrain of the known part of the map. Cells close to the robot stay passable even where
+    the body would graze something: it is there already and must be able to leave."""
+    rows, cols = grid.known_window()
+    r, f = grid.frame.resolution_m, grid.frame
+    frame = GridFrame(
+        f.x0_m + cols.start * r,
+        f.y0_m + rows.start * r,
+        r,
+        rows.stop - rows.start,
+        cols.stop - cols.start,
+    )
+    free, occupied = grid.free[rows, cols], grid.occupied[rows, cols]
+    distance = cv2.distanceTransform((~occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    clearance = np.minimum(distance * np.float32(r) - np.float32(r / 2), np.float32(10.0))
+    hard = cfg.robot_radius_m + cfg.margin_m
+    traversable = free & (clearance >= hard)
+    near = _near(frame, pose, cfg.escape_m) & free
+    ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)
+    speed = np.float32(cfg.slowest) + np.float32(1 - cfg.slowest) * ease
+    passable = traversable | near
+    speed = np.where(passable, speed, 0).astype(np.float32)
+    return Terrain(frame, clearance, passable, speed)
+
+
+def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
+    """Arrival times from the source cells, (r, c). With `unhurried` closeness to obstacles costs;
+    without, the field is the geodesic distance."""
+    arrival = np.full(terrain.frame.shape, np.inf)
+    seeds = sources & terrain.traversable
+    if not seeds.any():
+        return Field(terrain.frame, arrival)
+    inside = _connected(terrain.traversable, seeds)
+    if (inside & ~seeds).any():
+        rows, cols = _window(inside)
+        phi = np.ma.MaskedArray(
+            np.where(seeds, -1.0, 1.0)[rows, cols], mask=~inside[rows, cols], copy=False
+        )
+        dx = terrain.frame.resolution_m
+        if unhurried:
+            times = skfmm.travel_time(phi, terrain.speed[rows, cols].astype(np.float64), dx=dx)
+        else:
+            times = skfmm.distance(phi, dx=dx)
+        arrival[rows, cols] = np.where(np.ma.getmaskarray(times), np.inf, np.abs(times.data))
+    arrival[seeds] = 0.0
+    return Field(terrain.frame, arrival)
+
+
+def march_from(terrain: Terrain, points_xy: F64, unhurried: bool = True) -> Field:
+    """`march` from (N, 2) m points in the map frame; those outside the window are dropped."""
+    cells = terrain.frame.cells(np.atleast_2d(points_xy))
+    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=1)
+    sources = np.zeros(terrain.frame.shape, bool)
+    sources[tuple(cells[inside].T)] = True
+    return march(terrain, sources, unhurried)
+
+
+def descend(field: Field, start_xy: tuple[float, float], limit: int = 4000) -> F64:
+    """The path from a point down to the field's sources, (N, 2) m, cell by cell; (0, 2) if none."""
+    frame, arrival = field.frame, field.arrival_m
+    row, col = frame.cell(*start_xy)
+    if not frame.contains(row, col) or not np.isfinite(arrival[row, col]):
+        return np.zeros((0, 2))
+    path: list[tuple[int, int]] = [(row, col)]
+    for _ in range(limit):
+        if arrival[row, col] <= 0:
+            break
+        r0, c0 = max(0, row - 1), max(0, col - 1)
+        around = arrival[r0 : row + 2, c0 : col + 2]
+        dr, dc = divmod(int(np.argmin(around)), around.shape[1])
+        if around[dr, dc] >= arrival[row, col]:
+            break
+        row, col = r0 + dr, c0 + dc
+        path.append((row, col))
+    cells: I32 = np.array(path, np.int32)
+    return frame.centres(cells)
+
+
+def _connected(traversable: Mask, seeds: Mask) -> Mask:
+    """The 4-connected parts of the traversable cells that hold a seed."""
+    _, labels = cv2.connectedComponents(traversable.view(np.uint8), connectivity=4)
+    wanted = np.zeros(int(labels.max()) + 1, bool)
+    wanted[labels[seeds]] = True
+    wanted[0] = False
+    part: Mask = wanted[labels]
+    return part
+
+
+def _window(mask: Mask) -> tuple[slice, slice]:
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+
+
+def _near(frame: GridFrame, pose: Pose, radius_m: float) -> Mask:
+    rows, cols = np.ogrid[: frame.rows, : frame.cols]
+    x = frame.x0_m + (cols + 0.5) * frame.resolution_m - pose.x_m
+    y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
+    near: Mask = np.hypot(x, y) <= radius_m
+    return near
