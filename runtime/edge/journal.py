@@ -1,0 +1,103 @@
+"""What a run leaves behind: a journal of JSON lines, and the map as one npz file."""
+
+import dataclasses
+import json
+import math
+import os
+from collections.abc import Iterator, Mapping
+from enum import Enum
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from runtime.errors import ConfigError
+
+MAP_FILE = "map.npz"
+_META = "meta_json"
+
+
+class Journal:
+    """Append-only JSON lines, each flushed when written: a crash loses at most the line under way."""
+
+    def __init__(self, path: Path) -> None:
+        """Opens for appending; raises ConfigError when the file cannot be written."""
+        self.path = path
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("a", encoding="utf-8")
+        except OSError as error:
+            raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def write(self, kind: str, /, **fields: object) -> None:
+        """One line: {"kind": kind, ...fields}; dataclasses, enums and arrays become plain values."""
+        line = json.dumps({"kind": kind, **{k: plain(v) for k, v in fields.items()}})
+        self._file.write(line + "\n")
+        self._file.flush()
+
+    def close(self) -> None:
+        self._file.close()
+
+
+def plain(value: object) -> Any:
+    """Dataclasses, mappings, sequences, enums and numpy values -> what JSON knows.
+
+    NaN and infinity have no JSON form: they become null.
+    """
+    if isinstance(value, Enum):
+        return plain(value.value)
+    if value is None or isinstance(value, bool | int | str):
+        return value
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Path):
+        return str(value)
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, set | frozenset):
+        return [plain(item) for item in sorted(value)]
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    raise TypeError(f"a {type(value).__name__} has no JSON form")
+
+
+def read_journal(path: Path) -> Iterator[dict[str, Any]]:
+    """The lines of a journal; a torn last line (a crash while writing) is left out."""
+    with path.open(encoding="utf-8") as file:
+        for line in file:
+            if line.endswith("\n"):
+                yield json.loads(line)
+
+
+def write_map(
+    directory: Path, arrays: Mapping[str, np.ndarray[Any, Any]], meta: Mapping[str, object]
+) -> Path:
+    """`arrays` and JSON-able `meta` -> directory/map.npz, replaced whole or not at all."""
+    directory.mkdir(parents=True, exist_ok=True)
+    path = directory / MAP_FILE
+    draft = directory / f".{MAP_FILE}.{os.getpid()}"
+    columns: dict[str, Any] = {**arrays, _META: np.array(json.dumps(plain(meta)))}
+    with draft.open("wb") as file:
+        np.savez_compressed(file, **columns)
+    draft.replace(path)
+    return path
+
+
+def read_map(directory: Path) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
+    """directory/map.npz -> (arrays, meta), as they were given to `write_map`."""
+    with np.load(directory / MAP_FILE, allow_pickle=False) as file:
+        arrays = {name: file[name] for name in file.files if name != _META}
+        meta: dict[str, Any] = json.loads(str(file[_META]))
+    return arrays, meta

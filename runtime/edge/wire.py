@@ -1,0 +1,321 @@
+"""Bytes <-> values: ROS 2 messages in CDR, as `zenoh-bridge-ros2dds` and `rmw_zenoh` carry them.
+
+Decoders take the topic's name only to put it into errors; whatever bytes come, nothing but
+SensorError leaves this module. Stamps are int nanoseconds, lengths metres, angles radians.
+"""
+
+import json
+import math
+import struct
+from dataclasses import dataclass
+from typing import Any, Final, Generic, TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, get_typestore
+
+from runtime.core.types import F32, U8, Intrinsics, Pose
+from runtime.errors import SensorError
+
+_STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
+_T: Final = _STORE.types
+
+IMAGE: Final = "sensor_msgs/msg/Image"
+COMPRESSED_IMAGE: Final = "sensor_msgs/msg/CompressedImage"
+CAMERA_INFO: Final = "sensor_msgs/msg/CameraInfo"
+ODOMETRY: Final = "nav_msgs/msg/Odometry"
+POSE_STAMPED: Final = "geometry_msgs/msg/PoseStamped"
+STRING: Final = "std_msgs/msg/String"
+TWIST: Final = "geometry_msgs/msg/Twist"
+
+# What the CDR code raises on damaged bytes, besides its own errors.
+_DAMAGED: Final = (
+    SerdeError,
+    struct.error,
+    ValueError,
+    IndexError,
+    OverflowError,
+    AssertionError,
+)
+_MAX_PIXELS: Final = 64_000_000  # a size field beyond this is damage, not a camera
+
+V = TypeVar("V")
+
+
+@dataclass(frozen=True)
+class Stamped(Generic[V]):
+    """A value and the moment it was true."""
+
+    stamp_ns: int
+    value: V
+
+
+def peek_stamp(payload: bytes, topic: str) -> int:
+    """The stamp of any message that starts with a std_msgs/Header, without decoding the rest."""
+    if len(payload) < 12 or payload[0] != 0 or payload[1] > 1:
+        raise SensorError(f"{topic}: {len(payload)} bytes are not a stamped CDR message")
+    sec, nanosec = struct.unpack_from("<iI" if payload[1] else ">iI", payload, 4)
+    return _stamp_ns(sec, nanosec, topic)
+
+
+# -- decoding ------------------------------------------------------------------------------------
+
+
+def decode_color(payload: bytes, topic: str) -> Stamped[U8]:
+    """Image (rgb8, bgr8) -> (H, W, 3) RGB."""
+    message = _decode(payload, IMAGE, topic)
+    if message.encoding not in ("rgb8", "bgr8"):
+        raise SensorError(f"{topic}: encoding {message.encoding!r}: publish rgb8 or bgr8")
+    pixels = _pixels(message, np.dtype(np.uint8), 3, topic).reshape(message.height, -1, 3)
+    if message.encoding == "bgr8":
+        pixels = pixels[:, :, ::-1]
+    return Stamped(_header_stamp(message, topic), np.ascontiguousarray(pixels))
+
+
+def decode_compressed_color(payload: bytes, topic: str) -> Stamped[U8]:
+    """CompressedImage (JPEG, PNG, ...) -> (H, W, 3) RGB."""
+    message = _decode(payload, COMPRESSED_IMAGE, topic)
+    stamp_ns = _header_stamp(message, topic)
+    try:
+        bgr = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
+    except cv2.error:
+        bgr = None
+    if bgr is None:
+        raise SensorError(
+            f"{topic}: {len(message.data)} bytes of format {message.format!r} are not an image"
+        )
+    rgb: U8 = np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
+    return Stamped(stamp_ns, rgb)
+
+
+def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
+    """Image (16UC1 mm, 32FC1 m) -> (H, W) m along the optical axis; 0 where there is no reading."""
+    message = _decode(payload, IMAGE, topic)
+    if message.encoding in ("16UC1", "mono16"):
+        depth = _pixels(message, np.dtype(np.uint16), 1, topic).astype(np.float32) / 1000
+    elif message.encoding == "32FC1":
+        depth = _pixels(message, np.dtype(np.float32), 1, topic).astype(np.float32)
+    else:
+        raise SensorError(
+            f"{topic}: encoding {message.encoding!r}: publish 16UC1 (mm) or 32FC1 (m)"
+        )
+    valid = np.isfinite(depth) & (depth > 0)
+    return Stamped(_header_stamp(message, topic), np.where(valid, depth, np.float32(0)))
+
+
+def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
+    """CameraInfo -> Intrinsics of the image as published (binning and region of interest as K says)."""
+    message = _decode(payload, CAMERA_INFO, topic)
+    k = [float(x) for x in message.k]
+    if k[0] == 0 and k[4] == 0:  # REP 104: how an uncalibrated camera says so
+        raise SensorError(f"{topic}: K is zero: camera without intrinsics; publish calibrated K")
+    fx, skew, cx, _, fy, cy = k[:6]
+    if not all(map(math.isfinite, k)) or fx <= 0 or fy <= 0 or skew != 0:
+        raise SensorError(f"{topic}: K = {k} is not a pinhole matrix [fx 0 cx, 0 fy cy, 0 0 1]")
+    if not message.width or not message.height:
+        raise SensorError(
+            f"{topic}: width or height is zero: publish the size K was calibrated for"
+        )
+    intrinsics = Intrinsics(fx, fy, cx, cy, int(message.width), int(message.height))
+    return Stamped(_header_stamp(message, topic), intrinsics)
+
+
+def decode_odometry(payload: bytes, topic: str) -> Stamped[Pose]:
+    """Odometry -> the base in the odometry frame (roll, pitch and height are dropped)."""
+    message = _decode(payload, ODOMETRY, topic)
+    return Stamped(_header_stamp(message, topic), _planar(message.pose.pose, topic))
+
+
+def decode_pose(payload: bytes, topic: str) -> Stamped[Pose]:
+    """PoseStamped (a SLAM pose) -> the base in its frame."""
+    message = _decode(payload, POSE_STAMPED, topic)
+    return Stamped(_header_stamp(message, topic), _planar(message.pose, topic))
+
+
+def decode_json(payload: bytes, topic: str) -> dict[str, Any]:
+    """String that holds a JSON object -> dict."""
+    return parse_json(_decode(payload, STRING, topic).data, topic)
+
+
+def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
+    """Twist -> (forward m/s, yaw rate rad/s)."""
+    message = _decode(payload, TWIST, topic)
+    forward, turn = float(message.linear.x), float(message.angular.z)
+    if not math.isfinite(forward) or not math.isfinite(turn):
+        raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
+    return forward, turn
+
+
+def parse_json(text: str | bytes, topic: str) -> dict[str, Any]:
+    """JSON text -> dict, or SensorError."""
+    try:
+        value = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise SensorError(f"{topic}: not JSON ({error}); send a JSON object") from error
+    if not isinstance(value, dict):
+        raise SensorError(f"{topic}: JSON {type(value).__name__}: send a JSON object")
+    return value
+
+
+def check_size(shape: tuple[int, ...], topic: str, intrinsics: Intrinsics, info_topic: str) -> None:
+    """Raise SensorError when an image's (H, W) contradicts the intrinsics."""
+    height, width = shape[:2]
+    if (width, height) != (intrinsics.width, intrinsics.height):
+        raise SensorError(
+            f"{topic}: image is {width}x{height} but {info_topic} describes "
+            f"{intrinsics.width}x{intrinsics.height}: publish depth registered to colour "
+            "(align_depth) and the camera_info of that size"
+        )
+
+
+# -- encoding ------------------------------------------------------------------------------------
+
+
+def encode_color(rgb: U8, stamp_ns: int, frame: str = "camera", encoding: str = "rgb8") -> bytes:
+    """(H, W, 3) RGB -> Image, as rgb8 or bgr8."""
+    pixels = rgb if encoding == "rgb8" else rgb[:, :, ::-1]
+    return _encode_image(pixels, stamp_ns, frame, encoding)
+
+
+def encode_depth(
+    depth_m: F32, stamp_ns: int, frame: str = "camera", encoding: str = "32FC1"
+) -> bytes:
+    """(H, W) m -> Image, as 32FC1 (m) or 16UC1 (mm, 0 where invalid or beyond 65.5 m)."""
+    if encoding == "32FC1":
+        return _encode_image(np.asarray(depth_m, "<f4"), stamp_ns, frame, encoding)
+    mm = np.nan_to_num(np.round(depth_m * 1000.0), nan=0, posinf=0, neginf=0)
+    mm = np.where((mm < 0) | (mm > 65535), 0, mm)
+    return _encode_image(mm.astype("<u2"), stamp_ns, frame, encoding)
+
+
+def encode_compressed_color(rgb: U8, stamp_ns: int, frame: str = "camera") -> bytes:
+    """(H, W, 3) RGB -> CompressedImage (JPEG)."""
+    _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+    return _encode(_T[COMPRESSED_IMAGE](_header(stamp_ns, frame), "jpeg", data.ravel()))
+
+
+def encode_camera_info(intrinsics: Intrinsics, stamp_ns: int, frame: str = "camera") -> bytes:
+    """Intrinsics -> CameraInfo without distortion."""
+    i = intrinsics
+    k = np.array([i.fx, 0, i.cx, 0, i.fy, i.cy, 0, 0, 1], float)
+    p = np.array([i.fx, 0, i.cx, 0, 0, i.fy, i.cy, 0, 0, 0, 1, 0], float)
+    region = _T["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    return _encode(
+        _T[CAMERA_INFO](
+            header=_header(stamp_ns, frame),
+            height=i.height,
+            width=i.width,
+            distortion_model="plumb_bob",
+            d=np.zeros(5),
+            k=k,
+            r=np.eye(3).ravel(),
+            p=p,
+            binning_x=0,
+            binning_y=0,
+            roi=region,
+        )
+    )
+
+
+def encode_odometry(
+    pose: Pose, stamp_ns: int, frame: str = "odom", child_frame: str = "base_link"
+) -> bytes:
+    """Pose of the base -> Odometry with zero velocity and covariance."""
+    with_covariance = _T["geometry_msgs/msg/PoseWithCovariance"](_ros_pose(pose), np.zeros(36))
+    still = _T["geometry_msgs/msg/TwistWithCovariance"](_ros_twist(0.0, 0.0), np.zeros(36))
+    return _encode(_T[ODOMETRY](_header(stamp_ns, frame), child_frame, with_covariance, still))
+
+
+def encode_pose(pose: Pose, stamp_ns: int, frame: str = "map") -> bytes:
+    """Pose of the base -> PoseStamped."""
+    return _encode(_T[POSE_STAMPED](_header(stamp_ns, frame), _ros_pose(pose)))
+
+
+def encode_json(value: object) -> bytes:
+    """A JSON-able value -> String."""
+    return _encode(_T[STRING](json.dumps(value, allow_nan=False)))
+
+
+def encode_twist(forward_mps: float, turn_radps: float) -> bytes:
+    """Forward speed and yaw rate of the base -> Twist."""
+    return _encode(_ros_twist(forward_mps, turn_radps))
+
+
+# -- CDR -----------------------------------------------------------------------------------------
+
+
+def _decode(payload: bytes, kind: str, topic: str) -> Any:
+    try:
+        return _STORE.deserialize_cdr(payload, kind)
+    except _DAMAGED as error:
+        raise SensorError(f"{topic}: {len(payload)} bytes are not a CDR {kind}") from error
+
+
+def _encode(message: Any) -> bytes:
+    return bytes(_STORE.serialize_cdr(message, message.__msgtype__))
+
+
+def _pixels(message: Any, dtype: np.dtype[Any], channels: int, topic: str) -> NDArray[Any]:
+    """The rows of an Image without their padding: (H, W * channels), native byte order."""
+    height, width, step = int(message.height), int(message.width), int(message.step)
+    row = width * channels * dtype.itemsize
+    if not height or not width or height * width > _MAX_PIXELS:
+        raise SensorError(f"{topic}: an image of {width}x{height} pixels")
+    if step < row or len(message.data) < height * step:
+        raise SensorError(
+            f"{topic}: {width}x{height} {message.encoding} needs step >= {row} and "
+            f"{height} rows of it, got step {step} and {len(message.data)} bytes"
+        )
+    lines = np.ascontiguousarray(message.data[: height * step]).reshape(height, step)[:, :row]
+    wire_type = dtype.newbyteorder(">" if message.is_bigendian else "<")
+    values: NDArray[Any] = np.ascontiguousarray(lines).view(wire_type)
+    return values.astype(dtype, copy=False)
+
+
+def _encode_image(pixels: NDArray[Any], stamp_ns: int, frame: str, encoding: str) -> bytes:
+    height, width = pixels.shape[:2]
+    data = np.ascontiguousarray(pixels).view(np.uint8).ravel()
+    step = data.size // height
+    return _encode(_T[IMAGE](_header(stamp_ns, frame), height, width, encoding, 0, step, data))
+
+
+def _header(stamp_ns: int, frame: str) -> Any:
+    sec, nanosec = divmod(stamp_ns, 1_000_000_000)
+    return _T["std_msgs/msg/Header"](_T["builtin_interfaces/msg/Time"](sec, nanosec), frame)
+
+
+def _header_stamp(message: Any, topic: str) -> int:
+    return _stamp_ns(message.header.stamp.sec, message.header.stamp.nanosec, topic)
+
+
+def _stamp_ns(sec: int, nanosec: int, topic: str) -> int:
+    if sec < 0 or nanosec >= 1_000_000_000:
+        raise SensorError(f"{topic}: header.stamp {sec} s + {nanosec} ns is not a time")
+    return int(sec) * 1_000_000_000 + int(nanosec)
+
+
+def _planar(pose: Any, topic: str) -> Pose:
+    at, q = pose.position, pose.orientation
+    norm = math.hypot(q.w, q.x, q.y, q.z)
+    if not all(map(math.isfinite, (at.x, at.y, norm))) or abs(norm - 1) > 0.1:
+        raise SensorError(
+            f"{topic}: position ({at.x}, {at.y}), quaternion of length {norm:.3g}: "
+            "publish finite positions and unit quaternions"
+        )
+    yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), norm * norm - 2 * (q.y * q.y + q.z * q.z))
+    return Pose(float(at.x), float(at.y), math.pi if yaw == -math.pi else yaw)
+
+
+def _ros_pose(pose: Pose) -> Any:
+    half = pose.yaw_rad / 2
+    return _T["geometry_msgs/msg/Pose"](
+        _T["geometry_msgs/msg/Point"](float(pose.x_m), float(pose.y_m), 0.0),
+        _T["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(half), math.cos(half)),
+    )
+
+
+def _ros_twist(forward_mps: float, turn_radps: float) -> Any:
+    vector = _T["geometry_msgs/msg/Vector3"]
+    return _T[TWIST](vector(float(forward_mps), 0.0, 0.0), vector(0.0, 0.0, float(turn_radps)))
