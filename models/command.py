@@ -1,0 +1,85 @@
+"""`rfnav models`: fetch, check and list the models."""
+
+import click
+from tqdm import tqdm
+
+from models import store
+from models.errors import ModelError
+
+
+@click.group("models")
+def models_command() -> None:
+    """Fetch, check and list the models the robot runs on."""
+
+
+def _chosen(names: tuple[str, ...], everything: bool) -> list[store.Entry]:
+    if names:
+        return [store.entry(name) for name in names]
+    return [e for e in store.load_manifest().values() if everything or e.default]
+
+
+@models_command.command(
+    epilog="Examples:  rfnav models pull   |   rfnav models pull smollm2-135m"
+)
+@click.argument("names", nargs=-1)
+@click.option("--all", "everything", is_flag=True, help="Also what only training needs.")
+def pull(names: tuple[str, ...], everything: bool) -> None:
+    """Fetch models into the cache; without NAMES, all that a robot needs."""
+    for model in _chosen(names, everything):
+        with _Bar() as bar:
+            path = store.fetch(model.name, bar)
+        click.echo(f"{model.name}: {path}")
+
+
+@models_command.command(epilog="Example:  rfnav models verify")
+@click.argument("names", nargs=-1)
+def verify(names: tuple[str, ...]) -> None:
+    """Compare files with the manifest's checksums; exit status 1 if one is missing or damaged."""
+    wrong = 0
+    for model in _chosen(names, False):
+        try:
+            store.verify(model.name)
+            click.echo(f"{model.name}: ok")
+        except ModelError as error:
+            wrong += 1
+            click.echo(f"{model.name}: {error}")
+    if wrong:
+        raise SystemExit(1)
+
+
+@models_command.command("list", epilog="Example:  rfnav models list")
+def list_models() -> None:
+    """Show every model of the manifest and whether it is here."""
+    for model in store.load_manifest().values():
+        try:
+            state = str(store.locate(model.name))
+        except ModelError:
+            state = "not here or damaged"
+        size = f"{model.size / 1e6:.1f} MB"
+        click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")
+
+
+class _Bar:
+    """A tqdm bar (on a terminal only) that follows the store's progress reports."""
+
+    def __init__(self) -> None:
+        self._bar: tqdm[None] | None = None
+
+    def __enter__(self) -> "_Bar":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._close()
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        if self._bar is None or self._bar.desc != what + ": ":
+            self._close()
+            self._bar = tqdm(desc=what, unit="B", unit_scale=True, disable=None, leave=False)
+            self._bar.desc = what + ": "
+        self._bar.total = max(total, done) or None
+        self._bar.update(done - self._bar.n)
+
+    def _close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None

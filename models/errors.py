@@ -1,0 +1,5 @@
+"""The one error of this package; the composition root maps it to the program's own."""
+
+
+class ModelError(Exception):
+    """A model file, name or class list that cannot be used. One line: place, fault, remedy."""
