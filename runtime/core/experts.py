@@ -1,10 +1,27 @@
 """DEFA: the experts' questions and votes. Prompts out, numbers in; no model and no clock here.
 
 A small language model is never asked to choose. It scores the same continuation (the goal) in the
-context of one object or one room type; code turns those likelihoods into a set of frontiers.
+context of one object or one room type. Two centrings turn the score into evidence: against other
+household words in the same context (some contexts make every noun likely), and against the same
+word in other contexts (some nouns are likely everywhere).
 """
 
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from statistics import fmean
+
+from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+
+
+@dataclass(frozen=True)
+class ExpertConfig:
+    """[experts]"""
+
+    temperature: float = 0.6  # of the softmax over frontiers, in nats of evidence
+    bar: float = 1.5  # a frontier is recommended when p >= bar / n
+    object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
+    prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
 
 
 @dataclass(frozen=True)
@@ -13,3 +30,141 @@ class Question:
 
     context: str
     continuation: str
+
+
+@dataclass(frozen=True)
+class Topic:
+    """How one kind of context is put into words; `anchors` are the contexts averaged over."""
+
+    templates: tuple[str, ...]
+    anchors: tuple[str, ...]
+
+
+REFERENCES = ("bed", "sofa", "table", "toilet", "refrigerator", "lamp", "desk", "plant")
+OBJECTS = Topic(
+    (
+        "In the room there is {a_thing}. Next to it you will also find a",
+        "Things found together in one room: bed, pillow, nightstand. "
+        "Things found together in one room: stove, pan, kettle. "
+        "Things found together in one room: {thing},",
+    ),
+    REFERENCES,
+)
+ROOMS = Topic(
+    ("The {thing} contains a", "In the {thing} there is a", "Things found in a {thing}: a"),
+    ("kitchen", "bathroom", "bedroom", "living room", "dining room", "home office", "hallway"),
+)
+
+
+def questions(topic: Topic, goal: str, things: Iterable[str]) -> tuple[Question, ...]:
+    """Everything to be scored before `affinities` can be computed, without repeats, in a fixed
+    order that keeps equal contexts together."""
+    asked: dict[Question, None] = {}
+    for thing in (*topic.anchors, *things):
+        for template in topic.templates:
+            context = _context(template, thing)
+            for word in (*REFERENCES, goal):
+                asked[Question(context, " " + word)] = None
+    return tuple(asked)
+
+
+def affinities(
+    topic: Topic, goal: str, things: Iterable[str], answers: Mapping[Question, float]
+) -> dict[str, float]:
+    """How much more likely the goal becomes in the context of each thing, nats; only for things
+    whose questions are all answered."""
+    known: dict[str, float] = {}
+    for thing in dict.fromkeys(things):
+        try:
+            known[thing] = fmean(
+                _preference(template, thing, goal, answers)
+                - fmean(_preference(template, anchor, goal, answers) for anchor in topic.anchors)
+                for template in topic.templates
+            )
+        except KeyError:
+            continue
+    return known
+
+
+def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
+    """O2F: which frontiers do the objects near them recommend? Weights fall with the distance on
+    foot and rise with confidence; a single far object says little (`prior_weight`)."""
+    evidence: dict[int, float] = {}
+    told: dict[int, str] = {}
+    for frontier in brief.frontiers:
+        weights = [
+            (o.confidence * math.exp(-o.distance_m / cfg.object_range_m), o.name)
+            for o in frontier.objects
+            if o.name in affinity and o.name != brief.goal
+        ]
+        if not weights:
+            continue
+        total = sum(w for w, _ in weights) + cfg.prior_weight
+        evidence[frontier.id] = sum(w * affinity[name] for w, name in weights) / total
+        strongest = sorted(weights, key=lambda w: (-w[0] * affinity[w[1]], w[1]))
+        told[frontier.id] = ", ".join(dict.fromkeys(name for _, name in strongest[:3]))
+    return recommend("o2f", brief, evidence, told, cfg)
+
+
+def vote_rooms(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
+    """R2F: which frontiers do their room types recommend?"""
+    evidence: dict[int, float] = {}
+    told: dict[int, str] = {}
+    for frontier in brief.frontiers:
+        known = [(p, name) for name, p in frontier.rooms if spoken_room(name) in affinity]
+        if not known or sum(p for p, _ in known) <= 0:
+            continue
+        total = sum(p for p, _ in known)
+        evidence[frontier.id] = sum(p * affinity[spoken_room(name)] for p, name in known) / total
+        told[frontier.id] = max(known)[1]
+    return recommend("r2f", brief, evidence, told, cfg)
+
+
+def recommend(
+    expert: str,
+    brief: Brief,
+    evidence: Mapping[int, float],
+    told: Mapping[int, str],
+    cfg: ExpertConfig,
+) -> Vote | Missing:
+    """p = softmax of the evidence (nats) over the frontiers that have any; the set is those with
+    p >= bar / n. Nothing above the bar is an abstention, not an empty set."""
+    if not evidence:
+        return Missing(expert, "no evidence")
+    ids = sorted(evidence)
+    top = max(evidence.values())
+    weights = [math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
+    total = math.fsum(weights)
+    p = {i: w / total for i, w in zip(ids, weights, strict=True)}
+    chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
+    if not chosen:
+        return Missing(expert, "no preference")
+    reason = "; ".join(f"{i}: {told[i]} ({p[i]:.2f})" for i in chosen)
+    return Vote(expert, chosen, tuple(p.items()), reason)
+
+
+def spoken_room(name: str) -> str:
+    """The room type as the language model is told of it ("study" reads as a verb)."""
+    return {"study": "home office"}.get(name, name)
+
+
+def things_near(brief: Brief) -> tuple[str, ...]:
+    """Names of all objects in the brief, sorted."""
+    return tuple(sorted({o.name for f in brief.frontiers for o in f.objects}))
+
+
+def room_types(frontiers: Iterable[FrontierBrief]) -> tuple[str, ...]:
+    """Room types in the brief as the language model is told of them, sorted."""
+    return tuple(sorted({spoken_room(name) for f in frontiers for name, _ in f.rooms}))
+
+
+def _preference(template: str, thing: str, goal: str, answers: Mapping[Question, float]) -> float:
+    context = _context(template, thing)
+    return answers[Question(context, " " + goal)] - fmean(
+        answers[Question(context, " " + word)] for word in REFERENCES
+    )
+
+
+def _context(template: str, thing: str) -> str:
+    article = "an" if thing[:1].lower() in "aeiou" else "a"
+    return template.format(thing=thing, a_thing=f"{article} {thing}")

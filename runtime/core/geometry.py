@@ -64,8 +64,7 @@ def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:
     dx, dy = points[:, 0] - pose.x_m, points[:, 1] - pose.y_m
     base = np.stack([c * dx + s * dy, -s * dx + c * dy, points[:, 2]], axis=1)
     offset = np.array([mount.x_m, mount.y_m, mount.z_m])
-    optical: F64 = (base - offset) @ optical_to_base(mount)
-    return optical
+    return np.asarray((base - offset) @ optical_to_base(mount), np.float64)
 
 
 @dataclass(frozen=True)

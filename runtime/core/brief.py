@@ -1,0 +1,121 @@
+"""What the experts are told: the objects and room types around each frontier, by walking distance."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from runtime.core.geometry import GridFrame
+from runtime.core.map import NavigationMap
+from runtime.core.semantics import SemanticMap
+from runtime.core.types import (
+    F32,
+    F64,
+    Brief,
+    Frontier,
+    FrontierBrief,
+    Mask,
+    NearbyObject,
+)
+
+_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+_SQUARE = np.ones((3, 3), np.uint8)
+
+
+@dataclass(frozen=True)
+class BriefConfig:
+    """[brief]"""
+
+    object_range_m: float = 3.5  # objects further on foot are not mentioned
+    object_confidence: float = 0.6  # less certain ones are not mentioned
+    room_range_m: float = 1.5  # around the frontier, where room evidence is averaged
+    room_weight_min: float = 1.0  # mean evidence, in views, below which no room type is told
+
+
+def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
+    """(r, c) masks -> cells of walking distance from the seeds, octagonal metric, inf beyond
+    `limit` steps. One dilation a step: for small neighbourhoods it beats fast marching."""
+    reached = seeds.astype(np.uint8)
+    allowed = (passable | seeds).astype(np.uint8)
+    steps = np.where(seeds, np.float32(0), np.float32(np.inf))
+    for n in range(1, limit + 1):
+        wider = np.minimum(cv2.dilate(reached, _CROSS if n % 2 else _SQUARE), allowed)
+        fresh = wider > reached
+        if not fresh.any():
+            break
+        steps[fresh] = n
+        reached = wider.astype(np.uint8)
+    return steps
+
+
+def compose(
+    goal: str,
+    stamp_ns: int,
+    grid: NavigationMap,
+    semantic: SemanticMap,
+    frontiers: Iterable[Frontier],
+    cfg: BriefConfig,
+) -> Brief:
+    """The brief over the reachable frontiers, sorted by id."""
+    reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
+    return Brief(goal, stamp_ns, tuple(_frontier_brief(f, grid, semantic, cfg) for f in reachable))
+
+
+def _frontier_brief(
+    frontier: Frontier, grid: NavigationMap, semantic: SemanticMap, cfg: BriefConfig
+) -> FrontierBrief:
+    window, origin = _window(grid.frame, frontier.cells_xy, cfg.object_range_m + 0.5)
+    seeds = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), bool)
+    seeds[tuple((grid.frame.cells(frontier.cells_xy) - origin).T)] = True
+    resolution = grid.frame.resolution_m
+    steps = walking_distances(grid.free[window], seeds, math.ceil(cfg.object_range_m / resolution))
+    walk_m = steps * np.float32(resolution)
+    rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
+    objects = _objects(semantic, grid.frame, origin, walk_m, cfg)
+    return FrontierBrief(frontier.id, frontier.distance_m, objects, rooms)
+
+
+def _objects(
+    semantic: SemanticMap, frame: GridFrame, origin: np.ndarray, walk_m: F32, cfg: BriefConfig
+) -> tuple[NearbyObject, ...]:
+    """Objects whose footprint can be walked up to; 0.2 m around it counts as touching it."""
+    touch = cv2.erode(walk_m, np.ones((9, 9), np.uint8))  # a minimum filter
+    near = []
+    for instance in semantic.instances.values():
+        if instance.confidence < cfg.object_confidence or instance.rejected:
+            continue
+        cells = frame.cells(instance.cells_xy) - origin
+        inside = ((cells >= 0) & (cells < walk_m.shape)).all(axis=1)
+        if not inside.any():
+            continue
+        distance = float(touch[tuple(cells[inside].T)].min())
+        if distance <= cfg.object_range_m:
+            near.append(NearbyObject(instance.name, round(instance.confidence, 3), distance))
+    return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
+
+
+def _rooms(
+    semantic: SemanticMap, window: tuple[slice, slice], near: Mask, cfg: BriefConfig
+) -> tuple[tuple[str, float], ...]:
+    if not semantic.room_names or not near.any():
+        return ()
+    evidence = semantic.rooms[:, *window][:, near].mean(axis=1).astype(float)
+    total = float(evidence.sum())
+    if total < cfg.room_weight_min:
+        return ()
+    return tuple(
+        (name, round(float(e) / total, 4))
+        for name, e in zip(semantic.room_names, evidence, strict=True)
+    )
+
+
+def _window(
+    frame: GridFrame, cells_xy: F64, margin_m: float
+) -> tuple[tuple[slice, slice], np.ndarray]:
+    cells = frame.cells(cells_xy)
+    margin = math.ceil(margin_m / frame.resolution_m)
+    low = np.maximum(cells.min(axis=0) - margin, 0)
+    high = np.minimum(cells.max(axis=0) + margin + 1, frame.shape)
+    return (slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))), low

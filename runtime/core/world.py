@@ -1,0 +1,130 @@
+"""`World`: all state of one search. One thread owns it; what leaves it is an immutable snapshot."""
+
+import math
+from dataclasses import dataclass, field, replace
+
+import cv2
+import numpy as np
+
+from runtime.core.frontiers import FrontierMemory
+from runtime.core.map import MapConfig, NavigationMap
+from runtime.core.planner import Field, Terrain, descend
+from runtime.core.semantics import SemanticMap
+from runtime.core.types import Action, Brief, Decision, F64, Frontier, Mask, Pose
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """What a decision is made on."""
+
+    brief: Brief
+    frontiers: tuple[Frontier, ...]
+    stamp_ns: int
+    why: str  # the event that made the decision due
+
+
+@dataclass(frozen=True)
+class Command:
+    """One step of the base, and what it is for."""
+
+    action: Action
+    mode: str  # "look" | "frontier" | "target" | "face" | "stop"
+    toward_xy: tuple[float, float] | None
+    reason: str
+    path_xy: F64 = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) m, from the robot
+
+
+@dataclass
+class Progress:
+    """Guards against standing still: the closest that the robot came to its current aim."""
+
+    aim: tuple[str, int] = ("none", 0)  # kind and id
+    best_m: float = math.inf
+    idle: int = 0  # steps without coming closer
+    refused: int = 0  # steps for which no heading could be driven
+
+
+@dataclass
+class World:
+    """Maps, frontiers, the standing decision and the guards of one search."""
+
+    goal: str
+    map: NavigationMap
+    semantic: SemanticMap
+    pose: Pose
+    stamp_ns: int
+    given_up: Mask  # (R, C) frontier cells that were looked at in vain
+    memory: FrontierMemory = field(default_factory=FrontierMemory)
+    frontiers: tuple[Frontier, ...] = ()
+    terrain: Terrain | None = None
+    reach: Field | None = None  # geodesic distance from the robot
+    decision: Decision | None = None
+    decided_at: int = -10_000  # step of the last decision
+    evidence: tuple[object, ...] = ()  # what the last decision knew
+    looks_left: int = 0  # turns of the first look around
+    step: int = 0
+    last: Command | None = None
+    progress: Progress = field(default_factory=Progress)
+    collisions: int = 0
+    retried: bool = False  # given-up frontiers were already given a second chance
+    visited_xy: list[tuple[float, float]] = field(default_factory=list)
+
+    @classmethod
+    def begin(
+        cls,
+        goal: str,
+        names: tuple[str, ...],
+        room_names: tuple[str, ...],
+        pose: Pose,
+        looks: int,
+        cfg: MapConfig,
+    ) -> "World":
+        """A world of which nothing is known but that the robot stands in it."""
+        grid = NavigationMap.around(pose, cfg)
+        semantic = SemanticMap.empty(names, room_names, grid.frame)
+        given_up = np.zeros(grid.frame.shape, bool)
+        return cls(goal, grid, semantic, pose, 0, given_up, looks_left=looks)
+
+    def grow(self, margin_m: float) -> None:
+        """Keep the grid larger than what the camera can see from here."""
+        padding = self.map.grow(self.pose.xy, margin_m)
+        if padding:
+            top, bottom, left, right = padding
+            self.semantic.grow(padding)
+            self.given_up = np.pad(self.given_up, ((top, bottom), (left, right)))
+
+    def give_up(self, cells_xy: F64, near_m: float = math.inf) -> None:
+        """Never ask for these frontier cells again (those within `near_m` of the robot)."""
+        gap = np.hypot(cells_xy[:, 0] - self.pose.x_m, cells_xy[:, 1] - self.pose.y_m)
+        cells = self.map.frame.cells(cells_xy[gap <= near_m])
+        mask = np.zeros(self.map.frame.shape, np.uint8)
+        mask[tuple(cells.T)] = 1
+        self.given_up |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).astype(bool)
+
+    def frontier(self, id: int | None) -> Frontier | None:
+        """The frontier of that id, if it is there."""
+        return next((f for f in self.frontiers if f.id == id), None)
+
+
+def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
+    """Turn identified cells into frontiers: goal point and walking distance from the robot."""
+    assert world.terrain is not None and world.reach is not None
+    frame, arrival = world.terrain.frame, world.reach.arrival_m
+    size = 2 * round(snap_m / frame.resolution_m) + 1
+    found = []
+    for id, cells_xy in cells_by_id.items():
+        near = np.zeros(frame.shape, np.uint8)
+        near[tuple(frame.cells(cells_xy).T)] = 1
+        direct = np.where(near > 0, arrival, np.inf)
+        if not np.isfinite(direct).any():  # the body does not fit onto it: stand close by
+            wider = cv2.dilate(near, np.ones((size, size), np.uint8))
+            direct = np.where(wider > 0, arrival, np.inf)
+        row, col = divmod(int(np.argmin(direct)), frame.cols)
+        x, y = frame.centres(np.array([row, col], np.int32))
+        found.append(Frontier(id, cells_xy, (float(x), float(y)), float(direct[row, col])))
+    world.frontiers = tuple(found)
+
+
+def toward(field: Field, pose: Pose, command: Command) -> Command:
+    """The command with the path that the field leads along."""
+    return replace(command, path_xy=descend(field, (pose.x_m, pose.y_m)))
