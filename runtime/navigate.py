@@ -10,10 +10,42 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from runtime.core import brief, consensus, control, frontiers, map, planner, semantics, target
+from runtime.core import (
+    brief,
+    consensus,
+    control,
+    frontiers,
+    map,
+    planner,
+    semantics,
+    target,
+)
+from runtime.core.brief import BriefConfig
+from runtime.core.consensus import ConsensusConfig
+from runtime.core.control import ControlConfig
+from runtime.core.frontiers import FrontierConfig
 from runtime.core.geometry import bearing
-from runtime.core.types import Action, Ballot, Brief, Decision, Detections, Mount, Observation
-from runtime.core.world import Command, Progress, Snapshot, World, toward, with_distances
+from runtime.core.map import MapConfig
+from runtime.core.planner import PlannerConfig
+from runtime.core.semantics import SemanticsConfig
+from runtime.core.target import TargetConfig
+from runtime.core.types import (
+    Action,
+    Ballot,
+    Brief,
+    Decision,
+    Detections,
+    Mount,
+    Observation,
+)
+from runtime.core.world import (
+    Command,
+    Progress,
+    Snapshot,
+    World,
+    toward,
+    with_distances,
+)
 
 Deadline = TypeVar("Deadline", contravariant=True)
 
@@ -35,14 +67,14 @@ class ExploreConfig:
 class NavigateConfig:
     """The core's part of the configuration."""
 
-    map: map.MapConfig = field(default_factory=map.MapConfig)
-    semantics: semantics.SemanticsConfig = field(default_factory=semantics.SemanticsConfig)
-    frontiers: frontiers.FrontierConfig = field(default_factory=frontiers.FrontierConfig)
-    brief: brief.BriefConfig = field(default_factory=brief.BriefConfig)
-    consensus: consensus.ConsensusConfig = field(default_factory=consensus.ConsensusConfig)
-    planner: planner.PlannerConfig = field(default_factory=planner.PlannerConfig)
-    control: control.ControlConfig = field(default_factory=control.ControlConfig)
-    target: target.TargetConfig = field(default_factory=target.TargetConfig)
+    map: MapConfig = field(default_factory=MapConfig)
+    semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
+    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
+    brief: BriefConfig = field(default_factory=BriefConfig)
+    consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    control: ControlConfig = field(default_factory=ControlConfig)
+    target: TargetConfig = field(default_factory=TargetConfig)
     explore: ExploreConfig = field(default_factory=ExploreConfig)
 
 

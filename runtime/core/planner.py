@@ -85,12 +85,14 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
     inside = _connected(terrain.traversable, seeds)
     if (inside & ~seeds).any():
         rows, cols = _window(inside)
+        # skfmm reads the arrays' memory: a view of a larger array would be misread
         phi = np.ma.MaskedArray(
-            np.where(seeds, -1.0, 1.0)[rows, cols], mask=~inside[rows, cols], copy=False
+            np.where(seeds[rows, cols], -1.0, 1.0),
+            mask=np.ascontiguousarray(~inside[rows, cols]),
         )
         dx = terrain.frame.resolution_m
         if unhurried:
-            times = skfmm.travel_time(phi, terrain.speed[rows, cols].astype(np.float64), dx=dx)
+            times = skfmm.travel_time(phi, np.array(terrain.speed[rows, cols], np.float64), dx=dx)
         else:
             times = skfmm.distance(phi, dx=dx)
         arrival[rows, cols] = np.where(np.ma.getmaskarray(times), np.inf, np.abs(times.data))
