@@ -20,7 +20,7 @@ from hil_sim.floorplan import INNER_M, OUTER_M, Plan, Rect
 from hil_sim.scene import SceneObject
 
 CELL_M = 0.05
-ROBOT_M = 0.24
+ROBOT_M = 0.22
 """Inflation for the passage check: body radius 0.18 m and a margin."""
 DOOR_ZONE_M = 0.75
 SIDES = ("south", "east", "north", "west")
@@ -110,7 +110,7 @@ class Furnisher:
             max(r.x1 for _, r in plan.rooms),
             max(r.y1 for _, r in plan.rooms),
         )
-        self.free = self._empty_floor()
+        self.free, self.cut_off = self._empty_floor(), 0
         self.room = plan.rooms[0][1]
 
     def enter(self, room: Rect) -> None:
@@ -264,13 +264,16 @@ class Furnisher:
         slots += [(s * w / 2, 0.0, -s * math.pi / 2) for s in (-1, 1)]
         self.rng.shuffle(slots)
         mesh, placed = self.pick(category), 0
-        for u, v, turn in slots[:most]:
-            out = mesh.size_m[1] / 2 + self.rng.uniform(0.02, 0.25)
-            du, dv = (math.copysign(out, u), 0.0) if abs(turn) == math.pi / 2 else (0.0, 0.0)
-            dv = math.copysign(out, v) if abs(turn) != math.pi / 2 else dv
-            angle = turn + self.rng.gauss(0, 0.15)
-            if self.beside(category, table, u + du, v + dv, angle, mesh):
+        for u, v, turn in slots:
+            sideways = abs(turn) == math.pi / 2
+            twist = self.rng.gauss(0, 0.12)
+            out = mesh.size_m[1] / 2 + abs(twist) * mesh.size_m[0] / 2
+            out += self.rng.uniform(0.02, 0.22)
+            du, dv = (math.copysign(out, u), 0.0) if sideways else (0.0, math.copysign(out, v))
+            if self.beside(category, table, u + du, v + dv, turn + twist, mesh):
                 placed += 1
+            if placed == most:
+                break
         return placed
 
     def wall_length(self, side: str) -> float:
@@ -326,9 +329,10 @@ class Furnisher:
             return False
         main = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
         cut_off = int(stats[1:, cv2.CC_STAT_AREA].sum() - stats[main, cv2.CC_STAT_AREA])
-        if cut_off * CELL_M**2 > 0.35 or not self._doors_open(labels == main):
+        pocket = (cut_off - self.cut_off) * CELL_M**2
+        if pocket > 0.3 or not self._doors_open(labels == main):
             return False
-        self.free = trial
+        self.free, self.cut_off = trial, cut_off
         return True
 
     def _doors_open(self, main: NDArray[np.bool_]) -> bool:

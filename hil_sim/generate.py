@@ -374,7 +374,7 @@ def _some(home: Furnisher, chances: dict[str, float]) -> None:
 
 def _hang(home: Furnisher, kind: str) -> None:
     """Pictures, clocks and mirrors on the walls."""
-    for _ in range(home.rng.choice([0, 1, 1, 2, 3])):
+    for _ in range(home.rng.choice([0, 0, 1, 1, 2])):
         _wall_thing(home, "picture", (), 1.15, 1.5)
     chance = {"kitchen": 0.45, "bathroom": 0.08, "hallway": 0.3}.get(kind, 0.3)
     if home.rng.random() < chance:

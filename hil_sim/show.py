@@ -40,12 +40,16 @@ def plan_image(scene: Scene, sizes: dict[str, tuple[float, float, float]]) -> Im
     for door in scene.doors:
         ends = px(np.array([door.start, door.end]))
         cv2.line(image, ends[0].tolist(), ends[1].tolist(), (235, 225, 200), 12)
-    for obj in sorted(scene.objects, key=lambda obj: obj.position_m[2]):
+    for obj in sorted(scene.objects, key=lambda obj: (obj.position_m[2], _height(obj))):
         _draw_object(image, px, obj, obj.size_m or sizes.get(obj.mesh, (0.4, 0.4, 0.4)))
     for room in scene.rooms:
         middle = px(np.mean(np.array(room.polygon), axis=0))
         _text(image, room.name, middle.tolist(), 0.6, (150, 30, 30))
     return image
+
+
+def _height(obj: SceneObject) -> float:
+    return obj.size_m[2] if obj.size_m else 0.5
 
 
 def _draw_object(image, px, obj: SceneObject, size) -> None:  # type: ignore[no-untyped-def]

@@ -1,0 +1,172 @@
+"""`hil-sim frames`: labelled frames of generated homes, to train and test detectors on.
+
+One process renders one home (EGL reuses texture ids wrongly after a reset). Finished homes are
+kept as shards, so that an interrupted run goes on where it stopped.
+"""
+
+import json
+import math
+import multiprocessing
+import os
+import random
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+import click
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from hil_sim.furnish import box_of
+from hil_sim.generate import generate
+from hil_sim.labels import LABELLED, View, labels, seen_room
+from hil_sim.viewpoints import viewpoints
+
+FRAMES_A_HOME = 25
+HEIGHT_M = (0.73, 1.03)
+PITCH_RAD = math.radians(8)
+HFOV_RAD = math.radians(79)
+
+
+def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: Path) -> int:
+    """Render one home into out/images and write its shard; returns the number of frames."""
+    from hil_sim.assets import Assets
+    from hil_sim.world import Appearance, Camera, World
+
+    cv2.setNumThreads(1)
+    scene, rng = generate(seed, split), random.Random(f"frames/{split}/{seed}")
+    boxes, rows = [box_of(obj) for obj in scene.objects], []
+    with World(scene, Assets(), "auto", Appearance()) as world:
+        for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
+            pitch = rng.uniform(-PITCH_RAD, PITCH_RAD)
+            view = View(x, y, rng.uniform(*HEIGHT_M), yaw, pitch, HFOV_RAD)
+            frame = world.render(x, y, yaw, Camera(*size, HFOV_RAD, view.z_m), pitch, None)
+            name = f"{split}-{seed:06d}-{index:02d}.jpg"
+            rgb = photograph(rng, frame.rgb)
+            cv2.imwrite(
+                str(out / "images" / name), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92]
+            )
+            found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
+            room = seen_room(scene, view, frame.depth_m)
+            objects = [vars(label) for label in found]
+            rows.append({"file_name": name, "room": room, "objects": objects})
+    shard = _shard(out, split, seed)
+    partial = shard.with_suffix(".part")
+    partial.write_text(json.dumps(rows), encoding="utf-8")
+    os.replace(partial, shard)
+    return len(rows)
+
+
+def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """(H, W, 3) RGB with a camera's exposure, white balance, softness and noise."""
+    gain = rng.uniform(0.75, 1.25) * np.array([rng.gauss(1, 0.05), 1.0, rng.gauss(1, 0.05)])
+    picture = 255.0 * (rgb / 255.0) ** rng.uniform(0.8, 1.25) * gain
+    if rng.random() < 0.3:
+        picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0))
+    sigma = rng.uniform(0.0, 5.0)
+    noise = np.random.default_rng(rng.getrandbits(32)).normal(0.0, sigma, rgb.shape)
+    return np.clip(picture + noise, 0, 255).astype(np.uint8)
+
+
+def render(
+    out: Path, frames: int, seed: int, split: str, size: tuple[int, int], workers: int = 2
+) -> dict[str, Any]:
+    """Render the homes of seeds from `seed` on until there are `frames`; returns the COCO data."""
+    for folder in ("images", "shards"):
+        (out / folder).mkdir(parents=True, exist_ok=True)
+    homes = range(seed, seed + math.ceil(frames / FRAMES_A_HOME))
+    todo = [home for home in homes if not _shard(out, split, home).exists()]
+    done = (len(homes) - len(todo)) * FRAMES_A_HOME
+    spawn = multiprocessing.get_context("spawn")
+    with (
+        tqdm(total=frames, initial=min(done, frames), unit="frame", desc=split) as bar,
+        ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
+    ):
+        jobs = [pool.submit(render_home, home, split, FRAMES_A_HOME, size, out) for home in todo]
+        try:
+            for job in as_completed(jobs):
+                bar.update(min(job.result(), frames - bar.n))
+        except KeyboardInterrupt:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    coco = _collect(out, split, homes, frames, size)
+    (out / "annotations.json").write_text(json.dumps(coco), encoding="utf-8")
+    return coco
+
+
+def _shard(out: Path, split: str, seed: int) -> Path:
+    return out / "shards" / f"{split}-{seed:06d}.json"
+
+
+def _collect(
+    out: Path, split: str, homes: range, frames: int, size: tuple[int, int]
+) -> dict[str, Any]:
+    """The shards of these homes as one COCO detection file."""
+    ids = {name: i + 1 for i, name in enumerate(LABELLED)}
+    rows = [row for home in homes for row in json.loads(_shard(out, split, home).read_text())]
+    images, annotations = [], []
+    for image_id, row in enumerate(rows[:frames], 1):
+        images.append(
+            {
+                "id": image_id,
+                "file_name": row["file_name"],
+                "width": size[0],
+                "height": size[1],
+                "room": row["room"],
+            }
+        )
+        for label in row["objects"]:
+            annotations.append(
+                {
+                    "id": len(annotations) + 1,
+                    "image_id": image_id,
+                    "category_id": ids[label["category"]],
+                    "bbox": label["bbox"],
+                    "area": label["area"],
+                    "iscrowd": int(label["ignore"]),
+                }
+            )
+    categories = [{"id": i, "name": name} for name, i in ids.items()]
+    return {"images": images, "annotations": annotations, "categories": categories}
+
+
+def counts(coco: dict[str, Any]) -> dict[str, int]:
+    """Boxes (not ignored) by category."""
+    names = {row["id"]: row["name"] for row in coco["categories"]}
+    found = Counter(names[a["category_id"]] for a in coco["annotations"] if not a["iscrowd"])
+    return {name: found.get(name, 0) for name in names.values()}
+
+
+@click.command("frames")
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--frames", default=1000, show_default=True, type=click.IntRange(1))
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First home.")
+@click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
+@click.option("--width", default=416, show_default=True, type=click.IntRange(64, 1920))
+@click.option("--height", default=320, show_default=True, type=click.IntRange(64, 1920))
+@click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
+def frames_command(
+    out: Path, frames: int, seed: int, split: str, width: int, height: int, workers: int,
+    json_file: Path | None,
+) -> None:  # fmt: skip
+    """Render labelled frames of generated homes (COCO detection format).
+
+    \b
+    Example: hil-sim frames --out frames/train --frames 5000 --split train
+    A run that was interrupted goes on with the same command.
+    """
+    coco = render(out, frames, seed, split, (width, height), workers)
+    found = counts(coco)
+    for name, count in found.items():
+        click.echo(f"{name:16} {count:6}")
+    click.echo(f"{len(coco['images'])} frames in {out}")
+    if json_file:
+        json_file.write_text(json.dumps({"frames": len(coco["images"]), "boxes": found}, indent=1))
+
+
+if __name__ == "__main__":
+    frames_command()
