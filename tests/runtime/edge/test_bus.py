@@ -1,0 +1,301 @@
+"""The bus over real Zenoh on loopback: bytes really move between two sessions."""
+
+import json
+import socket
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from runtime.core.types import Action, Intrinsics, Observation, Pose
+from runtime.edge import wire
+from runtime.edge.bus import Bus, BusConfig, TopicsConfig
+from runtime.edge.clock import SystemClock
+from runtime.edge.session import open_session
+from runtime.errors import BusError, SensorError
+
+PATIENCE_S = 10.0
+K = Intrinsics(38.8, 38.8, 8.0, 6.0, 16, 12)
+RGB = np.arange(12 * 16 * 3, dtype=np.uint8).reshape(12, 16, 3)
+DEPTH = np.full((12, 16), 2.0, np.float32)
+ALL = ("camera_info", "odom", "depth", "color")
+
+
+class Robot:
+    """The other side: publishes sensors, asks, and collects what the runtime says."""
+
+    def __init__(self, config: BusConfig) -> None:
+        self.config = config
+        self.session: Any = open_session(config)
+        self.heard: list[tuple[str, dict[str, Any]]] = []
+        self.changed = threading.Condition()
+        self.session.declare_subscriber(config.key("rfnav/*"), self._hear)
+
+    def _hear(self, sample: Any) -> None:
+        with self.changed:
+            key = str(sample.key_expr).rsplit("/", 1)[1]
+            self.heard.append((key, wire.decode_json(sample.payload.to_bytes(), key)))
+            self.changed.notify_all()
+
+    def send(self, topic: str, payload: bytes) -> None:
+        self.session.put(self.config.key(topic), payload)
+
+    def publish(
+        self,
+        stamp_ns: int,
+        what: tuple[str, ...] = ALL,
+        k: Intrinsics = K,
+        depth: np.ndarray = DEPTH,
+        pose: Pose = Pose(1, 2, 0.5),  # noqa: B008 -- immutable
+    ) -> None:
+        topics = self.config.topics
+        payloads = {
+            "camera_info": wire.encode_camera_info(k, stamp_ns),
+            "odom": wire.encode_odometry(pose, stamp_ns),
+            "depth": wire.encode_depth(depth, stamp_ns),
+            "color": wire.encode_color(RGB, stamp_ns),
+        }
+        for name in what:
+            self.send(getattr(topics, name), payloads[name])
+
+    def ask(self, topic: str, body: bytes) -> dict[str, Any]:
+        replies = list(self.session.get(self.config.key(topic), payload=body, timeout=PATIENCE_S))
+        answer: dict[str, Any] = json.loads(replies[0].ok.payload.to_bytes())
+        return answer
+
+
+def free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def pair(lockstep: bool, **options: Any) -> tuple[Robot, Bus]:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robot = Robot(BusConfig(listen=(endpoint,), **options))
+    bus = Bus(BusConfig(connect=(endpoint,), **options), SystemClock(), lockstep)
+    topics = bus._config.topics
+    streams = (topics.color, topics.depth, topics.camera_info, topics.pose or topics.odom)
+    publishers = [robot.session.declare_publisher(robot.config.key(topic)) for topic in streams]
+    publishers += [bus._publishers[name] for name in ("action", "state", "decision")]
+    until = time.monotonic() + PATIENCE_S
+    while not all(publisher.matching_status for publisher in publishers):
+        assert time.monotonic() < until, "the two sides do not see each other"
+        time.sleep(0.005)
+    return robot, bus
+
+
+def received(bus: Bus, topic: str, count: int) -> None:
+    until = time.monotonic() + PATIENCE_S
+    while bus.health()[topic].received < count:
+        assert time.monotonic() < until, f"{topic} has not come"
+        time.sleep(0.005)
+
+
+@pytest.fixture
+def lockstep() -> Iterator[tuple[Robot, Bus]]:
+    robot, bus = pair(lockstep=True)
+    yield robot, bus
+    bus.close()
+    robot.session.close()
+
+
+@pytest.fixture
+def realtime() -> Iterator[tuple[Robot, Bus]]:
+    robot, bus = pair(lockstep=False, sensor_timeout_s=0.15, prefix="/robot1/")
+    yield robot, bus
+    bus.close()
+    robot.session.close()
+
+
+def test_a_set_arrives_as_it_was_sent(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    robot.publish(5_000)
+    observation = bus.next(PATIENCE_S)
+    assert isinstance(observation, Observation)
+    assert observation.stamp_ns == 5_000
+    np.testing.assert_array_equal(observation.rgb, RGB)
+    np.testing.assert_array_equal(observation.depth_m, DEPTH)
+    assert observation.intrinsics == K
+    assert observation.pose.x_m == 1 and observation.pose.yaw_rad == pytest.approx(0.5)
+    assert bus.next(0.0) is None
+
+
+def test_in_lockstep_no_set_is_lost(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    for stamp in range(1, 31):
+        robot.publish(stamp)
+    seen = [bus.next(PATIENCE_S) for _ in range(30)]
+    assert [o.stamp_ns for o in seen if o is not None] == list(range(1, 31))
+
+
+def test_what_is_published_arrives_in_its_order(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    bus.publish_state({"step": 1})
+    bus.publish_decision({"frontier": 7})
+    bus.publish_action(9, Action.TURN_LEFT)
+    with robot.changed:
+        assert robot.changed.wait_for(lambda: len(robot.heard) == 3, PATIENCE_S)
+    assert robot.heard == [
+        ("state", {"step": 1}),
+        ("decision", {"frontier": 7}),
+        ("action", {"stamp_ns": 9, "action": "turn_left"}),
+    ]
+
+
+def test_requests_reach_the_owner_and_are_answered(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    answers: list[dict[str, Any]] = []
+    asking = threading.Thread(
+        target=lambda: answers.append(robot.ask("rfnav/goal", b'{"goal": "toilet"}'))
+    )
+    asking.start()
+    assert bus.next(PATIENCE_S) is None  # comes back early: a request waits
+    request = bus.request()
+    assert request is not None and (request.kind, request.body) == ("goal", {"goal": "toilet"})
+    request.reply({"accepted": True})
+    asking.join(PATIENCE_S)
+    assert answers == [{"accepted": True}]
+    assert bus.request() is None
+
+
+def test_a_request_that_is_not_json_is_refused_with_a_reason(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    answers: list[dict[str, Any]] = []
+    asking = threading.Thread(target=lambda: answers.append(robot.ask("rfnav/goal", b"toilet")))
+    asking.start()
+    assert bus.next(PATIENCE_S) is None
+    assert bus.request() is None
+    asking.join(PATIENCE_S)
+    assert answers[0]["accepted"] is False
+    assert answers[0]["error"].startswith("rfnav/goal: not JSON")
+
+
+def test_a_camera_without_intrinsics_is_reported_at_its_first_frame(
+    lockstep: tuple[Robot, Bus],
+) -> None:
+    robot, bus = lockstep
+    robot.publish(1, k=Intrinsics(0, 0, 0, 0, 16, 12))
+    with pytest.raises(SensorError, match="^camera/color/camera_info: K is zero"):
+        bus.next(PATIENCE_S)
+
+
+def test_a_depth_image_of_another_size_is_reported_at_its_first_frame(
+    lockstep: tuple[Robot, Bus],
+) -> None:
+    robot, bus = lockstep
+    robot.publish(1, depth=np.ones((6, 8), np.float32))
+    with pytest.raises(SensorError, match="image is 8x6 but camera/color/camera_info .* 16x12"):
+        bus.next(PATIENCE_S)
+
+
+def test_images_without_camera_info_are_reported_after_the_timeout(
+    realtime: tuple[Robot, Bus],
+) -> None:
+    robot, bus = realtime
+    robot.publish(1, ("odom", "depth", "color"))
+    with pytest.raises(SensorError, match="^camera/color/camera_info: no intrinsics received in"):
+        bus.next(PATIENCE_S)
+    robot.publish(2)  # it mends itself when they come after all
+    assert bus.next(PATIENCE_S) is not None
+
+
+def test_silent_streams_are_named(realtime: tuple[Robot, Bus]) -> None:
+    robot, bus = realtime
+    robot.publish(1, ("camera_info", "odom"))
+    with pytest.raises(SensorError) as caught:
+        bus.wait_first()
+    assert "camera/color/image_raw, camera/depth/image_raw: nothing received" in str(caught.value)
+
+
+def test_after_the_first_frame_bad_messages_are_counted_and_survived(
+    lockstep: tuple[Robot, Bus],
+) -> None:
+    robot, bus = lockstep
+    robot.publish(1)
+    assert bus.next(PATIENCE_S) is not None
+    robot.send("odom", b"\0\1\0\0 nonsense that goes on for a while")
+    robot.send("camera/depth/image_raw", b"short")
+    robot.publish(2, k=Intrinsics(0, 0, 0, 0, 16, 12))
+    received(bus, "camera/color/camera_info", 2)
+    observation = bus.next(PATIENCE_S)
+    assert observation is not None and observation.stamp_ns == 2 and observation.intrinsics == K
+    robot.publish(3, depth=np.ones((6, 8), np.float32))
+    robot.publish(4)
+    observation = bus.next(PATIENCE_S)
+    assert observation is not None and observation.stamp_ns == 4
+    assert bus.next(0.0) is None
+    health = bus.health()
+    assert health["camera/depth/image_raw"].bad == 2
+    assert "8x6" in health["camera/depth/image_raw"].last_error
+    assert health["camera/color/camera_info"].bad == 1
+    assert health["odom"].bad == 1
+    assert health["camera/color/image_raw"].bad == 0
+
+
+def test_in_real_time_only_the_newest_set_is_handed_over(realtime: tuple[Robot, Bus]) -> None:
+    robot, bus = realtime
+    for stamp in range(1, 6):
+        robot.publish(stamp * 1_000_000, pose=Pose(stamp, 0, 0))
+    for topic in ("camera/color/image_raw", "camera/depth/image_raw", "odom"):
+        received(bus, topic, 5)
+    observation = bus.next(PATIENCE_S)
+    assert observation is not None and observation.stamp_ns == 5_000_000
+    assert bus.next(0.0) is None
+    newest = bus.pose()
+    assert newest is not None and newest[0].value.x_m == 5 and 0 <= newest[1] < PATIENCE_S
+
+
+def test_flush_forgets_what_waits(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    robot.publish(1)
+    for topic in ("camera/color/image_raw", "camera/depth/image_raw", "odom"):
+        received(bus, topic, 1)
+    bus.flush()
+    assert bus.next(0.0) is None
+
+
+def test_a_slam_pose_and_compressed_colour_can_be_configured() -> None:
+    topics = TopicsConfig(pose="slam/pose", color="camera/color/image_raw/compressed")
+    robot, bus = pair(lockstep=True, topics=topics)
+    try:
+        robot.publish(7, ("camera_info", "depth"))
+        robot.send("slam/pose", wire.encode_pose(Pose(4, 5, 0), 7))
+        robot.send(topics.color, wire.encode_compressed_color(RGB, 7))
+        observation = bus.next(PATIENCE_S)
+        assert observation is not None and observation.pose == Pose(4, 5, 0)
+        assert observation.rgb.shape == (12, 16, 3)
+    finally:
+        bus.close()
+        robot.session.close()
+
+
+def test_closing_twice_is_closing_once() -> None:
+    robot, bus = pair(lockstep=False)
+    bus.close()
+    bus.close()
+    robot.session.close()
+
+
+@pytest.mark.parametrize(
+    ("config", "wanted"),
+    [
+        (BusConfig(mode="boss"), "bus.mode: 'boss' is not a mode"),
+        (BusConfig(mode="client"), "bus.connect: a client needs a router"),
+        (BusConfig(listen=("nonsense",)), "nonsense\\): cannot be opened: .*<protocol>/<address>"),
+        (BusConfig(listen=("tcp/203.0.113.9:1",)), "cannot be opened: Can not create a new TCP"),
+    ],
+)
+def test_a_bus_that_cannot_be_opened_says_why(config: BusConfig, wanted: str) -> None:
+    with pytest.raises(BusError, match=wanted) as caught:
+        open_session(config)
+    assert "\n" not in str(caught.value)
+
+
+def test_keys_follow_the_namespace() -> None:
+    assert BusConfig().key("odom") == "odom"
+    assert replace(BusConfig(), prefix="/robot1/").key("/odom") == "robot1/odom"
