@@ -46,9 +46,7 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
             frame = world.render(x, y, yaw, Camera(*size, HFOV_RAD, view.z_m), pitch, None)
             name = f"{split}-{seed:06d}-{index:02d}.jpg"
             rgb = photograph(rng, frame.rgb)
-            cv2.imwrite(
-                str(out / "images" / name), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92]
-            )
+            cv2.imwrite(str(out / "images" / name), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
             room = seen_room(scene, view, frame.depth_m)
             objects = [vars(label) for label in found]
