@@ -207,6 +207,8 @@ def test_images_without_camera_info_are_reported_after_the_timeout(
 def test_silent_streams_are_named(realtime: tuple[Robot, Bus]) -> None:
     robot, bus = realtime
     robot.publish(1, ("camera_info", "odom"))
+    for topic in ("camera/color/camera_info", "odom"):
+        received(bus, topic, 1)
     with pytest.raises(SensorError) as caught:
         bus.wait_first()
     assert "camera/color/image_raw, camera/depth/image_raw: nothing received" in str(caught.value)
