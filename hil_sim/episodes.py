@@ -85,7 +85,8 @@ def _starts(space: FreeSpace, field: NDArray[np.float64]) -> NDArray[np.intp]:
     areas = space.scene.spawn or tuple(room.polygon for room in space.scene.rooms)
     points = space.points(cells)
     kept = [any(contains(area, x, y) for area in areas) for x, y in points]
-    return cells[np.array(kept, bool)]
+    starts: NDArray[np.intp] = cells[np.array(kept, bool)]
+    return starts
 
 
 def known_suites() -> tuple[str, ...]:

@@ -40,6 +40,10 @@ class Rect:
     def area(self) -> float:
         return self.width * self.depth
 
+    def touches(self, x: float, y: float, slack: float = 0.02) -> bool:
+        """Whether the point lies in the rectangle or on its edge."""
+        return self.x0 - slack <= x <= self.x1 + slack and self.y0 - slack <= y <= self.y1 + slack
+
     def inset(self, by: float) -> "Rect":
         return Rect(self.x0 + by, self.y0 + by, self.x1 - by, self.y1 - by)
 

@@ -61,9 +61,9 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
 def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(H, W, 3) RGB with a camera's exposure, white balance, softness and noise."""
     gain = rng.uniform(0.75, 1.25) * np.array([rng.gauss(1, 0.05), 1.0, rng.gauss(1, 0.05)])
-    picture = 255.0 * (rgb / 255.0) ** rng.uniform(0.8, 1.25) * gain
+    picture = np.asarray(255.0 * (rgb / 255.0) ** rng.uniform(0.8, 1.25) * gain)
     if rng.random() < 0.3:
-        picture = cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0))
+        picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0)))
     sigma = rng.uniform(0.0, 5.0)
     noise = np.random.default_rng(rng.getrandbits(32)).normal(0.0, sigma, rgb.shape)
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
@@ -105,7 +105,8 @@ def _collect(
     """The shards of these homes as one COCO detection file."""
     ids = {name: i + 1 for i, name in enumerate(LABELLED)}
     rows = [row for home in homes for row in json.loads(_shard(out, split, home).read_text())]
-    images, annotations = [], []
+    images: list[dict[str, Any]] = []
+    annotations: list[dict[str, Any]] = []
     for image_id, row in enumerate(rows[:frames], 1):
         images.append(
             {

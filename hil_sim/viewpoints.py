@@ -32,6 +32,7 @@ class Floor:
     origin_m: tuple[float, float]
     standing: NDArray[np.bool_]
     walls: NDArray[np.bool_]
+    cell_m: float = CELL_M
 
     def cell(self, x: float, y: float) -> tuple[int, int] | None:
         row, col = int((y - self.origin_m[1]) / CELL_M), int((x - self.origin_m[0]) / CELL_M)
@@ -47,7 +48,7 @@ def floor_of(scene: Scene) -> Floor:
     walls, rooms, things = (np.zeros((rows, cols), np.uint8) for _ in range(3))
 
     def px(xy: NDArray[np.float64]) -> NDArray[np.int32]:
-        return np.floor((xy - low) / CELL_M).astype(np.int32)
+        return np.asarray(np.floor((xy - low) / CELL_M), np.int32)
 
     for room in scene.rooms:
         cv2.fillPoly(rooms, [px(np.array(room.polygon))], 1)
@@ -62,7 +63,7 @@ def floor_of(scene: Scene) -> Floor:
             cv2.fillPoly(things, [px(box.corners())], 1)
     reach = round(BODY_M / CELL_M)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
-    blocked = cv2.dilate(walls | things, disc)
+    blocked = cv2.dilate(np.maximum(walls, things), disc.astype(np.uint8))
     return Floor((float(low[0]), float(low[1])), (rooms > 0) & (blocked == 0), walls > 0)
 
 

@@ -45,7 +45,8 @@ def two_rooms(door_z: float = 3.0) -> FreeSpace:
     sides = [(0, 0, 6, 0), (6, 0, 6, 3), (6, 3, 0, 3), (0, 3, 0, 0), (3, 0, 3, 1), (3, 2, 3, 3)]
     shapes = [quad(*side, 0.0, 2.5) for side in sides]
     shapes += [quad(3, 1, 3, 2, door_z, 2.5 if door_z < 2.5 else 3.5)]
-    shapes += [quad(4.5, 0.2, 5.5, 0.2, 0, 0.8), quad(4.5, 0.8, 5.5, 0.8, 0, 0.8)]
+    sofa = [(4.5, 0.2, 5.5, 0.2), (5.5, 0.2, 5.5, 0.8), (5.5, 0.8, 4.5, 0.8), (4.5, 0.8, 4.5, 0.2)]
+    shapes += [quad(*side, 0.0, 0.8) for side in sofa]
     return build_free_space(scene, np.concatenate(shapes))
 
 
@@ -92,9 +93,9 @@ def footprints(space: FreeSpace) -> list[np.ndarray]:
 def test_success_is_near_and_in_view() -> None:
     space = two_rooms()
 
-    def look(x: float, y: float, yaw: float) -> np.ndarray:
-        assert math.cos(yaw - math.atan2(0.5 - y, 5.0 - x)) > 0.999
-        return np.array([500 if x > 5.0 else 100, 0])
+    def look(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
+        assert math.cos(yaw_rad - math.atan2(0.5 - y_m, 5.0 - x_m)) > 0.999
+        return np.array([500 if x_m > 5.0 else 100, 0])
 
     cells = success_cells(space, "couch", footprints(space), look)
     points = space.points(cells)
@@ -108,13 +109,19 @@ def test_goal_words_name_scene_categories() -> None:
     assert categories_of("tv monitor") == ("television",)
     assert categories_of("  Potted  Plant ") == ("plant",)
     assert categories_of("toilet") == ("toilet",)
-    with pytest.raises(SceneError, match="two: goal 'toilet': no such object here; there are: sofa"):
+    with pytest.raises(
+        SceneError, match="two: goal 'toilet': no such object here; there are: sofa"
+    ):
         instances(two_rooms().scene, "toilet")
+
+
+def _all_seen(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:
+    return np.array([999, 0])
 
 
 def sampled(seed: int) -> Episode:
     space = two_rooms()
-    success = success_cells(space, "sofa", footprints(space), lambda x, y, yaw: np.array([999, 0]))
+    success = success_cells(space, "sofa", footprints(space), _all_seen)
     return sample_episode(space, success, "sofa", seed, lambda x, y, yaw: x > 3)
 
 

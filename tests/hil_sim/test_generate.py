@@ -42,7 +42,10 @@ def wall_pieces(
         if off < 0.05 and t[0] > -0.05 and t[1] < length + 0.05:
             cuts += t
     yaw = float(np.arctan2(along[1], along[0]))
-    middles = [(s, e, a + along * (s + e) / 2) for s, e in zip(sorted(cuts)[::2], sorted(cuts)[1::2], strict=True)]
+    middles = [
+        (s, e, a + along * (s + e) / 2)
+        for s, e in zip(sorted(cuts)[::2], sorted(cuts)[1::2], strict=True)
+    ]
     return [Box(m[0], m[1], e - s, thickness, yaw, 0.0, 2.5) for s, e, m in middles if e > s]
 
 
@@ -53,7 +56,10 @@ def triangles(box: Box) -> np.ndarray:
     flat = [np.c_[[q[0], q[i], q[i + 1]], [z] * 3] for q, z in faces for i in (1, 2)]
     upright = []
     for p, q in zip(c, np.roll(c, -1, axis=0), strict=True):
-        upright += [[[*p, box.z0], [*q, box.z0], [*q, box.z1]], [[*p, box.z0], [*q, box.z1], [*p, box.z1]]]
+        upright += [
+            [[*p, box.z0], [*q, box.z0], [*q, box.z1]],
+            [[*p, box.z0], [*q, box.z1], [*p, box.z1]],
+        ]
     return np.concatenate([np.array(flat), np.array(upright)])
 
 

@@ -13,9 +13,7 @@ def small() -> dict[str, Any]:
         "name": "small",
         "walls": [{"from": [0, 0], "to": [4, 0], "kind": "outer"}],
         "doors": [{"from": [1, 0], "to": [2, 0]}],
-        "rooms": [
-            {"name": "room", "type": "kitchen", "polygon": [[0, 0], [4, 0], [4, 3], [0, 3]]}
-        ],
+        "rooms": [{"name": "room", "type": "kitchen", "polygon": [[0, 0], [4, 0], [4, 3], [0, 3]]}],
         "objects": [
             {"id": "a", "category": "chair", "mesh": "Scopia#chair", "position_m": [1, 1, 0]}
         ],
