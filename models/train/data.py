@@ -1,0 +1,231 @@
+"""Frames as `hil-sim frames` writes them (COCO detection JSON), and their augmentation."""
+
+import functools
+import json
+import queue
+import threading
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from models.errors import ModelError
+
+WIDTH, HEIGHT = 416, 320
+KEEP_FRACTION = 0.3
+"""A box of which a crop leaves less than this becomes an ignore region."""
+
+NOISE_SLACK = 128
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Labelled:
+    """One frame: boxes (N, 4) px corners, labels (N,) category indices, ignore (N,) bool."""
+
+    path: Path
+    boxes: NDArray[np.float32]
+    labels: NDArray[np.int64]
+    ignore: NDArray[np.bool_]
+    room: str
+
+
+class Batch(NamedTuple):
+    """`image` (B, 3, H, W) float32 0..255; lists hold one tensor per image; room -1: unknown."""
+
+    image: Tensor
+    boxes: list[Tensor]
+    labels: list[Tensor]
+    ignore: list[Tensor]
+    room: Tensor
+
+
+def read_frames(directory: Path) -> tuple[list[str], list[Labelled]]:
+    """Category names and frames of every finished annotation file under a directory.
+
+    Files that are still being written are left out; the next scan finds them whole.
+    """
+    categories: list[str] = []
+    frames: dict[Path, Labelled] = {}
+    for path in sorted(directory.rglob("*.json")):
+        try:
+            table = json.loads(path.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(table, dict) and "images" in table and "annotations" in table:
+            for frame in _frames(path.parent, table, categories):
+                frames.setdefault(frame.path, frame)
+    if not frames:
+        raise ModelError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
+    return categories, list(frames.values())
+
+
+def _frames(root: Path, table: dict[str, Any], categories: list[str]) -> Iterator[Labelled]:
+    index: dict[int, int] = {}
+    for category in table["categories"]:
+        if category["name"] not in categories:
+            categories.append(category["name"])
+        index[category["id"]] = categories.index(category["name"])
+    by_image: dict[int, list[dict[str, Any]]] = {}
+    for annotation in table["annotations"]:
+        by_image.setdefault(annotation["image_id"], []).append(annotation)
+    for image in table["images"]:
+        path = _find(root, image["file_name"])
+        if path is None:
+            continue
+        marks = by_image.get(image["id"], [])
+        xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
+        yield Labelled(
+            path=path,
+            boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
+            labels=np.array([index[m["category_id"]] for m in marks], np.int64),
+            ignore=np.array([bool(m.get("iscrowd")) for m in marks], np.bool_),
+            room=str(image.get("room") or ""),
+        )
+
+
+def _find(root: Path, name: str) -> Path | None:
+    for folder in (root / "images", root, root.parent / "images", root.parent):
+        if (folder / name).is_file():
+            return (folder / name).resolve()
+    return None
+
+
+def load(path: Path) -> Image:
+    """(H, W, 3) uint8 RGB."""
+    bgr = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if bgr is None:
+        raise ModelError(f"{path}: not a readable image; render the frames again")
+    return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
+
+
+def augment(
+    image: Image, frame: Labelled, rng: np.random.Generator
+) -> tuple[Image, NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_]]:
+    """Flip, zoom and shift, then what cameras do; boxes follow and are clipped."""
+    height, width = image.shape[:2]
+    move = np.array([[WIDTH / width, 0, 0], [0, HEIGHT / height, 0]], np.float64)
+    if rng.random() < 0.6:
+        zoom = float(np.exp(rng.uniform(np.log(0.6), np.log(1.7))))
+        slack = np.array([WIDTH, HEIGHT]) * (1 - zoom)
+        move = move * zoom
+        move[:, 2] += slack * rng.random(2)
+    if rng.random() < 0.5:
+        move[0] *= -1
+        move[0, 2] += WIDTH
+    fill = tuple(int(v) for v in rng.integers(60, 180, 3))
+    image = np.asarray(
+        cv2.warpAffine(image, move, (WIDTH, HEIGHT), flags=cv2.INTER_LINEAR, borderValue=fill),
+        np.uint8,
+    )
+    boxes, visible = _moved(frame.boxes, move)
+    whole = visible > KEEP_FRACTION
+    kept = visible > 0.02
+    ignore = frame.ignore | ~whole
+    return _photograph(image, rng), boxes[kept], frame.labels[kept], ignore[kept]
+
+
+def _moved(
+    boxes: NDArray[np.float32], move: NDArray[np.float64]
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Boxes after an axis-aligned move, clipped, and the fraction of each that is left."""
+    x = boxes[:, 0::2] * move[0, 0] + move[0, 2]
+    y = boxes[:, 1::2] * move[1, 1] + move[1, 2]
+    full = np.stack((x.min(1), y.min(1), x.max(1), y.max(1)), 1) if len(boxes) else boxes
+    limit = np.array([WIDTH, HEIGHT, WIDTH, HEIGHT], np.float32)
+    cut = np.clip(full, 0, limit).astype(np.float32)
+    area = np.maximum((full[:, 2:] - full[:, :2]).prod(1), 1e-6)
+    return cut, ((cut[:, 2:] - cut[:, :2]).prod(1) / area).astype(np.float32)
+
+
+def _photograph(image: Image, rng: np.random.Generator) -> Image:
+    """Exposure, white balance, saturation, blur, noise and compression, each at random."""
+    if rng.random() < 0.8:
+        image = _recolour(image, rng)
+    if rng.random() < 0.2:
+        image = np.asarray(cv2.GaussianBlur(image, (5, 5), rng.uniform(0.4, 1.5)), np.uint8)
+    if rng.random() < 0.3:
+        height, width = image.shape[:2]
+        y, x = (int(v) for v in rng.integers(0, NOISE_SLACK, 2))
+        grain = _noise()[y : y + height, x : x + width] * np.float32(rng.uniform(2, 12))
+        image = np.asarray(cv2.add(image, grain, dtype=cv2.CV_8U), np.uint8)
+    if rng.random() < 0.2:
+        quality = [cv2.IMWRITE_JPEG_QUALITY, int(rng.integers(35, 90))]
+        image = np.asarray(cv2.imdecode(cv2.imencode(".jpg", image, quality)[1], 1), np.uint8)
+    return image
+
+
+def _recolour(image: Image, rng: np.random.Generator) -> Image:
+    """One affine map of RGB: saturation about grey, contrast and level, gains per channel."""
+    level = float(image[::8, ::8].mean())
+    saturation, contrast = rng.uniform(0.5, 1.5), rng.uniform(0.6, 1.35)
+    mix = saturation * np.eye(3) + (1 - saturation) / 3
+    gains = contrast * rng.uniform(0.88, 1.12, 3)
+    shift = level * (rng.uniform(0.55, 1.4) - contrast) * np.ones((3, 1))
+    return np.asarray(cv2.transform(image, np.hstack((mix * gains[:, None], shift))), np.uint8)
+
+
+@functools.cache
+def _noise() -> NDArray[np.float32]:
+    shape = (HEIGHT + NOISE_SLACK, WIDTH + NOISE_SLACK, 3)
+    return np.random.default_rng(0).standard_normal(shape, np.float32)
+
+
+def collate(
+    frames: Sequence[Labelled], rooms: Sequence[str], rng: np.random.Generator, train: bool = True
+) -> Batch:
+    """Read and augment frames into one batch; a frame that cannot be read is an error."""
+    images, boxes, labels, ignore, room = [], [], [], [], []
+    for frame in frames:
+        image = load(frame.path)
+        if train:
+            image, b, c, i = augment(image, frame, rng)
+        else:
+            size = np.array([WIDTH / image.shape[1], HEIGHT / image.shape[0]] * 2, np.float32)
+            image = np.asarray(cv2.resize(image, (WIDTH, HEIGHT)), np.uint8)
+            b, c, i = frame.boxes * size, frame.labels, frame.ignore
+        images.append(torch.from_numpy(image))
+        boxes.append(torch.from_numpy(b))
+        labels.append(torch.from_numpy(c))
+        ignore.append(torch.from_numpy(i))
+        room.append(rooms.index(frame.room) if frame.room in rooms else -1)
+    stack = torch.stack(images).permute(0, 3, 1, 2).float()
+    stack = stack.contiguous(memory_format=torch.channels_last)
+    return Batch(stack, boxes, labels, ignore, torch.tensor(room))
+
+
+def batches(
+    frames: Sequence[Labelled], rooms: Sequence[str], size: int, rng: np.random.Generator
+) -> Iterator[Batch]:
+    """One pass in random order, prepared one ahead in a thread; the last short batch is dropped."""
+    order = rng.permutation(len(frames))
+    ready: queue.Queue[Batch | BaseException | None] = queue.Queue(maxsize=2)
+    stopped = threading.Event()
+
+    def produce() -> None:
+        try:
+            for i in range(0, len(order) - size + 1, size):
+                if stopped.is_set():
+                    return
+                ready.put(collate([frames[j] for j in order[i : i + size]], rooms, rng))
+            ready.put(None)
+        except BaseException as error:  # noqa: BLE001 raised again where the batch is awaited
+            ready.put(error)
+
+    threading.Thread(target=produce, daemon=True).start()
+    try:
+        while (item := ready.get()) is not None:
+            if isinstance(item, BaseException):
+                raise item
+            yield item
+    finally:
+        stopped.set()
+        while not ready.empty():
+            ready.get_nowait()

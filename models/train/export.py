@@ -1,0 +1,178 @@
+"""`python -m models.train.export`: a checkpoint's averaged weights as one ONNX file.
+
+The graph ends after selection: boxes, objectness and word-space embeddings of the CANDIDATES most
+objectlike locations, and the scene's embedding. Weights are stored in half precision and cast
+when the file is loaded. What torch and onnxruntime make of the same images must agree.
+"""
+
+import hashlib
+import sys
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import onnx
+import onnxruntime
+import torch
+from onnx import TensorProto, helper, numpy_helper
+from torch import Tensor, nn
+
+from models.errors import ModelError
+from models.session import open_session
+from models.train.data import HEIGHT, WIDTH
+from models.train.network import Network
+
+CANDIDATES = 100
+OPSET = 17
+FORMAT = "rf-nav-detector/1"
+SMALL = 64
+"""Constants with fewer values stay in single precision."""
+OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
+TOLERANCE = {"boxes": 2.0, "objectness": 0.02, "scene": 0.02}
+
+
+class Selected(nn.Module):
+    """The network with its selection, as the runtime sees it."""
+
+    def __init__(self, network: Network) -> None:
+        super().__init__()
+        self.network = network
+
+    def forward(self, image: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """(1, 3, H, W) -> (1, K, 4) px, (1, K) in 0..1, (1, K, 384), (1, 384)."""
+        raw = self.network(image)
+        best, where = raw.objectness.topk(CANDIDATES, dim=1)
+        boxes = raw.boxes.gather(1, where[..., None].expand(-1, -1, 4))
+        regions = raw.regions.gather(1, where[..., None].expand(-1, -1, raw.regions.shape[2]))
+        return boxes, best.sigmoid(), self.network.embed(regions), raw.scene
+
+
+def load_network(checkpoint: Path) -> tuple[Network, dict[str, Any]]:
+    """The averaged weights of a checkpoint, ready to run, and the checkpoint."""
+    try:
+        state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
+        network = Network()
+        network.load_state_dict(state["average"])
+    except (OSError, RuntimeError, KeyError) as error:
+        reason = " ".join(str(error).split())[:120]
+        raise ModelError(f"{checkpoint}: not a checkpoint of this trainer ({reason})") from error
+    return network.eval(), state
+
+
+def export(checkpoint: Path, out: Path, values: dict[str, float] | None = None) -> None:
+    """Write `out` and check that it computes what torch computes.
+
+    `values` are further constants for the runtime, such as the calibration.
+    """
+    network, _ = load_network(checkpoint)
+    selected = Selected(network).eval()
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            selected,
+            (torch.zeros(1, 3, HEIGHT, WIDTH),),
+            str(out),
+            input_names=["image"],
+            output_names=list(OUTPUTS),
+            opset_version=OPSET,
+            dynamo=False,
+        )
+    constants = {
+        "scale": float(network.log_scale.detach().exp()),
+        "bias": float(network.bias.detach()),
+        "room_scale": float(network.room_log_scale.detach().exp()),
+        **(values or {}),
+    }
+    model = onnx.load(str(out))
+    _halve(model)
+    write_values(model, constants)
+    onnx.save(model, str(out))
+    check_parity(selected, out)
+
+
+def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:
+    """Set the file's format mark and constants."""
+    table = {p.key: p.value for p in model.metadata_props}
+    table |= {"format": FORMAT, **{f"value.{k}": repr(float(v)) for k, v in values.items()}}
+    helper.set_model_props(model, table)
+
+
+def _halve(model: onnx.ModelProto) -> None:
+    """Store float32 weights as float16 with a Cast behind each."""
+    graph = model.graph
+    casts = []
+    for tensor in graph.initializer:
+        values = numpy_helper.to_array(tensor)
+        if tensor.data_type != TensorProto.FLOAT or values.size < SMALL:
+            continue
+        name, half = tensor.name, tensor.name + ".half"
+        tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), half))
+        casts.append(helper.make_node("Cast", [half], [name], to=TensorProto.FLOAT))
+    nodes = [*casts, *graph.node]
+    del graph.node[:]
+    graph.node.extend(nodes)
+
+
+def check_parity(selected: Selected, path: Path) -> None:
+    """Raise ModelError when the file and the network disagree on drawn images."""
+    session = open_session(path, 1)
+    rng = np.random.default_rng(0)
+    for _ in range(3):
+        coarse = rng.integers(0, 255, (1, 3, HEIGHT // 32, WIDTH // 32)).astype(np.float32)
+        image = coarse.repeat(32, 2).repeat(32, 3)
+        with torch.no_grad():
+            mine = dict(
+                zip(OUTPUTS, (t.numpy() for t in selected(torch.from_numpy(image))), strict=True)
+            )
+        theirs = dict(zip(OUTPUTS, session.run(None, {"image": image}), strict=True))
+        for name in ("objectness", "scene"):
+            gap = float(np.abs(mine[name] - theirs[name]).max())
+            if gap > TOLERANCE[name]:
+                raise ModelError(f"{path}: {name} differs from torch by {gap:.3f}; do not use it")
+        lone = float(np.abs(mine["boxes"][0, 0] - theirs["boxes"][0]).max(axis=1).min())
+        if lone > TOLERANCE["boxes"]:
+            raise ModelError(f"{path}: the best box differs from torch by {lone:.1f} px")
+
+
+def milliseconds(path: Path, threads: int, runs: int = 30) -> float:
+    """Median time of one frame."""
+    session: onnxruntime.InferenceSession = open_session(path, threads)
+    image = np.random.default_rng(0).uniform(0, 255, (1, 3, HEIGHT, WIDTH)).astype(np.float32)
+    times = []
+    for _ in range(runs):
+        began = time.perf_counter()
+        session.run(None, {"image": image})
+        times.append(time.perf_counter() - began)
+    return 1000 * float(np.median(times))
+
+
+@click.command(
+    epilog="Example:  python -m models.train.export --checkpoint out/train/checkpoint.pt"
+)
+@click.option("--checkpoint", type=click.Path(path_type=Path), required=True)
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("models/weights/rfnav-det.onnx")
+)
+@click.option(
+    "--gain", default=1.0, show_default=True, help="Calibration, as models.evaluate fits it."
+)
+@click.option("--shift", default=0.0, show_default=True)
+def main(checkpoint: Path, out: Path, gain: float, shift: float) -> None:
+    """Export a checkpoint, check it against torch, and say what it weighs and costs."""
+    export(checkpoint, out, {"gain": gain, "shift": shift})
+    size, digest = out.stat().st_size, hashlib.sha256(out.read_bytes()).hexdigest()
+    click.echo(f"{out}: {size} bytes, sha256 {digest}, agrees with torch")
+    for threads in (1, 2):
+        click.echo(f"{milliseconds(out, threads):.1f} ms a frame, {threads} thread(s)")
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ModelError as error:
+        print(f"models.train.export: {error}", file=sys.stderr)
+        raise SystemExit(2) from None

@@ -1,0 +1,123 @@
+"""What an answer costs: objectness as quality, boxes as GIoU, regions and scenes as words."""
+
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.nn import functional as F
+
+from models.train.data import Batch
+from models.train.names import Names
+from models.train.network import Network, Raw
+from models.train.targets import Grid, Targets, assign
+
+HARD = 24
+"""Background locations per image, the most objectlike, that must resemble no word."""
+BOX_WEIGHT, WORD_WEIGHT, ROOM_WEIGHT = 2.0, 1.0, 0.4
+
+
+class Losses(NamedTuple):
+    """Scalars; `total` is their weighted sum."""
+
+    total: Tensor
+    objectness: Tensor
+    box: Tensor
+    words: Tensor
+    room: Tensor
+
+
+class _Chosen(NamedTuple):
+    image: Tensor  # (P,) index into the batch
+    location: Tensor  # (P,)
+    truth: Tensor  # (P, 4)
+    label: Tensor  # (P,)
+    quality: Tensor  # (P,)
+
+
+def loss(
+    network: Network, raw: Raw, batch: Batch, grid: Grid, names: Names, rng: np.random.Generator
+) -> Losses:
+    """Everything one batch costs."""
+    targets = [
+        assign(grid, raw.boxes[i], raw.objectness[i], batch.boxes[i], batch.ignore[i])
+        for i in range(len(batch.image))
+    ]
+    quality = torch.stack([t.quality for t in targets])
+    counted = torch.stack([t.counted for t in targets])
+    chosen = _gather(batch, targets)
+    weight = chosen.quality.sum().clamp(min=1.0)
+    objectness = _quality_focal(raw.objectness, quality, counted) / weight
+    giou = generalised_iou(raw.boxes[chosen.image, chosen.location], chosen.truth)
+    box = ((1 - giou) * chosen.quality).sum() / weight
+    words = _word_loss(network, raw, chosen, targets, names.draw(rng), names.compare)
+    room = _room_loss(network, raw, batch.room, names.draw_rooms(rng))
+    total = objectness + BOX_WEIGHT * box + WORD_WEIGHT * words + ROOM_WEIGHT * room
+    return Losses(total, objectness, box, words, room)
+
+
+def _gather(batch: Batch, targets: list[Targets]) -> _Chosen:
+    columns: list[list[Tensor]] = [[], [], [], [], []]
+    for i, target in enumerate(targets):
+        at = torch.nonzero(target.owner >= 0).flatten()
+        owner = target.owner[at]
+        parts = (torch.full_like(at, i), at, batch.boxes[i][owner], batch.labels[i][owner])
+        for column, part in zip(columns, (*parts, target.quality[at]), strict=True):
+            column.append(part)
+    return _Chosen(*(torch.cat(c) for c in columns))
+
+
+def _quality_focal(logits: Tensor, quality: Tensor, counted: Tensor) -> Tensor:
+    """Binary cross entropy toward the quality, easy locations weighted down (Li et al. 2020)."""
+    p = logits.sigmoid()
+    cost = F.binary_cross_entropy_with_logits(logits, quality, reduction="none")
+    return ((p - quality).abs().square() * cost * counted).sum()
+
+
+def generalised_iou(a: Tensor, b: Tensor) -> Tensor:
+    """(N, 4), (N, 4) corners -> (N,) in -1..1 (Rezatofighi et al. 2019)."""
+    shared = (torch.minimum(a[:, 2:], b[:, 2:]) - torch.maximum(a[:, :2], b[:, :2])).clamp(min=0)
+    hull = torch.maximum(a[:, 2:], b[:, 2:]) - torch.minimum(a[:, :2], b[:, :2])
+    inner = shared.prod(-1)
+    union = (a[:, 2:] - a[:, :2]).prod(-1) + (b[:, 2:] - b[:, :2]).prod(-1) - inner + 1e-6
+    outer = hull.prod(-1) + 1e-6
+    return inner / union - (outer - union) / outer
+
+
+def _word_loss(
+    network: Network,
+    raw: Raw,
+    chosen: _Chosen,
+    targets: list[Targets],
+    rows: Tensor,
+    compare: Tensor,
+) -> Tensor:
+    """Sigmoid alignment (Zhai et al. 2023) of regions with one name of every category."""
+    kinds, absent = len(compare), len(rows) - len(compare)
+    right = F.one_hot(chosen.label, len(rows)).float()
+    matter = torch.cat((compare, torch.ones(kinds, absent)), 1)[chosen.label]
+    matter = torch.maximum(matter, right) * chosen.quality[:, None]
+    image, location, likeness = _background(raw, targets)
+    features = torch.cat((raw.regions[chosen.image, chosen.location], raw.regions[image, location]))
+    logits = network.embed(features) @ rows.T * network.log_scale.exp() + network.bias
+    right = torch.cat((right, torch.zeros(len(image), len(rows))))
+    matter = torch.cat((matter, likeness[:, None].expand(-1, len(rows))))
+    cost = F.binary_cross_entropy_with_logits(logits, right, reduction="none") * matter
+    return cost.sum() / (chosen.quality.sum() + likeness.sum()).clamp(min=1.0)
+
+
+@torch.no_grad()
+def _background(raw: Raw, targets: list[Targets]) -> tuple[Tensor, Tensor, Tensor]:
+    """Image, location and weight of the most objectlike locations that no object owns."""
+    free = torch.stack([t.counted & (t.owner < 0) for t in targets])
+    score = raw.objectness.sigmoid().masked_fill(~free, 0.0)
+    likeness, location = score.topk(HARD, dim=1)
+    image = torch.arange(len(targets))[:, None].expand_as(location)
+    return image.flatten(), location.flatten(), likeness.flatten()
+
+
+def _room_loss(network: Network, raw: Raw, room: Tensor, rows: Tensor) -> Tensor:
+    if not bool((room >= 0).any()):
+        return raw.scene.sum() * 0.0
+    logits = raw.scene @ rows.T * network.room_log_scale.exp()
+    return F.cross_entropy(logits, room, ignore_index=-1, label_smoothing=0.05)

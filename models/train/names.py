@@ -1,0 +1,68 @@
+"""Names of categories and rooms, embedded once: what image features are aligned with."""
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from models.errors import ModelError
+
+PATH = Path(__file__).parent / "names.toml"
+NEVER_DRAWN = 12
+"""How many words for absent things join each step."""
+
+Embed = Callable[[Sequence[str]], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Names:
+    """Embedded names. `compare` (C, C): 1 where category j's names count for a region of i."""
+
+    categories: tuple[str, ...]
+    rooms: tuple[str, ...]
+    compare: Tensor
+    _category_rows: tuple[Tensor, ...]
+    _room_rows: tuple[Tensor, ...]
+    _never: Tensor
+
+    def draw(self, rng: np.random.Generator) -> Tensor:
+        """(C + NEVER_DRAWN, 384): one name per category, then words for absent things."""
+        rows = [r[int(rng.integers(len(r)))] for r in self._category_rows]
+        never = self._never[torch.from_numpy(rng.permutation(len(self._never))[:NEVER_DRAWN])]
+        return torch.cat((torch.stack(rows), never))
+
+    def draw_rooms(self, rng: np.random.Generator) -> Tensor:
+        """(R, 384): one phrase per room type."""
+        return torch.stack([r[int(rng.integers(len(r)))] for r in self._room_rows])
+
+
+def load_names(categories: Sequence[str], embed: Embed, path: Path = PATH) -> Names:
+    """Names of these categories; one that the file does not know is called by its own name."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    known, rooms = table["categories"], table["rooms"]
+    if not categories:
+        raise ModelError(f"{path}: no categories to train; the frames name none")
+    names = [known.get(c, {"names": [c]})["names"] for c in categories]
+    near = [set(known.get(c, {}).get("near", ())) for c in categories]
+    compare = torch.tensor(
+        [[float(b not in near[i]) for b in categories] for i in range(len(near))]
+    )
+    phrases = [
+        [p.format(n) for p in rooms["phrases"] for n in many] for many in rooms["names"].values()
+    ]
+    return Names(
+        categories=tuple(categories),
+        rooms=tuple(rooms["names"]),
+        compare=compare,
+        _category_rows=tuple(_rows(embed, n) for n in names),
+        _room_rows=tuple(_rows(embed, p) for p in phrases),
+        _never=_rows(embed, table["words"]["never"]),
+    )
+
+
+def _rows(embed: Embed, texts: Sequence[str]) -> Tensor:
+    return torch.from_numpy(np.asarray(embed(texts), np.float32))

@@ -1,0 +1,27 @@
+"""The detector's default word lists."""
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+PATH = Path(__file__).parent / "vocabulary.toml"
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """`objects`: classes, each a tuple of names, canonical first. `rooms`: room types."""
+
+    objects: tuple[tuple[str, ...], ...]
+    rooms: tuple[str, ...]
+
+    def with_class(self, names: tuple[str, ...]) -> "Vocabulary":
+        """This vocabulary with one more class, unless its first name is already one's name."""
+        if any(names[0] in known for known in self.objects):
+            return self
+        return Vocabulary((*self.objects, names), self.rooms)
+
+
+def load_vocabulary(path: Path = PATH) -> Vocabulary:
+    """Read a word list."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    return Vocabulary(tuple(tuple(c) for c in table["objects"]), tuple(table["rooms"]))
