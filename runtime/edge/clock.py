@@ -1,4 +1,4 @@
-"""Where time enters: a monotonic clock that tests can set, and absolute deadlines that only tighten."""
+"""Where time enters: a monotonic clock that tests can set, and deadlines that only tighten."""
 
 import math
 import threading
@@ -13,7 +13,7 @@ class Clock(Protocol):
     def now_s(self) -> float: ...
 
     def wait(self, condition: threading.Condition, until_s: float) -> None:
-        """Wait on a held `condition` until it is notified or `now_s() >= until_s`; may wake early."""
+        """Wait on a held `condition` until it is notified or `until_s` comes; may wake early."""
         ...
 
 

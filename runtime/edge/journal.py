@@ -18,7 +18,7 @@ _META = "meta_json"
 
 
 class Journal:
-    """Append-only JSON lines, each flushed when written: a crash loses at most the line under way."""
+    """Append-only JSON lines, each flushed when written: a crash loses at most the last one."""
 
     def __init__(self, path: Path) -> None:
         """Opens for appending; raises ConfigError when the file cannot be written."""
@@ -36,7 +36,7 @@ class Journal:
         self.close()
 
     def write(self, kind: str, /, **fields: object) -> None:
-        """One line: {"kind": kind, ...fields}; dataclasses, enums and arrays become plain values."""
+        """One line {"kind": kind, ...fields}; dataclasses, enums, arrays become plain values."""
         line = json.dumps({"kind": kind, **{k: plain(v) for k, v in fields.items()}})
         self._file.write(line + "\n")
         self._file.flush()

@@ -1,4 +1,4 @@
-"""Short rings of undecoded messages, and which of them belong together. No I/O and no clock here."""
+"""Short rings of undecoded messages, and which of them belong together. No I/O, no clock."""
 
 import math
 from collections import deque

@@ -106,7 +106,7 @@ def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
 
 
 def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
-    """CameraInfo -> Intrinsics of the image as published (binning and region of interest as K says)."""
+    """CameraInfo -> Intrinsics of the image as published (K already is of that image)."""
     message = _decode(payload, CAMERA_INFO, topic)
     k = [float(x) for x in message.k]
     if k[0] == 0 and k[4] == 0:  # REP 104: how an uncalibrated camera says so

@@ -51,7 +51,7 @@ def test_plain_values() -> None:
 
 def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(ConfigError, match="file/x/decisions.jsonl: cannot be written"):
+    with pytest.raises(ConfigError, match=r"file/x/decisions.jsonl: cannot be written"):
         Journal(tmp_path / "file" / "x" / "decisions.jsonl")
 
 

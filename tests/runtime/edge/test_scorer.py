@@ -55,7 +55,9 @@ def test_equal_questions_reach_the_model_once_and_contexts_share_a_prompt() -> N
         again = scorer.answer(asked, NEVER)
     assert first == again == {q: -float(len(q.context) + len(q.continuation)) for q in asked}
     assert model.prompts == [("a sink", ("toilet", "bath")), ("a bed", ("toilet",))]
-    assert model.threads and threading.get_ident() not in model.threads and len(model.threads) == 1
+    assert model.threads
+    assert threading.get_ident() not in model.threads
+    assert len(model.threads) == 1
 
 
 def test_many_callers_share_one_model_thread() -> None:
@@ -71,7 +73,8 @@ def test_many_callers_share_one_model_thread() -> None:
             caller.start()
         for caller in callers:
             caller.join(PATIENCE_S)
-    assert len(got) == 4 and all(len(answer) == 20 for answer in got)
+    assert len(got) == 4
+    assert all(len(answer) == 20 for answer in got)
     assert len(model.threads) == 1
     assert len(model.prompts) == 20
 
@@ -86,7 +89,8 @@ def test_a_deadline_leaves_a_partial_answer_and_ends_the_work() -> None:
         caller = threading.Thread(target=lambda: got.append(scorer.answer(asked, by)))
         caller.start()
         gate.release()  # one prompt passes
-        assert model.begun.acquire(timeout=PATIENCE_S) and model.begun.acquire(timeout=PATIENCE_S)
+        assert model.begun.acquire(timeout=PATIENCE_S)
+        assert model.begun.acquire(timeout=PATIENCE_S)
         clock.advance(2.0)
         caller.join(PATIENCE_S)
         assert list(got[0]) == asked[:1]

@@ -61,8 +61,10 @@ def test_in_real_time_the_newest_set_wins_and_older_ones_are_forgotten() -> None
         r.odom.extend([raw(stamp), raw(stamp + 10)])
     assert len(r.color) == IMAGES_KEPT
     match = r.take()
-    assert match is not None and match.color.stamp_ns == 495 * MS
-    assert not r.color and not r.depth
+    assert match is not None
+    assert match.color.stamp_ns == 495 * MS
+    assert not r.color
+    assert not r.depth
 
 
 def test_in_lockstep_every_set_leaves_in_order_and_stamps_are_equal() -> None:
