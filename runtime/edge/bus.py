@@ -16,6 +16,7 @@ import zenoh
 from runtime.core.types import Action, Intrinsics, Observation, Pose
 from runtime.edge import wire
 from runtime.edge.clock import Clock, Deadline
+from runtime.edge.journal import plain
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
 from runtime.edge.sync import Match, Raw, Rings, interpolate
 from runtime.errors import BusError, SensorError
@@ -46,7 +47,7 @@ class Request:
 
     def reply(self, answer: Mapping[str, object]) -> None:
         try:
-            self._query.reply(self._key, json.dumps(answer))
+            self._query.reply(self._key, json.dumps(plain(answer)))
         except zenoh.ZError:
             pass  # the session that asked has closed
         finally:
@@ -170,10 +171,10 @@ class Bus:
         self._put("cmd_vel", wire.encode_twist(forward_mps, turn_radps))
 
     def publish_state(self, state: Mapping[str, object]) -> None:
-        self._put("state", wire.encode_json(state))
+        self._put("state", wire.encode_json(plain(state)))
 
     def publish_decision(self, decision: Mapping[str, object]) -> None:
-        self._put("decision", wire.encode_json(decision))
+        self._put("decision", wire.encode_json(plain(decision)))
 
     def close(self) -> None:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import zenoh
 
-from runtime.core.types import Action, Intrinsics, Observation, Pose
+from runtime.core.types import Action, Intrinsics, Missing, Observation, Pose
 from runtime.edge import wire
 from runtime.edge.bus import Bus, BusConfig, TopicsConfig
 from runtime.edge.clock import SystemClock
@@ -163,13 +163,16 @@ def test_in_lockstep_no_set_is_lost(lockstep: tuple[Robot, Bus]) -> None:
 def test_what_is_published_arrives_in_its_order(lockstep: tuple[Robot, Bus]) -> None:
     robot, bus = lockstep
     bus.publish_state({"step": 1})
-    bus.publish_decision({"frontier": 7})
+    bus.publish_decision({"frontier": 7, "far": np.inf, "missing": (Missing("sle", "late"),)})
     bus.publish_action(9, Action.TURN_LEFT)
     with robot.changed:
         assert robot.changed.wait_for(lambda: len(robot.heard) == 3, PATIENCE_S)
     assert robot.heard == [
         ("state", {"step": 1}),
-        ("decision", {"frontier": 7}),
+        (
+            "decision",
+            {"frontier": 7, "far": None, "missing": [{"expert": "sle", "cause": "late"}]},
+        ),
         ("action", {"stamp_ns": 9, "action": "turn_left"}),
     ]
 
