@@ -47,48 +47,55 @@ class Batch(NamedTuple):
     room: Tensor
 
 
-def read_frames(directory: Path) -> tuple[list[str], list[Labelled]]:
-    """Category names and frames of every finished annotation file under a directory.
+def read_frames(directory: Path, categories: Sequence[str]) -> list[Labelled]:
+    """All finished frames of a directory, labels as indices into `categories`.
 
-    Files that are still being written are left out; the next scan finds them whole.
+    Reads annotations.json where it is there, and the shards of a rendering that still runs.
     """
-    categories: list[str] = []
+    index = {name: i for i, name in enumerate(categories)}
     frames: dict[Path, Labelled] = {}
     for path in sorted(directory.rglob("*.json")):
         try:
             table = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
-            continue
-        if isinstance(table, dict) and "images" in table and "annotations" in table:
-            for frame in _frames(path.parent, table, categories):
-                frames.setdefault(frame.path, frame)
+            continue  # still being written; the next scan finds it whole
+        for row in _rows(table):
+            image = _find(path.parent, row["file_name"])
+            if image is not None and image not in frames:
+                frames[image] = _labelled(image, row, index)
     if not frames:
         raise ModelError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
-    return categories, list(frames.values())
+    return list(frames.values())
 
 
-def _frames(root: Path, table: dict[str, Any], categories: list[str]) -> Iterator[Labelled]:
-    index: dict[int, int] = {}
-    for category in table["categories"]:
-        if category["name"] not in categories:
-            categories.append(category["name"])
-        index[category["id"]] = categories.index(category["name"])
-    by_image: dict[int, list[dict[str, Any]]] = {}
-    for annotation in table["annotations"]:
-        by_image.setdefault(annotation["image_id"], []).append(annotation)
-    for image in table["images"]:
-        path = _find(root, image["file_name"])
-        if path is None:
-            continue
-        marks = by_image.get(image["id"], [])
-        xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
-        yield Labelled(
-            path=path,
-            boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
-            labels=np.array([index[m["category_id"]] for m in marks], np.int64),
-            ignore=np.array([bool(m.get("iscrowd")) for m in marks], np.bool_),
-            room=str(image.get("room") or ""),
-        )
+def _rows(table: Any) -> list[dict[str, Any]]:
+    """A shard's rows; a COCO table is brought into the same form."""
+    if isinstance(table, list):
+        return [r for r in table if isinstance(r, dict) and "objects" in r]
+    if not isinstance(table, dict) or "images" not in table or "annotations" not in table:
+        return []
+    names = {c["id"]: c["name"] for c in table["categories"]}
+    objects: dict[int, list[dict[str, Any]]] = {}
+    for mark in table["annotations"]:
+        row = {"category": names[mark["category_id"]], "bbox": mark["bbox"]}
+        row["ignore"] = bool(mark.get("iscrowd"))
+        objects.setdefault(mark["image_id"], []).append(row)
+    return [{**image, "objects": objects.get(image["id"], [])} for image in table["images"]]
+
+
+def _labelled(path: Path, row: dict[str, Any], index: dict[str, int]) -> Labelled:
+    marks = row["objects"]
+    for mark in marks:
+        if mark["category"] not in index:
+            raise ModelError(f"{path}: category {mark['category']!r} has no names in names.toml")
+    xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
+    return Labelled(
+        path=path,
+        boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
+        labels=np.array([index[m["category"]] for m in marks], np.int64),
+        ignore=np.array([bool(m["ignore"]) for m in marks], np.bool_),
+        room=str(row.get("room") or ""),
+    )
 
 
 def _find(root: Path, name: str) -> Path | None:

@@ -6,6 +6,7 @@ when the file is loaded. What torch and onnxruntime make of the same images must
 """
 
 import hashlib
+import pickle
 import sys
 import time
 import warnings
@@ -56,7 +57,7 @@ def load_network(checkpoint: Path) -> tuple[Network, dict[str, Any]]:
         state: dict[str, Any] = torch.load(checkpoint, map_location="cpu", weights_only=True)
         network = Network()
         network.load_state_dict(state["average"])
-    except (OSError, RuntimeError, KeyError) as error:
+    except (OSError, RuntimeError, KeyError, pickle.UnpicklingError) as error:
         reason = " ".join(str(error).split())[:120]
         raise ModelError(f"{checkpoint}: not a checkpoint of this trainer ({reason})") from error
     return network.eval(), state

@@ -40,25 +40,22 @@ class Names:
         return torch.stack([r[int(rng.integers(len(r)))] for r in self._room_rows])
 
 
-def load_names(categories: Sequence[str], embed: Embed, path: Path = PATH) -> Names:
-    """Names of these categories; one that the file does not know is called by its own name."""
+def load_names(embed: Embed, path: Path = PATH) -> Names:
+    """Read and embed the file's names."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     known, rooms = table["categories"], table["rooms"]
-    if not categories:
-        raise ModelError(f"{path}: no categories to train; the frames name none")
-    names = [known.get(c, {"names": [c]})["names"] for c in categories]
-    near = [set(known.get(c, {}).get("near", ())) for c in categories]
-    compare = torch.tensor(
-        [[float(b not in near[i]) for b in categories] for i in range(len(near))]
-    )
+    near = [set(body.get("near", ())) for body in known.values()]
+    for other in set().union(*near) - set(known):
+        raise ModelError(f"{path}: near: {other!r} is no category of this file")
+    compare = torch.tensor([[float(b not in skip) for b in known] for skip in near])
     phrases = [
         [p.format(n) for p in rooms["phrases"] for n in many] for many in rooms["names"].values()
     ]
     return Names(
-        categories=tuple(categories),
+        categories=tuple(known),
         rooms=tuple(rooms["names"]),
         compare=compare,
-        _category_rows=tuple(_rows(embed, n) for n in names),
+        _category_rows=tuple(_rows(embed, body["names"]) for body in known.values()),
         _room_rows=tuple(_rows(embed, p) for p in phrases),
         _never=_rows(embed, table["words"]["never"]),
     )

@@ -131,19 +131,16 @@ def train(
     """Train until the recipe's minutes are used; frames that appear meanwhile join each epoch."""
     torch.manual_seed(recipe.seed)
     out.mkdir(parents=True, exist_ok=True)
-    categories, frames = read_frames(data)
     network = Network()
     network.backbone.load_imagenet(backbone)
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    trainer = Trainer(network, load_names(categories, embed), recipe)
+    trainer = Trainer(network, load_names(embed), recipe)
     checkpoint = out / CHECKPOINT
     if checkpoint.exists():
         trainer.restore(checkpoint)
         say(f"resumed at step {trainer.step}, {trainer.spent_s / 60:.1f} min spent")
     while not trainer.finished():
-        now, frames = read_frames(data)
-        if now[: len(categories)] != categories or len(now) != len(categories):
-            raise SystemExit(f"{data}: categories changed during training; start anew")
+        frames = read_frames(data, trainer.names.categories)
         say(f"epoch {trainer.epoch}: {len(frames)} frames")
         for losses in _steps(
             trainer, batches(frames, trainer.names.rooms, recipe.batch, trainer.rng)

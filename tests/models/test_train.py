@@ -1,0 +1,117 @@
+"""The trainer on drawn frames: targets, augmentation, and a loss that falls."""
+
+import json
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from models.errors import ModelError  # noqa: E402
+from models.train import data, targets  # noqa: E402
+from models.train.export import export, load_network  # noqa: E402
+from models.train.losses import generalised_iou  # noqa: E402
+from models.train.names import load_names  # noqa: E402
+from models.train.network import Network  # noqa: E402
+from models.train.synthetic import SHAPES, draw_frames  # noqa: E402
+from models.train.trainer import Recipe, Trainer  # noqa: E402
+
+
+def embed(texts: Sequence[str]) -> np.ndarray:
+    """Unit rows that depend on nothing but the text: no model is needed."""
+    rows = [np.random.default_rng(zlib.crc32(t.encode())).standard_normal(384) for t in texts]
+    return np.stack([r / np.linalg.norm(r) for r in rows]).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def frames(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("frames")
+    draw_frames(out, 6, seed=3)
+    return out
+
+
+@pytest.fixture(scope="module")
+def trainer(frames: Path) -> Trainer:
+    torch.manual_seed(0)
+    torch.set_num_threads(2)
+    recipe = Recipe(warmup_steps=1, minutes=1e3)
+    return Trainer(Network(frozen=0), load_names(embed), recipe)
+
+
+def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
+    labelled = data.read_frames(frames, trainer.names.categories)
+    batch = data.collate(labelled[:2], trainer.names.rooms, np.random.default_rng(0), train=False)
+    costs = [float(trainer.learn(batch).total.detach()) for _ in range(6)]
+    assert min(costs[3:]) < 0.8 * costs[0]
+
+
+def test_a_checkpoint_resumes_and_exports(trainer: Trainer, tmp_path: Path) -> None:
+    trainer.save(tmp_path / "c.pt")
+    other = Trainer(Network(frozen=0), trainer.names, trainer.recipe)
+    other.restore(tmp_path / "c.pt")
+    assert other.step == trainer.step
+    export(tmp_path / "c.pt", tmp_path / "d.onnx")
+    assert (tmp_path / "d.onnx").stat().st_size < 12e6
+    (tmp_path / "bad.pt").write_bytes(b"nothing")
+    with pytest.raises(ModelError, match="not a checkpoint"):
+        load_network(tmp_path / "bad.pt")
+
+
+def test_augmented_boxes_stay_on_their_objects(tmp_path: Path) -> None:
+    image = np.full((320, 416, 3), 255, np.uint8)
+    image[100:200, 150:300] = 0
+    frame = data.Labelled(
+        tmp_path,
+        np.array([[150, 100, 300, 200]], np.float32),
+        np.array([0]),
+        np.array([False]),
+        "",
+    )
+    for seed in range(20):
+        out, boxes, _, ignore = data.augment(image, frame, np.random.default_rng(seed))
+        if len(boxes) and not ignore[0]:
+            x0, y0, x1, y1 = boxes[0].round().astype(int)
+            inside = out[y0 + 4 : y1 - 4, x0 + 4 : x1 - 4]
+            assert inside.std(axis=(0, 1)).max() < 25, seed
+
+
+def test_unfinished_annotations_are_left_out(frames: Path, tmp_path: Path) -> None:
+    (tmp_path / "annotations.json").write_text('{"images": [')
+    with pytest.raises(ModelError, match="no annotated frames"):
+        data.read_frames(tmp_path, ())
+
+
+def test_shards_of_a_running_rendering_are_read(frames: Path, tmp_path: Path) -> None:
+    whole = data.read_frames(frames, SHAPES)
+    (tmp_path / "images").symlink_to(frames / "images")
+    (tmp_path / "shards").mkdir()
+    row = {"category": "toilet", "bbox": [1, 2, 30, 40], "area": 900, "ignore": True}
+    shard = [{"file_name": whole[0].path.name, "room": "bathroom", "objects": [row]}]
+    (tmp_path / "shards" / "train-000001.json").write_text(json.dumps(shard))
+    (found,) = data.read_frames(tmp_path, SHAPES)
+    assert found.boxes.tolist() == [[1, 2, 31, 42]]
+    assert found.ignore.tolist() == [True]
+    assert SHAPES[found.labels[0]] == "toilet"
+    with pytest.raises(ModelError, match=r"category 'toilet' has no names in names\.toml"):
+        data.read_frames(tmp_path, ("bed",))
+
+
+def test_every_object_has_an_answer_and_ignored_ones_have_none() -> None:
+    grid = targets.make_grid(320, 416)
+    truth = torch.tensor([[10.0, 10, 16, 16], [50, 50, 350, 300], [200, 20, 260, 80]])
+    ignore = torch.tensor([False, False, True])
+    boxes = torch.cat((grid.centre - 30, grid.centre + 30), 1)
+    found = targets.assign(grid, boxes, torch.zeros(len(boxes)), truth, ignore)
+    assert set(found.owner.unique().tolist()) == {-1, 0, 1}
+    inside = (grid.centre > truth[2, :2]).all(1) & (grid.centre < truth[2, 2:]).all(1)
+    assert not found.counted[inside & (found.owner < 0)].any()
+    assert (found.quality[found.owner >= 0] > 0).all()
+
+
+def test_generalised_iou() -> None:
+    a = torch.tensor([[0.0, 0, 10, 10], [0, 0, 10, 10]])
+    b = torch.tensor([[0.0, 0, 10, 10], [20, 0, 30, 10]])
+    assert generalised_iou(a, b).tolist() == pytest.approx([1.0, -1 / 3], abs=1e-4)
