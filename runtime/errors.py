@@ -1,4 +1,4 @@
-"""The errors a user can meet. Each message is one line: the place, what was wrong, what would be right."""
+"""The errors a user can meet. Each message is one line: the place, what is wrong, what is right."""
 
 
 class RfNavError(Exception):

@@ -64,9 +64,17 @@ class ExploreConfig:
 
 
 @dataclass(frozen=True)
+class RobotConfig:
+    """[robot]"""
+
+    radius_m: float = 0.18
+
+
+@dataclass(frozen=True)
 class NavigateConfig:
     """The core's part of the configuration."""
 
+    robot: RobotConfig = field(default_factory=RobotConfig)
     map: MapConfig = field(default_factory=MapConfig)
     semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
     frontiers: FrontierConfig = field(default_factory=FrontierConfig)
@@ -92,15 +100,15 @@ def perceive(
     world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
-    outline = map.integrate(world.map, obs, mount, cfg.map)
+    outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
     semantics.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
     return with_frontiers(world, cfg)
 
 
 def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
-    world.terrain = planner.survey(world.map, world.pose, cfg.planner)
-    world.reach = planner.march_from(world.terrain, world.pose.xy, unhurried=False)
+    terrain = planner.survey(world.map, world.pose, cfg.robot.radius_m, cfg.planner)
+    world.seen = terrain, planner.march_from(terrain, world.pose.xy, unhurried=False)
     edge = frontiers.boundary(world.map, world.given_up, cfg.frontiers)
     parts = frontiers.components(edge, world.map.frame, cfg.frontiers.min_cells)
     named = frontiers.identify(world.memory, parts, world.map.frame, cfg.frontiers)
@@ -121,10 +129,8 @@ def due(world: World, cfg: NavigateConfig) -> str:
         return f"frontier {aim.id} cannot be reached"
     if aim is None and any(math.isfinite(f.distance_m) for f in world.frontiers):
         return "a frontier appeared"
-    if world.step - world.decided_at >= cfg.explore.decide_every:
-        if _evidence(world, cfg) != world.evidence:
-            return "new evidence"
-    return ""
+    rested = world.step - world.decided_at >= cfg.explore.decide_every
+    return "new evidence" if rested and _evidence(world, cfg) != world.evidence else ""
 
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
@@ -172,7 +178,6 @@ def _approach_target(
 ) -> Command | None:
     """Drive to where the target can be faced, face it, then stop if it is believed."""
     terrain, reach = world.terrain, world.reach
-    assert terrain is not None and reach is not None
     instance = target.choose(world.semantic, world.goal, world.pose, cfg.target, least)
     if instance is None:
         return None
@@ -196,7 +201,7 @@ def _approach_target(
     if _stalled(world, ("target", instance.id), field, cfg):
         instance.rejected = True
         return _approach_target(world, cfg, least)
-    action = control.follow(terrain, field, world.pose, cfg.control)
+    action = control.follow(terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
     verb = "approach" if believed else "inspect"
     command = Command(action or _unwedge(world), "target", instance.xy, f"{verb} {what}")
     return toward(field, world.pose, command)
@@ -204,7 +209,6 @@ def _approach_target(
 
 def _explore(world: World, cfg: NavigateConfig) -> Command | None:
     """Drive to the elected frontier; on arrival face it, and give up what shows nothing new."""
-    assert world.terrain is not None
     while world.decision is not None:
         id = consensus.successor(world.decision, world.frontiers)
         aim = world.frontier(id)
@@ -224,7 +228,7 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             world.give_up(aim.cells_xy)
             with_frontiers(world, cfg)
             continue
-        action = control.follow(world.terrain, field, world.pose, cfg.control)
+        action = control.follow(world.terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
         command = Command(action or _unwedge(world), "frontier", aim.goal_xy, f"drive to {label}")
         return toward(field, world.pose, command)
     return None
@@ -270,7 +274,7 @@ def _notice_collision(world: World, obs: Observation, cfg: NavigateConfig) -> No
     moved = math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)
     if moved < cfg.explore.blocked_m:
         world.collisions += 1
-        world.map.bump(obs.pose, cfg.map)
+        world.map.bump(obs.pose, cfg.robot.radius_m, cfg.map)
 
 
 def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:

@@ -1,4 +1,4 @@
-"""What the experts are told: the objects and room types around each frontier, by walking distance."""
+"""What the experts are told: objects and room types around each frontier, by walking distance."""
 
 import math
 from collections.abc import Iterable

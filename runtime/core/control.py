@@ -17,11 +17,13 @@ class ControlConfig:
     forward_m: float = 0.25
     turn_rad: float = math.radians(30.0)
     turn_cost_m: float = 0.04  # what a turn must win in arrival time; keeps headings steady
-    body_clearance_m: float = 0.19  # kept along a step; the body's radius is 0.18 m
+    margin_m: float = 0.01  # added to the body's radius along a step
     samples: int = 5  # points checked along a step
 
 
-def follow(terrain: Terrain, field: Field, pose: Pose, cfg: ControlConfig) -> Action | None:
+def follow(
+    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig
+) -> Action | None:
     """The action toward the field's sources: of all headings that a whole number of turns reaches,
     the one whose next step ends nearest to them. None when no heading can be driven."""
     here = field.at(pose.x_m, pose.y_m)
@@ -29,7 +31,7 @@ def follow(terrain: Terrain, field: Field, pose: Pose, cfg: ControlConfig) -> Ac
     half_turns = round(math.pi / cfg.turn_rad)
     for turns in range(-half_turns + 1, half_turns + 1):
         heading = pose.yaw_rad + turns * cfg.turn_rad
-        arrival = _after_step(terrain, field, pose, heading, cfg)
+        arrival = _after_step(terrain, field, pose, heading, radius_m, cfg)
         if arrival >= here + 2 * cfg.forward_m:
             continue
         cost = (arrival + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
@@ -51,7 +53,7 @@ def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
 
 
 def _after_step(
-    terrain: Terrain, field: Field, pose: Pose, heading: float, cfg: ControlConfig
+    terrain: Terrain, field: Field, pose: Pose, heading: float, radius_m: float, cfg: ControlConfig
 ) -> float:
     """Arrival time at the end of one step along the heading; inf when the body would touch. A step
     that leaves a tight spot may begin within the clearance, as long as it never loses more."""
@@ -61,7 +63,7 @@ def _after_step(
     if ((cells < 0) | (cells >= terrain.frame.shape)).any():
         return math.inf
     clearance = terrain.clearance_m[tuple(cells.T)]
-    needed = np.minimum(cfg.body_clearance_m, np.maximum.accumulate(clearance))
+    needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance))
     if (clearance[1:] < needed[1:] - 1e-6).any():
         return math.inf
     return field.at(pose.x_m + c * cfg.forward_m, pose.y_m + s * cfg.forward_m)

@@ -44,7 +44,7 @@ def boundary(grid: NavigationMap, given_up: Mask, cfg: FrontierConfig) -> Mask:
 
 
 def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
-    """(R, C) -> the 8-connected sets of at least `min_cells` cells, each (N, 2) m, in scan order."""
+    """(R, C) -> the 8-connected sets of `min_cells` cells or more, each (N, 2) m, in scan order."""
     count, labels = cv2.connectedComponents(edge.view(np.uint8), connectivity=8)
     if count == 1:
         return []

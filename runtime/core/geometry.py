@@ -147,11 +147,9 @@ class GridFrame:
 
     def centres(self, cells: I32) -> F64:
         """(..., 2) row, col -> (..., 2) m, the cells' centres in the map frame."""
-        centres: F64 = (np.asarray(cells)[..., ::-1] + 0.5) * self.resolution_m + (
-            self.x0_m,
-            self.y0_m,
-        )
-        return centres
+        origin = np.array([self.x0_m, self.y0_m])
+        xy: F64 = (np.asarray(cells, np.float64)[..., ::-1] + 0.5) * self.resolution_m + origin
+        return xy
 
     def contains(self, row: int, col: int) -> bool:
         """Whether the cell is inside the grid."""

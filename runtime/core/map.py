@@ -25,7 +25,6 @@ class MapConfig:
     floor_below_m: float = 0.07  # points under this height are floor
     clear_above_m: float = 1.0  # points over this height do not block the robot
     max_depth_m: float = 5.0
-    robot_radius_m: float = 0.18
     hit: int = 4  # evidence of a frame with obstacle points in a cell
     miss: int = 2  # evidence of a frame that shows floor in a cell
     hits_needed: int = 2  # obstacle points in a cell that make a hit
@@ -49,7 +48,7 @@ class NavigationMap:
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def around(cls, pose: Pose, cfg: MapConfig) -> "NavigationMap":
+    def around(cls, pose: Pose, radius_m: float, cfg: MapConfig) -> "NavigationMap":
         """An unknown map centred on the pose, with the body's disc known to be free."""
         n = math.ceil(cfg.side_m / cfg.resolution_m)
         frame = GridFrame(
@@ -62,7 +61,7 @@ class NavigationMap:
             np.zeros((n, n), bool),
             np.zeros((n, n), bool),
         )
-        grid.drive_over(pose, cfg)
+        grid.drive_over(pose, radius_m, cfg)
         return grid
 
     @property
@@ -100,17 +99,17 @@ class NavigationMap:
             slice(max(0, int(cols[0]) - margin), min(self.frame.cols, int(cols[-1]) + margin + 1)),
         )
 
-    def drive_over(self, pose: Pose, cfg: MapConfig) -> None:
+    def drive_over(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
         """The cells under the body are free: it stands there."""
-        disc = _disc(self.frame, pose.x_m, pose.y_m, cfg.robot_radius_m)
+        disc = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
         self.evidence[disc] = np.minimum(self.evidence[disc], -cfg.miss)
         self.bumped[disc] = False
         self.swept |= disc
         self.changed()
 
-    def bump(self, pose: Pose, cfg: MapConfig) -> None:
+    def bump(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
         """A step forward was blocked: something low or thin stands just ahead of the body."""
-        reach = cfg.robot_radius_m + 1.5 * cfg.resolution_m
+        reach = radius_m + 1.5 * cfg.resolution_m
         for side in (-0.06, 0.0, 0.06):
             x = pose.x_m + reach * math.cos(pose.yaw_rad) - side * math.sin(pose.yaw_rad)
             y = pose.y_m + reach * math.sin(pose.yaw_rad) + side * math.cos(pose.yaw_rad)
@@ -142,7 +141,9 @@ class NavigationMap:
         return top, bottom, left, right
 
 
-def integrate(grid: NavigationMap, obs: Observation, mount: Mount, cfg: MapConfig) -> F64:
+def integrate(
+    grid: NavigationMap, obs: Observation, mount: Mount, radius_m: float, cfg: MapConfig
+) -> F64:
     """Add one depth image. Returns the view's outline, (V, 2) m in the map frame: the camera and
     the free range along each azimuth. The grid must already reach as far as the camera sees."""
     table = rays(obs.intrinsics, mount, cfg.stride)
@@ -157,7 +158,7 @@ def integrate(grid: NavigationMap, obs: Observation, mount: Mount, cfg: MapConfi
     cells = _flat_cells(grid.frame, forward, left, obs.pose, mount)
     _count(grid, cells[floor], cells[obstacle], cfg)
     _sweep(grid, outline)
-    grid.drive_over(obs.pose, cfg)
+    grid.drive_over(obs.pose, radius_m, cfg)
     return outline
 
 

@@ -16,7 +16,6 @@ from runtime.core.types import F32, F64, I32, Mask, Pose
 class PlannerConfig:
     """[planner]"""
 
-    robot_radius_m: float = 0.18
     margin_m: float = 0.02  # added to the radius: cells are 5 cm wide
     comfort_m: float = 0.20  # further clearance that planning pays for, without insisting on it
     slowest: float = 0.25  # relative speed right at an obstacle
@@ -50,7 +49,7 @@ class Field:
         return float(self.arrival_m[row, col]) if self.frame.contains(row, col) else math.inf
 
 
-def survey(grid: NavigationMap, pose: Pose, cfg: PlannerConfig) -> Terrain:
+def survey(grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig) -> Terrain:
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
     the body would graze something: it is there already and must be able to leave."""
     rows, cols = grid.known_window()
@@ -65,7 +64,7 @@ def survey(grid: NavigationMap, pose: Pose, cfg: PlannerConfig) -> Terrain:
     free, occupied = grid.free[rows, cols], grid.occupied[rows, cols]
     distance = cv2.distanceTransform((~occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     clearance = np.minimum(distance * np.float32(r) - np.float32(r / 2), np.float32(10.0))
-    hard = cfg.robot_radius_m + cfg.margin_m
+    hard = radius_m + cfg.margin_m
     traversable = free & (clearance >= hard)
     near = _near(frame, pose, cfg.escape_m) & free
     ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)

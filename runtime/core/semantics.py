@@ -108,10 +108,9 @@ def locate(
         if int(keep.sum()) < cfg.min_points:
             continue
         z = patch[keep].astype(np.float64)
-        base = np.stack(
-            [z * axis[rows, cols][keep] for axis in (table.forward, table.left, table.up)], axis=1
-        ) + (mount.x_m, mount.y_m, mount.z_m)
-        points = base_to_map(base, obs.pose)
+        axes = (table.forward, table.left, table.up)
+        base = np.stack([z * axis[rows, cols][keep] for axis in axes], axis=1)
+        points = base_to_map(base + np.array([mount.x_m, mount.y_m, mount.z_m]), obs.pose)
         points = points[(points[:, 2] > 0.05) & (points[:, 2] < 2.2)]
         if len(points) < cfg.min_points:
             continue

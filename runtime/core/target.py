@@ -72,7 +72,7 @@ def standpoints(
     grid: NavigationMap, terrain: Terrain, reach: Field, instance: Instance, cfg: TargetConfig
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close. If
-    furniture keeps it further away, the nearest cells that can be reached; none beyond `reach_m`."""
+    furniture keeps it further away, the nearest reachable cells; none beyond `reach_m`."""
     distance = _distance_to(terrain, instance.cells_xy)
     candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
     candidates &= _seen_side(terrain, instance, cfg)
@@ -128,5 +128,4 @@ def _line_of_sight(
     own[tuple(mine.T)] = 1
     near = cv2.dilate(own, np.ones((5, 5), np.uint8)) > 0
     blocked = grid.occupied[rc[..., 0], rc[..., 1]] & ~near[rc[..., 0], rc[..., 1]]
-    clear: Mask = ~blocked.any(axis=1)
-    return clear
+    return np.asarray(~blocked.any(axis=1), bool)

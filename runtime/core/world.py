@@ -10,7 +10,7 @@ from runtime.core.frontiers import FrontierMemory
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import Field, Terrain, descend
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import Action, Brief, Decision, F64, Frontier, Mask, Pose
+from runtime.core.types import F64, Action, Brief, Decision, Frontier, Mask, Pose
 
 
 @dataclass(frozen=True)
@@ -56,8 +56,7 @@ class World:
     given_up: Mask  # (R, C) frontier cells that were looked at in vain
     memory: FrontierMemory = field(default_factory=FrontierMemory)
     frontiers: tuple[Frontier, ...] = ()
-    terrain: Terrain | None = None
-    reach: Field | None = None  # geodesic distance from the robot
+    seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     decision: Decision | None = None
     decided_at: int = -10_000  # step of the last decision
     evidence: tuple[object, ...] = ()  # what the last decision knew
@@ -77,13 +76,26 @@ class World:
         room_names: tuple[str, ...],
         pose: Pose,
         looks: int,
+        radius_m: float,
         cfg: MapConfig,
     ) -> "World":
         """A world of which nothing is known but that the robot stands in it."""
-        grid = NavigationMap.around(pose, cfg)
+        grid = NavigationMap.around(pose, radius_m, cfg)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up = np.zeros(grid.frame.shape, bool)
         return cls(goal, grid, semantic, pose, 0, given_up, looks_left=looks)
+
+    @property
+    def terrain(self) -> Terrain:
+        """The planner's view of the map; there is one after the first observation."""
+        assert self.seen is not None
+        return self.seen[0]
+
+    @property
+    def reach(self) -> Field:
+        """Geodesic distance from the robot; there is one after the first observation."""
+        assert self.seen is not None
+        return self.seen[1]
 
     def grow(self, margin_m: float) -> None:
         """Keep the grid larger than what the camera can see from here."""
@@ -108,7 +120,6 @@ class World:
 
 def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
     """Turn identified cells into frontiers: goal point and walking distance from the robot."""
-    assert world.terrain is not None and world.reach is not None
     frame, arrival = world.terrain.frame, world.reach.arrival_m
     size = 2 * round(snap_m / frame.resolution_m) + 1
     found = []

@@ -41,7 +41,7 @@ class Apartment:
         """`#` wall, `o` furniture of 0.5 m, `b` a box of 0.2 m, others floor; first line is the
         largest y."""
         table = {"#": 2.5, "o": 0.5, "b": 0.2}
-        lines = [line for line in plan.strip("\n").split("\n")]
+        lines = plan.strip("\n").split("\n")
         width = max(map(len, lines))
         coarse = np.array(
             [[table.get(c, 0.0) for c in line.ljust(width)] for line in reversed(lines)]
@@ -59,7 +59,7 @@ class Apartment:
         return Observation(self.stamp_ns, rgb, depth, self.pose, INTRINSICS)
 
     def _depth(self, table: Rays) -> np.ndarray:
-        h, w = table.up.shape
+        w = table.up.shape[1]
         floor = np.where(table.up < -1e-6, -MOUNT.z_m / np.minimum(table.up, -1e-6), np.inf)
         depth = floor
         for column in range(w):

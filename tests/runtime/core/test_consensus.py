@@ -1,0 +1,98 @@
+"""CDM against the paper's set algebra, written out as sets."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.core.consensus import ConsensusConfig, agree, elect, successor
+from runtime.core.types import Ballot, Frontier, Vote
+
+IDS = st.integers(1, 6)
+SETS = st.frozensets(IDS, min_size=1)
+
+
+def frontier(id: int, distance_m: float) -> Frontier:
+    return Frontier(id, np.zeros((1, 2)), (0.0, 0.0), distance_m)
+
+
+def ballot(*sets: frozenset[int]) -> Ballot:
+    return Ballot(tuple(Vote(f"e{n}", tuple(sorted(s)), (), "") for n, s in enumerate(sets)))
+
+
+FRONTIERS = [frontier(i, float(7 - i)) for i in range(1, 7)]  # 6 is the closest
+
+
+@given(SETS, SETS, SETS)
+def test_three_experts_follow_the_paper(a: frozenset[int], b: frozenset[int], c: frozenset[int]):
+    rule, chosen = agree([a, b, c])
+    if a & b & c:
+        assert (rule, chosen) == ("all", a & b & c)
+    elif (a & b) | (a & c) | (b & c):
+        assert (rule, chosen) == ("pairs", (a & b) | (a & c) | (b & c))
+    else:
+        assert (rule, chosen) == ("closest", frozenset())
+
+
+@given(st.lists(SETS, min_size=2, max_size=5))
+def test_any_number_of_experts_all_else_any_two(sets: list[frozenset[int]]):
+    rule, chosen = agree(sets)
+    shared = {i for i in range(1, 7) if all(i in s for s in sets)}
+    twice = {i for i in range(1, 7) if sum(i in s for s in sets) >= 2}
+    assert chosen == (shared or twice)
+    assert rule == ("all" if shared else "pairs" if twice else "closest")
+
+
+@given(st.lists(SETS, max_size=4), st.permutations(range(4)))
+def test_the_order_of_experts_does_not_matter(sets: list[frozenset[int]], order: list[int]):
+    shuffled = [sets[i] for i in order if i < len(sets)]
+    assert agree(sets) == agree(shuffled)
+
+
+@given(SETS)
+def test_a_lone_vote_counts_only_when_lenient(a: frozenset[int]):
+    assert agree([a]) == ("closest", frozenset())
+    assert agree([a], lenient=True) == ("lone", a)
+
+
+@given(st.lists(SETS, max_size=4))
+def test_the_winner_is_the_nearest_of_the_chosen_set(sets: list[frozenset[int]]):
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig())
+    assert decision.frontier == max(decision.chosen, default=6)
+    assert decision.closest == 6
+
+
+def test_farthest_is_the_literal_argmax():
+    votes = ballot(frozenset({2, 4}), frozenset({2, 4}))
+    assert elect(votes, FRONTIERS, ConsensusConfig(rank="farthest")).frontier == 2
+    assert elect(votes, FRONTIERS, ConsensusConfig()).frontier == 4
+
+
+@given(st.lists(SETS, max_size=4))
+def test_unreachable_frontiers_are_never_elected(sets: list[frozenset[int]]):
+    frontiers = [frontier(i, float("inf") if i % 2 else float(i)) for i in range(1, 7)]
+    decision = elect(ballot(*sets), frontiers, ConsensusConfig())
+    assert decision.frontier is not None
+    assert decision.frontier % 2 == 0
+    assert all(i % 2 == 0 for i in decision.chosen)
+
+
+def test_no_reachable_frontier_is_said_so():
+    decision = elect(ballot(frozenset({1})), [frontier(1, float("inf"))], ConsensusConfig())
+    assert (decision.frontier, decision.rule) == (None, "none")
+
+
+def test_equal_distances_go_to_the_older_frontier():
+    same = [frontier(i, 2.0) for i in (5, 3, 4)]
+    assert elect(Ballot(), same, ConsensusConfig()).frontier == 3
+
+
+@pytest.mark.parametrize(("alive", "heir"), [((2, 4, 6), 4), ((2, 6), 2), ((6, 5), 6), ((), None)])
+def test_a_vanished_winner_is_followed_by_the_chosen_then_the_closest(alive, heir):
+    decision = elect(ballot(frozenset({2, 4}), frozenset({2, 4})), FRONTIERS, ConsensusConfig())
+    assert successor(decision, [f for f in FRONTIERS if f.id in alive]) == heir
+
+
+def test_pairs_need_not_be_the_same_pair():
+    rule, chosen = agree([frozenset({1, 2}), frozenset({2, 3}), frozenset({3, 4})])
+    assert (rule, chosen) == ("pairs", frozenset({2, 3}))

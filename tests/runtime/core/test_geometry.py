@@ -1,0 +1,100 @@
+"""Frames and projections are inverse to each other and follow REP 103 / 105."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.core.geometry import (
+    GridFrame,
+    backproject,
+    base_to_map,
+    map_to_optical,
+    optical_to_base,
+    project,
+    rays,
+    wrap_angle,
+)
+from runtime.core.types import Intrinsics, Mount, Pose
+
+CAMERA = Intrinsics(97.0, 95.0, 80.0, 60.0, 160, 120)
+ANGLE = st.floats(-20.0, 20.0)
+METRES = st.floats(-10.0, 10.0)
+POSES = st.builds(Pose, METRES, METRES, ANGLE)
+MOUNTS = st.builds(
+    Mount,
+    x_m=st.floats(-0.3, 0.3),
+    y_m=st.floats(-0.3, 0.3),
+    z_m=st.floats(0.1, 1.5),
+    roll_rad=st.floats(-0.5, 0.5),
+    pitch_rad=st.floats(-0.5, 0.5),
+    yaw_rad=st.floats(-3.0, 3.0),
+)
+
+
+@given(ANGLE)
+def test_wrapping_keeps_the_direction(angle: float):
+    wrapped = wrap_angle(angle)
+    assert -math.pi < wrapped <= math.pi
+    assert math.isclose(math.cos(wrapped), math.cos(angle), abs_tol=1e-9)
+    assert math.isclose(math.sin(wrapped), math.sin(angle), abs_tol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_projecting_undoes_backprojecting(seed: int):
+    depth = np.random.default_rng(seed).uniform(0.3, 6.0, (120, 160)).astype(np.float32)
+    pixels = project(backproject(depth, CAMERA), CAMERA)
+    v, u = np.indices(depth.shape)
+    assert np.allclose(pixels, np.stack([u.ravel(), v.ravel()], axis=1), atol=1e-6)
+
+
+def test_invalid_depth_is_dropped():
+    depth = np.full((120, 160), 2.0, np.float32)
+    depth[:10], depth[10:20], depth[20:30] = 0.0, np.nan, np.inf
+    assert len(backproject(depth, CAMERA)) == 90 * 160
+
+
+def test_a_level_camera_looks_forward_with_left_to_the_left():
+    rotation = optical_to_base(Mount())
+    assert np.allclose(rotation @ [0, 0, 1], [1, 0, 0])
+    assert np.allclose(rotation @ [1, 0, 0], [0, -1, 0])
+    assert np.allclose(rotation @ [0, 1, 0], [0, 0, -1])
+
+
+def test_positive_pitch_looks_down():
+    assert (optical_to_base(Mount(pitch_rad=0.4)) @ [0, 0, 1])[2] < 0
+
+
+@given(POSES, MOUNTS)
+def test_map_to_optical_undoes_the_way_out(pose: Pose, mount: Mount):
+    optical = np.array([[0.3, -0.2, 2.0], [0.0, 0.0, 1.0]])
+    offset = np.array([mount.x_m, mount.y_m, mount.z_m])
+    world = base_to_map(optical @ optical_to_base(mount).T + offset, pose)
+    assert np.allclose(map_to_optical(world, pose, mount), optical, atol=1e-9)
+
+
+@given(MOUNTS)
+def test_the_ray_table_is_the_backprojection(mount: Mount):
+    table = rays(CAMERA, mount, 4)
+    depth = np.zeros((120, 160), np.float32)
+    depth[2::4, 2::4] = 2.0
+    expected = backproject(depth, CAMERA) @ optical_to_base(mount).T
+    found = np.stack([a.ravel() for a in (table.forward, table.left, table.up)], axis=1) * 2.0
+    assert np.allclose(found, expected, atol=1e-5)
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3))
+def test_a_cells_centre_is_in_the_cell(x: float, y: float):
+    frame = GridFrame(-4.0, -4.0, 0.05, 160, 160)
+    row, col = frame.cell(x, y)
+    assert tuple(frame.cells(np.array([x, y]))) == (row, col)
+    cx, cy = frame.centres(np.array([row, col], np.int32))
+    assert abs(cx - x) <= 0.025 + 1e-9
+    assert abs(cy - y) <= 0.025 + 1e-9
+
+
+@pytest.mark.parametrize(("cell", "inside"), [((0, 0), True), ((-1, 0), False), ((0, 160), False)])
+def test_containment(cell: tuple[int, int], inside: bool):
+    assert GridFrame(0.0, 0.0, 0.05, 160, 160).contains(*cell) is inside
