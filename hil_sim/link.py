@@ -1,0 +1,248 @@
+"""The harness's end of the wire: the runtime as a child process, and its Zenoh link in lockstep."""
+
+import atexit
+import json
+import queue
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+import zenoh
+from numpy.typing import NDArray
+
+from runtime.core.types import Action, Intrinsics, Pose
+from runtime.edge import wire
+from runtime.edge.session import BusConfig, TopicsConfig, open_session
+from runtime.errors import RfNavError, SensorError
+
+READY_S = 300.0  # loading models; the child's exit ends the wait at once
+REPLY_S = 60.0  # to a request
+ANSWER_S = 120.0  # to an observation
+POLL_S = 0.25
+
+# exec after asking Linux to kill the child when the harness dies, however it dies.
+_TIED = """\
+import ctypes, os, signal, sys
+if sys.platform == "linux":
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)
+os.execv(sys.argv[1], sys.argv[1:])
+"""
+
+
+class HarnessError(RfNavError):
+    """The runtime under test did not start, ended, or did not answer."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the runtime said to one observation."""
+
+    action: Action
+    state: dict[str, Any]  # empty if none came
+    decisions: tuple[dict[str, Any], ...]
+
+
+def free_port() -> int:
+    """A TCP port of the loopback that is free now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
+
+
+def rfnav_command() -> list[str]:
+    """This installation's `rfnav run --lockstep`."""
+    return [sys.executable, "-m", "runtime", "run", "--lockstep"]
+
+
+class Runtime:
+    """The runtime under test, running and ready. Always killed on `close` and on exit.
+
+    `settings` are `--set` values; the harness adds where the bus is and the default topics.
+    HarnessError carries the child's own last line when it ends by itself.
+    """
+
+    def __init__(
+        self,
+        log: Path,
+        config: Path | None = None,
+        settings: Sequence[str] = (),
+        command: Sequence[str] | None = None,
+        answer_s: float = ANSWER_S,
+    ) -> None:
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
+        bus = BusConfig(listen=(endpoint,))
+        arguments = list(command if command is not None else rfnav_command())
+        if config is not None:
+            arguments += ["--config", str(config)]
+        for setting in (*settings, *_bus_settings(endpoint)):
+            arguments += ["--set", setting]
+        self._topics = bus.topics
+        self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
+        self._log = log
+        self._answer_s = answer_s
+        self._declared: list[Any] = []
+        self._child: subprocess.Popen[bytes] | None = None
+        self._session: Any = open_session(bus)
+        atexit.register(self.close)
+        try:
+            self._declare(bus)
+            log.parent.mkdir(parents=True, exist_ok=True)
+            with log.open("wb") as file:
+                self._child = subprocess.Popen(
+                    [sys.executable, "-c", _TIED, *arguments],
+                    stdin=subprocess.DEVNULL,
+                    stdout=file,
+                    stderr=file,
+                    start_new_session=True,  # Ctrl-C is the harness's business
+                )
+            self._wait_ready()
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def ask(self, query: str, body: dict[str, object], timeout_s: float = REPLY_S) -> Any:
+        """Send a JSON request to `rfnav/<query>` and return the JSON reply."""
+        key = getattr(self._topics, query)
+        until_s = time.monotonic() + timeout_s
+        replies = self._session.get(key, payload=json.dumps(body), timeout=timeout_s)
+        while time.monotonic() < until_s:
+            try:
+                reply = replies.try_recv()
+            except zenoh.ZError:
+                break  # nobody answers this query (any more)
+            if reply is not None and reply.ok is not None:
+                return wire.parse_json(reply.ok.payload.to_bytes(), key)
+            self.check_alive()
+            time.sleep(0.002)
+        self.check_alive()
+        raise HarnessError(f"{key}: the runtime did not reply in {timeout_s:g} s")
+
+    def exchange(
+        self,
+        stamp_ns: int,
+        rgb: NDArray[np.uint8],
+        depth_m: NDArray[np.float32],
+        odometry: Pose,
+        intrinsics: Intrinsics,
+    ) -> Answer:
+        """Publish one observation and wait for the action: one step of the lockstep."""
+        self._publish["camera_info"].put(wire.encode_camera_info(intrinsics, stamp_ns))
+        self._publish["odom"].put(wire.encode_odometry(odometry, stamp_ns))
+        self._publish["depth"].put(wire.encode_depth(depth_m, stamp_ns))
+        self._publish["color"].put(wire.encode_color(rgb, stamp_ns))
+        until_s = time.monotonic() + self._answer_s
+        state: dict[str, Any] = {}
+        decisions: list[dict[str, Any]] = []
+        while time.monotonic() < until_s:
+            try:
+                topic, value = self._heard.get(timeout=POLL_S)
+            except queue.Empty:
+                self.check_alive()
+                continue
+            if value.get("stamp_ns") != stamp_ns:
+                continue
+            if topic == self._topics.state:
+                state = value
+            elif topic == self._topics.decision:
+                decisions.append(value)
+            elif topic == self._topics.action:
+                return Answer(_action(value), state, tuple(decisions))
+        raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
+
+    def check_alive(self) -> None:
+        """HarnessError with the child's last line when it has ended."""
+        child = self._child
+        if child is None:
+            raise HarnessError("the runtime has been closed")
+        status = child.poll()
+        if status is not None:
+            raise HarnessError(self._last_line() or f"rfnav ended with status {status}")
+
+    def close(self) -> None:
+        """Undeclare, close the session, end the child. Idempotent."""
+        atexit.unregister(self.close)
+        child, self._child = self._child, None
+        if child is not None and child.poll() is None:
+            child.terminate()
+            try:
+                child.wait(timeout=2.0)
+            except subprocess.TimeoutExpired:
+                child.kill()
+                child.wait()
+        declared, self._declared = self._declared, []
+        for entity in declared:
+            entity.undeclare()
+        if not self._session.is_closed():
+            self._session.close()
+
+    def _declare(self, bus: BusConfig) -> None:
+        def hear(sample: zenoh.Sample) -> None:
+            topic = str(sample.key_expr)
+            if topic not in (bus.topics.action, bus.topics.state, bus.topics.decision):
+                return
+            try:
+                self._heard.put((topic, wire.decode_json(sample.payload.to_bytes(), topic)))
+            except SensorError as error:
+                self._heard.put((topic, {"error": str(error)}))
+
+        # One subscriber for all three, so that they come in the order they were sent.
+        self._declared.append(self._session.declare_subscriber("rfnav/*", hear))
+        self._publish: dict[str, Any] = {}
+        for name in ("camera_info", "odom", "depth", "color"):
+            self._publish[name] = self._session.declare_publisher(
+                bus.key(getattr(bus.topics, name)),
+                congestion_control=zenoh.CongestionControl.BLOCK,
+                express=True,
+            )
+        self._declared += self._publish.values()
+
+    def _wait_ready(self) -> None:
+        # Also for Zenoh's sake: what is sent in the first milliseconds of a link can be lost, so
+        # the status is asked until it is answered, and observations come after that.
+        until_s = time.monotonic() + READY_S
+        while time.monotonic() < until_s:
+            self.check_alive()
+            try:
+                status = self.ask("status", {}, POLL_S)
+            except HarnessError:
+                time.sleep(0.02)
+                continue
+            if status.get("state") == "ready":
+                return
+            time.sleep(0.02)
+        raise HarnessError(f"rfnav was not ready in {READY_S:g} s; its log is {self._log}")
+
+    def _last_line(self) -> str:
+        try:
+            lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            return ""
+        return next((line.strip() for line in reversed(lines) if line.strip()), "")
+
+
+def _bus_settings(endpoint: str) -> list[str]:
+    """The harness decides where the bus is and how its topics are called."""
+    topics = TopicsConfig()
+    names = (f'bus.topics.{f.name}="{getattr(topics, f.name)}"' for f in fields(topics))
+    return ['bus.mode="peer"', f'bus.connect=["{endpoint}"]', "bus.listen=[]", 'bus.prefix=""',
+            *names]  # fmt: skip
+
+
+def _action(value: dict[str, Any]) -> Action:
+    try:
+        return Action(value["action"])
+    except (KeyError, ValueError):
+        known = ", ".join(action.value for action in Action)
+        raise HarnessError(f"rfnav/action: {value.get('action')!r}: must be {known}") from None

@@ -1,0 +1,174 @@
+"""The lockstep with a real child process over real Zenoh; only the runtime's mind is fake."""
+
+import json
+import math
+import os
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hil_sim import link
+from hil_sim.episode_run import EpisodeResult, Home, Step, run_episode
+from hil_sim.episodes import Episode, Start
+from hil_sim.link import HarnessError, Runtime
+from hil_sim.protocol import HM3D
+from runtime.core.types import Action, Pose
+
+FAKE = Path(__file__).with_name("fake_runtime.py")
+SMALL = replace(HM3D, width=64, height=48, max_steps=20)
+EPISODE = Episode("e1", "corridor", Start(2.0, 3.0, math.pi / 2), "toilet", 1.0)
+
+
+@dataclass(frozen=True)
+class View:
+    rgb: np.ndarray
+    depth_m: np.ndarray
+
+
+class Corridor:
+    """Runs along +y from y = 3; the goal is at y = 4, a wall at y = 4.6."""
+
+    def move(self, x: float, y: float, yaw: float, distance: float) -> tuple[float, float, bool]:
+        end = y + distance * math.sin(yaw)
+        return x + distance * math.cos(yaw), min(end, 4.6), end > 4.6
+
+    def look(self, pose: Pose) -> View:
+        rgb = np.full((48, 64, 3), (200, 10, 20), np.uint8)
+        return View(rgb, np.full((48, 64), 6.6 - pose.y_m, np.float32))
+
+    def home(self) -> Home:
+        return Home(self, self.look, lambda pose: abs(4.0 - pose.y_m))
+
+
+@pytest.fixture(autouse=True)
+def importable(monkeypatch: pytest.MonkeyPatch) -> None:
+    root = str(Path(__file__).parents[2])
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([root, os.environ.get("PYTHONPATH", "")]))
+
+
+def start(mode: str, log: Path, answer_s: float = 20.0) -> Runtime:
+    return Runtime(log, command=[sys.executable, str(FAKE), mode], answer_s=answer_s)
+
+
+@pytest.fixture
+def walker(tmp_path: Path) -> Iterator[Runtime]:
+    with start("walk", tmp_path / "runtime.log") as runtime:
+        yield runtime
+
+
+def drive(runtime: Runtime, log_dir: Path, episode: Episode = EPISODE) -> EpisodeResult:
+    return run_episode(episode, Corridor().home(), runtime, SMALL, "walk", log_dir)
+
+
+def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) -> None:
+    steps: list[Step] = []
+    result = run_episode(
+        EPISODE, Corridor().home(), walker, SMALL, "walk", tmp_path / "e1", steps.append
+    )
+    assert (result.ended, result.success, result.steps) == ("stop", True, 5)
+    assert result.path_m == 1.0
+    assert result.distance_m == 0.0
+    assert result.spl == result.soft_spl == 1.0
+    assert (result.decisions, result.collisions) == (1, 0)
+    # At the last frame the wall is 2.6 m ahead; at the first the sensor read 3.6 m.
+    assert result.reason == "red 200, nearest 2.60 m"
+    assert steps[0].answer.state["reason"] == "red 200, nearest 3.60 m"
+    assert [step.answer.action for step in steps] == [Action.MOVE_FORWARD] * 4 + [Action.STOP]
+    assert set(result.wall) == {"render", "bus", "runtime.plan", "total"}
+    assert result.wall["runtime.plan"] == 0.005
+    assert json.loads((tmp_path / "e1" / "episode.json").read_text())["scene"] == "corridor"
+    assert EpisodeResult.from_json(json.loads(json.dumps(vars(result)))) == result
+
+
+def test_one_child_serves_many_episodes(walker: Runtime, tmp_path: Path) -> None:
+    results = [drive(walker, tmp_path / str(i)) for i in range(3)]
+    assert [replace(result, wall={}) for result in results] == [replace(results[0], wall={})] * 3
+
+
+def test_running_out_of_steps_is_a_failure_with_progress(tmp_path: Path) -> None:
+    with start("turn", tmp_path / "log") as runtime:
+        result = drive(runtime, tmp_path / "e")
+    assert (result.ended, result.success, result.steps) == ("steps", False, SMALL.max_steps)
+    assert (result.spl, result.soft_spl) == (0.0, 0.0)
+
+
+def test_a_refused_goal_is_an_error_with_the_runtimes_own_words(
+    walker: Runtime, tmp_path: Path
+) -> None:
+    with pytest.raises(HarnessError, match=r"^goal: nothing: unknown$"):
+        drive(walker, tmp_path / "e", replace(EPISODE, goal="nothing"))
+
+
+def test_a_runtime_that_does_not_answer_fails_the_episode(tmp_path: Path) -> None:
+    with start("mute", tmp_path / "log", answer_s=0.6) as runtime:
+        result = drive(runtime, tmp_path / "e")
+    assert result.ended == "error: no answer to an observation in 0.6 s"
+    assert not result.success
+    assert result.steps == 0
+
+
+def test_a_runtime_that_dies_fails_the_episode_with_its_last_words(tmp_path: Path) -> None:
+    with start("die", tmp_path / "log") as runtime:
+        result = drive(runtime, tmp_path / "e")
+        assert result.ended == "error: rfnav: camera: fell off"
+        assert result.steps == 1
+        with pytest.raises(HarnessError):
+            runtime.check_alive()
+
+
+def test_a_runtime_that_cannot_start_is_reported_at_once(tmp_path: Path) -> None:
+    began_s = time.monotonic()
+    with pytest.raises(HarnessError, match=r"^rfnav: models.language: nosuch: unknown$"):
+        start("broken", tmp_path / "log")
+    assert time.monotonic() - began_s < 20
+
+
+def test_closing_ends_the_child(tmp_path: Path) -> None:
+    runtime = start("walk", tmp_path / "log")
+    child = runtime._child
+    assert child is not None
+    runtime.close()
+    runtime.close()
+    assert child.poll() is not None
+    with pytest.raises(HarnessError, match="has been closed"):
+        runtime.check_alive()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="prctl")
+def test_a_harness_that_is_killed_takes_its_child_along(tmp_path: Path) -> None:
+    import subprocess
+
+    code = (
+        "import sys, time; from pathlib import Path; from hil_sim.link import Runtime\n"
+        f"r = Runtime(Path({str(tmp_path / 'log')!r}), command=[sys.executable, {str(FAKE)!r}, 'walk'])\n"  # noqa: E501
+        "print(r._child.pid, flush=True); time.sleep(60)"
+    )
+    harness = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    assert harness.stdout is not None
+    child = int(harness.stdout.readline())
+    harness.kill()
+    harness.wait()
+    harness.stdout.close()
+    until_s = time.monotonic() + 10
+    while _alive(child):
+        assert time.monotonic() < until_s, "the child outlives the harness"
+        time.sleep(0.02)
+
+
+def _alive(pid: int) -> bool:
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+def test_the_bus_is_the_harnesss_to_place() -> None:
+    settings = link._bus_settings("tcp/127.0.0.1:5")
+    assert 'bus.connect=["tcp/127.0.0.1:5"]' in settings
+    assert 'bus.topics.color="camera/color/image_raw"' in settings
