@@ -27,7 +27,7 @@ KEEP_MEMORY = {
 @click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--out", type=click.Path(path_type=Path), required=True)
 @click.option("--minutes", default=55.0, show_default=True, help="Training time in all.")
-@click.option("--batch", default=16, show_default=True)
+@click.option("--batch", default=8, show_default=True)
 @click.option("--threads", default=2, show_default=True)
 @click.option("--seed", default=1, show_default=True)
 def main(data: Path, out: Path, minutes: float, batch: int, threads: int, seed: int) -> None:

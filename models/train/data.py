@@ -172,10 +172,10 @@ def _photograph(image: Image, rng: np.random.Generator) -> Image:
 def _recolour(image: Image, rng: np.random.Generator) -> Image:
     """One affine map of RGB: saturation about grey, contrast and level, gains per channel."""
     level = float(image[::8, ::8].mean())
-    saturation, contrast = rng.uniform(0.5, 1.5), rng.uniform(0.6, 1.35)
+    saturation, contrast = rng.uniform(0.5, 1.4), rng.uniform(0.7, 1.25)
     mix = saturation * np.eye(3) + (1 - saturation) / 3
-    gains = contrast * rng.uniform(0.88, 1.12, 3)
-    shift = level * (rng.uniform(0.55, 1.4) - contrast) * np.ones((3, 1))
+    gains = contrast * rng.uniform(0.9, 1.1, 3)
+    shift = level * (rng.uniform(0.7, 1.25) - contrast) * np.ones((3, 1))
     return np.asarray(cv2.transform(image, np.hstack((mix * gains[:, None], shift))), np.uint8)
 
 

@@ -28,11 +28,11 @@ class Recipe:
     """How to train. The learning rate warms up, then falls as a cosine over `minutes`."""
 
     minutes: float = 55.0
-    batch: int = 16
-    head_rate: float = 1.5e-3
-    backbone_rate: float = 2.5e-4
+    batch: int = 8
+    head_rate: float = 1.2e-3
+    backbone_rate: float = 2e-4
     weight_decay: float = 1e-4
-    warmup_steps: int = 150
+    warmup_steps: int = 200
     average_decay: float = 0.998
     clip: float = 10.0
     seed: int = 1
