@@ -69,7 +69,7 @@ class EpisodeResult:
     steps: int
     collisions: int
     decisions: int
-    shortest_m: float
+    shortest_path_m: float
     path_m: float
     distance_m: float | None  # to success at the end; None when cut off from it
     spl: float | None  # None: too short a way to say anything
@@ -81,7 +81,7 @@ class EpisodeResult:
     def outcome(self) -> Outcome:
         """What the metrics need."""
         left = math.inf if self.distance_m is None else self.distance_m
-        return Outcome(self.success, self.shortest_m, self.path_m, left, self.steps)
+        return Outcome(self.success, self.shortest_path_m, self.path_m, left, self.steps)
 
     @classmethod
     def from_json(cls, row: dict[str, Any]) -> "EpisodeResult":
@@ -202,7 +202,7 @@ def _result(
         steps=tally.steps,
         collisions=tally.robot.collisions,
         decisions=tally.decisions,
-        shortest_m=shortest_m,
+        shortest_path_m=shortest_m,
         path_m=round(tally.robot.path_m, 4),
         distance_m=round(distance_m, 4) if math.isfinite(distance_m) else None,
         spl=_rounded(spl(outcome)),
