@@ -34,7 +34,7 @@ HFOV_RAD = math.radians(79)
 def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: Path) -> int:
     """Render one home into out/images and write its shard; returns the number of frames."""
     from hil_sim.assets import Assets
-    from hil_sim.world import Appearance, Camera, World
+    from hil_sim.world import Appearance, Camera, Light, World
 
     cv2.setNumThreads(1)
     scene, rng = generate(seed, split), random.Random(f"frames/{split}/{seed}")
@@ -42,8 +42,9 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
     with World(scene, Assets(), "auto", Appearance()) as world:
         for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
             pitch = rng.uniform(-PITCH_RAD, PITCH_RAD)
-            view = View(x, y, rng.uniform(*HEIGHT_M), yaw, pitch, HFOV_RAD)
-            frame = world.render(x, y, yaw, Camera(*size, HFOV_RAD, view.z_m), pitch, None)
+            view = View(x, y, rng.uniform(*HEIGHT_M), yaw, -pitch, HFOV_RAD)
+            camera = Camera(*size, HFOV_RAD, view.z_m)
+            frame = world.render(x, y, yaw, camera, pitch, Light(*daylight(rng)))
             name = f"{split}-{seed:06d}-{index:02d}.jpg"
             rgb = photograph(rng, frame.rgb)
             cv2.imwrite(str(out / "images" / name), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
@@ -58,9 +59,24 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
     return len(rows)
 
 
+Triple = tuple[float, float, float]
+
+
+def daylight(rng: random.Random) -> tuple[Triple, Triple, float, float]:
+    """Direction towards the light, its colour, the ambient and the diffuse share."""
+    # A nearer light casts shadows with hard edges; a far one shades only.
+    reach = 1.0 if rng.random() < 0.3 else 10.0
+    azimuth = rng.uniform(-math.pi, math.pi) if reach > 1 else rng.gauss(-0.95, 0.1)
+    height = rng.uniform(0.6, 2.0) if reach > 1 else 1.4
+    direction = (reach * math.cos(azimuth), reach * math.sin(azimuth), reach * height)
+    warm = rng.uniform(-0.05, 0.12)
+    colour = (min(1.0, 1.0 + warm), 0.98, min(1.0, 0.98 - warm))
+    return direction, colour, rng.uniform(0.5, 0.7), rng.uniform(0.3, 0.5)
+
+
 def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """(H, W, 3) RGB with a camera's exposure, white balance, softness and noise."""
-    gain = rng.uniform(0.75, 1.25) * np.array([rng.gauss(1, 0.05), 1.0, rng.gauss(1, 0.05)])
+    gain = rng.uniform(0.8, 1.3) * np.array([rng.gauss(1, 0.05), 1.0, rng.gauss(1, 0.05)])
     picture = np.asarray(255.0 * (rgb / 255.0) ** rng.uniform(0.8, 1.25) * gain)
     if rng.random() < 0.3:
         picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), rng.uniform(0.4, 1.0)))

@@ -6,9 +6,7 @@ Only the harness reads this; the runtime never does.
 import hashlib
 import json
 import math
-import os
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Protocol
 
 import cv2
@@ -25,10 +23,10 @@ BODY_Z_M = (0.05, 0.88)
 SUCCESS_RANGE_M = 1.0
 LEAST_PIXELS = 200
 """Visible pixels in a 640x480 frame that count as seeing the goal."""
-COARSE = 2
-"""Views are rendered at every second cell; the cells between follow the nearest one."""
+COARSE = 3
+"""Views are rendered once in a block of 3 x 3 cells, which stands for the block."""
 LEAST_REGION_M2 = 1.0
-CACHE_VERSION = 1
+CACHE_VERSION = 2
 
 Points = NDArray[np.float64]
 
@@ -265,8 +263,3 @@ def scene_hash(scene: Scene) -> str:
     """Names a scene's content, so that what is computed from it can be kept."""
     text = json.dumps([CACHE_VERSION, scene_to_json(scene)], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:20]
-
-
-def cache_dir() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    return Path(base) / "rf-nav" / "scenes"

@@ -176,7 +176,7 @@ class Furnisher:
             position_m=(round(x, 4), round(y, 4), round(z, 4)),
             yaw_rad=round(yaw, 4),
             size_m=mesh.size_m,
-            tint=self._tint(),
+            tint=self._tint(category),
         )
         self.objects.append(obj)
         return obj
@@ -295,12 +295,12 @@ class Furnisher:
         low, high = corners.min(axis=0), corners.max(axis=0)
         return bool(low[0] >= r.x0 and low[1] >= r.y0 and high[0] <= r.x1 and high[1] <= r.y1)
 
-    def _tint(self) -> str | None:
+    def _tint(self, category: str) -> str | None:
         if self.rng.random() < 0.6:
             return None
-        strong = self.rng.random() < 0.4
+        strong = self.rng.random() < 0.4 and category not in ("plant", "television", "clock")
         saturation = self.rng.uniform(0.25, 0.75) if strong else self.rng.uniform(0.0, 0.25)
-        return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.5, 1.0))
+        return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.6, 1.0))
 
     def _empty_floor(self) -> NDArray[np.uint8]:
         """(H, W) u8: 1 where the robot's centre fits between the walls of the empty home."""
