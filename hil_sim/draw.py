@@ -104,7 +104,7 @@ def _frontiers(axes: Axes, meta: dict[str, Any]) -> None:
         cells = np.array(frontier["cells_xy"])
         chosen = frontier["id"] == meta["elected"]
         colour = "tab:orange" if chosen else "tab:cyan"
-        axes.scatter(*cells.T, s=3, marker="s", color=colour, zorder=3)
+        axes.scatter(cells[:, 0], cells[:, 1], s=3, marker="s", color=colour, zorder=3)
         x, y = cells.mean(axis=0)
         axes.text(x, y, str(frontier["id"]), color=colour, fontsize=7, weight="bold", zorder=6)
 
@@ -116,7 +116,7 @@ def _objects(axes: Axes, meta: dict[str, Any]) -> None:
         if thing["confidence"] < CERTAIN and not thing["rejected"]:
             continue
         cells = np.array(thing["cells_xy"])
-        axes.scatter(*cells.T, s=4, marker="s", color=colour[thing["name"]], alpha=0.8, zorder=4)
+        axes.scatter(cells[:, 0], cells[:, 1], s=4, marker="s", color=colour[thing["name"]], alpha=0.8, zorder=4)
         text = thing["name"] + (" (rejected)" if thing["rejected"] else "")
         axes.annotate(
             text,
@@ -176,7 +176,11 @@ def _legend(meta: dict[str, Any], rooms: list[int]) -> list[Any]:
     colours = _colours(len(meta["room_names"]), "Set2")
     tint = [
         Patch(
-            color=tuple(1 - ROOM_STRENGTH + ROOM_STRENGTH * c for c in colours[i]),
+            color=(
+                1 - ROOM_STRENGTH * (1 - colours[i][0]),
+                1 - ROOM_STRENGTH * (1 - colours[i][1]),
+                1 - ROOM_STRENGTH * (1 - colours[i][2]),
+            ),
             label=meta["room_names"][i],
         )
         for i in rooms
