@@ -26,10 +26,13 @@ from hil_sim.freespace import (
 )
 from hil_sim.furnish import Box
 from hil_sim.scene import Scene, SceneError, SceneObject
-from hil_sim.world import World
+from hil_sim.world import HM3D, Camera, World
 from runtime.core.types import Pose
 
 Report = Callable[[str], None]
+
+SMALL = Camera(HM3D.width // 2, HM3D.height // 2, HM3D.hfov_rad, HM3D.z_m)
+"""Pixels are counted at half the size, each for four."""
 
 
 class Truth:
@@ -84,9 +87,9 @@ class Truth:
         return space
 
     def _look(self, x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.int64]:
-        seen = self._world.render(x_m, y_m, yaw_rad).segmentation
+        seen = self._world.render(x_m, y_m, yaw_rad, SMALL).segmentation
         counts = np.bincount(seen[seen >= 0], minlength=len(self._world.scene.objects))
-        return counts.astype(np.int64)
+        return counts.astype(np.int64) * 4
 
     def _footprints(self) -> list[Points]:
         scene = self._world.scene
