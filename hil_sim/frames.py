@@ -106,7 +106,7 @@ def render(
         except KeyboardInterrupt:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    coco = _collect(out, split, homes, frames, size)
+    coco = collect(out, split, homes, frames, size)
     (out / "annotations.json").write_text(json.dumps(coco), encoding="utf-8")
     return coco
 
@@ -115,7 +115,7 @@ def _shard(out: Path, split: str, seed: int) -> Path:
     return out / "shards" / f"{split}-{seed:06d}.json"
 
 
-def _collect(
+def collect(
     out: Path, split: str, homes: range, frames: int, size: tuple[int, int]
 ) -> dict[str, Any]:
     """The shards of these homes as one COCO detection file."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hil_sim.episodes import (
+    HM3D_GOALS,
     SHORTEST_M,
     Episode,
     Start,
@@ -21,7 +22,7 @@ from hil_sim.freespace import (
     scene_hash,
     success_cells,
 )
-from hil_sim.scene import Room, Scene, SceneError, SceneObject
+from hil_sim.scene import Room, Scene, SceneError, SceneObject, load_scene, room_at
 
 
 def quad(x0: float, y0: float, x1: float, y1: float, z0: float, z1: float) -> np.ndarray:
@@ -156,3 +157,16 @@ def test_the_hash_names_the_content() -> None:
     assert scene_hash(two_rooms().scene) == scene_hash(two_rooms().scene)
     changed = Scene("two", (), (), two_rooms().scene.rooms, ())
     assert scene_hash(changed) != scene_hash(two_rooms().scene)
+
+
+def test_the_smoke_suite_keeps_the_samplers_rules() -> None:
+    episodes = load_suite("smoke")
+    assert len({episode.id for episode in episodes}) == 24
+    for name in ("maple", "cedar"):
+        own = [episode for episode in episodes if episode.scene == name]
+        assert sorted(episode.goal for episode in own) == sorted(HM3D_GOALS * 2)
+        scene = load_scene(name)
+        for episode in own:
+            assert room_at(scene, episode.start.x_m, episode.start.y_m) is not None
+            assert instances(scene, episode.goal)
+            assert episode.shortest_path_m >= SHORTEST_M

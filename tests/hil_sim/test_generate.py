@@ -129,4 +129,5 @@ def test_viewpoints_stand_on_free_floor_and_repeat() -> None:
     assert poses == viewpoints(random.Random(1), scene, 40)
     for x, y, _ in poses:
         cell = floor.cell(x, y)
-        assert cell is not None and floor.standing[cell]
+        assert cell is not None
+        assert floor.standing[cell]
