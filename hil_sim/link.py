@@ -19,12 +19,17 @@ from numpy.typing import NDArray
 from runtime.core.types import Action, Intrinsics, Pose
 from runtime.edge import wire
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
-from runtime.errors import RfNavError, SensorError
+from runtime.errors import ConfigError, RfNavError, SensorError
 
 READY_S = 300.0  # loading models; the child's exit ends the wait at once
 REPLY_S = 60.0  # to a request
 ANSWER_S = 120.0  # to an observation
 POLL_S = 0.25
+
+METHODS: dict[str, tuple[str, ...]] = {
+    "rfnav": (),
+    "closest": ("panel.experts=[]",),  # nobody votes: always the closest frontier
+}
 
 # exec after asking Linux to kill the child when the harness dies, however it dies.
 _TIED = """\
@@ -48,6 +53,13 @@ class Answer:
     decisions: tuple[dict[str, Any], ...]
 
 
+def method_settings(name: str) -> tuple[str, ...]:
+    """The runtime's `--set` values of a method; ConfigError lists the known ones."""
+    if name not in METHODS:
+        raise ConfigError(f"method {name}: unknown; known: {', '.join(METHODS)}")
+    return METHODS[name]
+
+
 def free_port() -> int:
     """A TCP port of the loopback that is free now."""
     with socket.socket() as probe:
@@ -61,7 +73,7 @@ def rfnav_command() -> list[str]:
 
 
 class Runtime:
-    """The runtime under test, running and ready. Always killed on `close` and on exit.
+    """The runtime under test: spawned at once, ready when entered, always killed on `close`.
 
     `settings` are `--set` values; the harness adds where the bus is and the default topics.
     HarnessError carries the child's own last line when it ends by itself.
@@ -101,12 +113,16 @@ class Runtime:
                     stderr=file,
                     start_new_session=True,  # Ctrl-C is the harness's business
                 )
-            self._wait_ready()
         except BaseException:
             self.close()
             raise
 
     def __enter__(self) -> Self:
+        try:
+            self._wait_ready()
+        except BaseException:
+            self.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:

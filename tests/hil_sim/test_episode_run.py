@@ -123,8 +123,11 @@ def test_a_runtime_that_dies_fails_the_episode_with_its_last_words(tmp_path: Pat
 
 def test_a_runtime_that_cannot_start_is_reported_at_once(tmp_path: Path) -> None:
     began_s = time.monotonic()
-    with pytest.raises(HarnessError, match=r"^rfnav: models.language: nosuch: unknown$"):
-        start("broken", tmp_path / "log")
+    with (
+        pytest.raises(HarnessError, match=r"^rfnav: models.language: nosuch: unknown$"),
+        start("broken", tmp_path / "log"),
+    ):
+        pass
     assert time.monotonic() - began_s < 20
 
 
@@ -145,7 +148,7 @@ def test_a_harness_that_is_killed_takes_its_child_along(tmp_path: Path) -> None:
 
     code = (
         "import sys, time; from pathlib import Path; from hil_sim.link import Runtime\n"
-        f"r = Runtime(Path({str(tmp_path / 'log')!r}), command=[sys.executable, {str(FAKE)!r}, 'walk'])\n"  # noqa: E501
+        f"r = Runtime(Path({str(tmp_path / 'log')!r}), command=[sys.executable, {str(FAKE)!r}, 'walk']).__enter__()\n"  # noqa: E501
         "print(r._child.pid, flush=True); time.sleep(60)"
     )
     harness = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)

@@ -1,0 +1,70 @@
+"""`hil-sim`: the harness's command line. A command's modules are imported when it is used."""
+
+import importlib
+import os
+import sys
+
+import click
+
+from models.errors import ModelError
+from runtime.errors import RfNavError
+
+COMMANDS = {
+    "demo": ("hil_sim.demo", "demo_command", "One episode in a furnished home, told as it goes."),
+    "eval": ("hil_sim.evaluate", "eval_command", "Drive a suite of episodes; print the table."),
+    "frames": ("hil_sim.frames", "frames_command", "Render labelled frames for training."),
+    "show": ("hil_sim.show", "show_command", "Draw a scene."),
+}
+ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}
+
+
+class Lazy(click.Group):
+    """A group that imports a command when it is asked for, so that `--help` is quick."""
+
+    def __init__(self, table: dict[str, tuple[str, str, str]], **options: object) -> None:
+        super().__init__(**options)  # type: ignore[arg-type]
+        self._table = table
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted({*self._table, *super().list_commands(ctx)})
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self._table:
+            return super().get_command(ctx, cmd_name)
+        module, name, _ = self._table[cmd_name]
+        command: click.Command = getattr(importlib.import_module(module), name)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        rows = [(name, help) for name, (_, _, help) in self._table.items()]
+        rows += [(name, c.get_short_help_str()) for name, c in self.commands.items()]
+        with formatter.section("Commands"):
+            formatter.write_dl(sorted(rows))
+
+
+cli = Lazy(
+    COMMANDS,
+    help="The simulated homes and robot that RF-NAV is tried and measured in.",
+    epilog="Example:  hil-sim demo --goal toilet.  "
+    "Exit status: 0 done, 1 the thing measured or attempted failed, 2 an error.",
+)
+cli.add_command(Lazy(ASSETS, name="assets", help="Furniture."))
+
+
+def main() -> None:
+    """Run the command line; every foreseeable error is one line and exit status 2."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    try:
+        cli(prog_name="hil-sim", standalone_mode=False)
+    except click.UsageError as error:
+        error.show()
+        sys.exit(2)
+    except (RfNavError, ModelError) as error:
+        click.echo(f"hil-sim: {error}", err=True)
+        sys.exit(2)
+    except (click.exceptions.Abort, KeyboardInterrupt):
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    main()
