@@ -69,20 +69,21 @@ class Lockstep:
         self._bus, self._mind, self._config, self._clock = bus, mind, config, clock
         self._search: Search | None = None
         self._names: tuple[str, ...] = ()
-        self._first = True
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`; SensorError ends it when the first frame can never be used."""
-        while not until():
-            request = self._bus.request()
-            if request is not None:
-                self._answer(request)
-                continue
-            obs = self._bus.next(0.5)
-            if obs is None or self._search is None:
-                continue
-            self._first = False
-            self._step(self._search, obs)
+        try:
+            while not until():
+                request = self._bus.request()
+                if request is not None:
+                    self._answer(request)
+                    continue
+                obs = self._bus.next(0.5)
+                if obs is None or self._search is None:
+                    continue
+                    self._step(self._search, obs)
+        finally:
+            self._end("the runtime ends")  # what was found out is not lost
 
     # -- requests ------------------------------------------------------------------------------
 

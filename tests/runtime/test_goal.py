@@ -1,0 +1,47 @@
+"""From a person's words to the detector's classes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from runtime.errors import ConfigError
+from runtime.goal import check, understand
+
+CLASSES = (("sofa", "couch"), ("toilet",), ("plant", "potted plant"))
+AXES = {"sofa": 0, "couch": 0, "toilet": 1, "plant": 2, "potted plant": 2, "settee": 0}
+
+
+def embed(texts: Sequence[str]) -> np.ndarray:
+    """Words of one meaning share an axis; unknown words have one of their own."""
+    rows = np.zeros((len(texts), 8), np.float32)
+    for row, text in zip(rows, texts, strict=True):
+        row[AXES.get(text, 7)] = 1.0
+    return rows
+
+
+def test_a_class_or_its_other_name_is_known():
+    assert understand("Toilet", CLASSES, embed, 0.65).name == "toilet"
+    assert understand("potted plant", CLASSES, embed, 0.65).name == "plant"
+    assert understand("couch", CLASSES, embed, 0.65).classes == CLASSES
+
+
+def test_a_synonym_joins_the_class_it_means():
+    goal = understand("settee", CLASSES, embed, 0.65)
+    assert goal.name == "sofa"
+    assert ("sofa", "couch", "settee") in goal.classes
+    assert len(goal.classes) == len(CLASSES)
+    assert "taken for sofa" in goal.how
+
+
+def test_anything_else_becomes_a_class_of_its_own():
+    goal = understand("Red  umbrella", CLASSES, embed, 0.65)
+    assert goal.name == "red umbrella"
+    assert goal.classes == (*CLASSES, ("red umbrella",))
+
+
+@pytest.mark.parametrize("text", ["", "   ", "\n", "x" * 81, "toi\x00let"])
+def test_what_cannot_be_looked_for_is_refused_in_one_line(text: str):
+    with pytest.raises(ConfigError, match="goal: ") as caught:
+        check(text)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,235 @@
+"""The loop over real Zenoh: goals, observations, actions, what is left behind, and bad input."""
+
+import json
+import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import zenoh
+from apartment import INTRINSICS, NO_DETECTIONS, TWO_ROOMS, Apartment
+
+from hil_sim.link import free_port
+from runtime.config import Config, load
+from runtime.core.types import Action, Brief, Detections, Intrinsics, Missing, Pose, Vote
+from runtime.edge import wire
+from runtime.edge.bus import Bus
+from runtime.edge.clock import Deadline, SystemClock
+from runtime.edge.journal import read_journal, read_map
+from runtime.edge.panel import Panel
+from runtime.edge.session import BusConfig, open_session
+from runtime.errors import ConfigError, SensorError
+from runtime.goal import Goal
+from runtime.lockstep import Lockstep
+
+
+def broken(brief: Brief, by: Deadline) -> Vote | Missing:
+    raise RuntimeError("the model fell over")
+
+
+def farthest(brief: Brief, by: Deadline) -> Vote | Missing:
+    far = max(brief.frontiers, key=lambda f: f.distance_m).id
+    return Vote("", (far,), ((far, 1.0),), "it is far")
+
+
+class FakeMind:
+    """Sees what the apartment tells it to; its experts are given."""
+
+    rooms = ("bathroom",)
+
+    def __init__(self, home: Apartment, **experts) -> None:
+        self.panel = Panel(experts, SystemClock())
+        self.home = home
+
+    def accept(self, goal: str) -> Goal:
+        if not goal:
+            raise ConfigError("goal: is empty")
+        return Goal(goal, goal, ((goal,),), "as it is")
+
+    def detect(self, rgb: np.ndarray) -> Detections:
+        if not self.home.things:
+            return NO_DETECTIONS
+        return self.home.detect(tuple(self.home.things), self.home.observe())
+
+    def notice(self, goal: str, names: tuple[str, ...]) -> None:
+        pass
+
+    def rung(self) -> str:
+        return "none"
+
+
+class Peer:
+    """The harness's end: queries, one observation at a time, the actions that come back."""
+
+    def __init__(self, session: zenoh.Session, topics: BusConfig) -> None:
+        self.session, self.topics = session, topics.topics
+        self.actions: dict[int, str] = {}
+        self.heard = threading.Condition()
+        self._declared = session.declare_subscriber(self.topics.action, self._hear)
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        body = wire.decode_json(sample.payload.to_bytes(), "action")
+        with self.heard:
+            self.actions[body["stamp_ns"]] = body["action"]
+            self.heard.notify_all()
+
+    def ask(self, query: str, body: dict, tries: int = 40) -> dict:
+        for _ in range(tries):
+            for reply in self.session.get(f"rfnav/{query}", payload=json.dumps(body), timeout=10.0):
+                if reply.ok is not None:
+                    return json.loads(reply.ok.payload.to_bytes())
+            threading.Event().wait(0.05)  # the link is not up yet
+        raise AssertionError(f"nobody answers rfnav/{query}")
+
+    def show(self, home: Apartment, intrinsics: Intrinsics | None = INTRINSICS) -> str | None:
+        obs = home.observe()
+        if intrinsics is not None:
+            self.session.put(
+                self.topics.camera_info, wire.encode_camera_info(intrinsics, obs.stamp_ns)
+            )
+        self.session.put(self.topics.odom, wire.encode_odometry(obs.pose, obs.stamp_ns))
+        self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, obs.stamp_ns))
+        self.session.put(self.topics.color, wire.encode_color(obs.rgb, obs.stamp_ns))
+        with self.heard:
+            self.heard.wait_for(lambda: obs.stamp_ns in self.actions, timeout=10.0)
+        return self.actions.get(obs.stamp_ns)
+
+
+@contextmanager
+def running(mind: FakeMind, *settings: str) -> Iterator[tuple[Peer, list[BaseException]]]:
+    """The loop in a thread, and a peer linked to it."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    harness = BusConfig(listen=(endpoint,))
+    session = open_session(harness)
+    ending, ended = threading.Event(), []
+    config: Config = load(None, [f"bus.connect=['{endpoint}']", *settings])
+    clock = SystemClock()
+
+    def serve() -> None:
+        try:
+            with Bus(config.bus, clock, lockstep=True) as bus:
+                Lockstep(bus, mind, config, clock).run(ending.is_set)
+        except BaseException as error:  # noqa: BLE001 -- handed to the test
+            ended.append(error)
+
+    thread = threading.Thread(target=serve)
+    thread.start()
+    peer = Peer(session, harness)
+    try:
+        yield peer, ended
+    finally:
+        ending.set()
+        thread.join(timeout=20.0)
+        mind.panel.close()
+        peer._declared.undeclare()
+        session.close()
+        assert not thread.is_alive()
+
+
+def home() -> Apartment:
+    return Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0))
+
+
+def begin(peer: Peer, log: Path, goal: str = "toilet") -> dict:
+    return peer.ask("goal", {"goal": goal, "episode": "e1", "log_dir": str(log)})
+
+
+def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
+    there = home()
+    there.things = {"toilet": (6.2, 3.0, 0.3)}
+    with running(FakeMind(there)) as (peer, ended):
+        assert peer.ask("status", {})["state"] == "ready"
+        assert begin(peer, tmp_path)["accepted"]
+        assert peer.ask("status", {})["state"] == "searching"
+        actions = []
+        for _ in range(60):
+            action = peer.show(there)
+            assert action is not None
+            actions.append(action)
+            if action == "stop":
+                break
+            there.apply(Action(action))
+        reply = peer.ask("cancel", {"reason": "stop"})
+    assert not ended
+    assert actions[-1] == "stop"
+    assert reply["steps"] == len(actions)
+    assert math.hypot(there.pose.x_m - 6.2, there.pose.y_m - 3.0) < 1.3
+    kinds = [line["kind"] for line in read_journal(tmp_path / "decisions.jsonl")]
+    assert kinds[0] == "goal"
+    assert kinds[-1] == "end"
+    assert kinds.count("step") == len(actions)
+    arrays, meta = read_map(tmp_path)
+    assert arrays["free"].any()
+    assert meta["stopped_at"] is not None
+    assert [o["name"] for o in meta["objects"]] == ["toilet"]
+
+
+def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
+    there = home()
+    with running(FakeMind(there, o2f=broken, r2f=farthest)) as (peer, ended):
+        begin(peer, tmp_path)
+        for _ in range(13):
+            there.apply(Action(peer.show(there)))
+        peer.ask("cancel", {})
+    assert not ended
+    decision = next(
+        line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
+    )
+    assert decision["missing"] == [{"expert": "o2f", "cause": "error: the model fell over"}]
+    assert decision["rule"] == "closest"  # one vote alone steers nobody
+    assert decision["frontier"] == decision["closest"]
+
+
+def test_two_experts_that_agree_are_followed(tmp_path: Path):
+    there = home()
+    with running(FakeMind(there, o2f=farthest, r2f=farthest)) as (peer, _):
+        begin(peer, tmp_path)
+        for _ in range(13):
+            there.apply(Action(peer.show(there)))
+        peer.ask("cancel", {})
+    decision = next(
+        line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
+    )
+    assert decision["rule"] == "all"
+    assert [v["expert"] for v in decision["votes"]] == ["o2f", "r2f"]
+
+
+def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
+    with running(FakeMind(home())) as (peer, ended):
+        reply = begin(peer, tmp_path, goal="")
+        assert reply == {"accepted": False, "error": "goal: is empty"}
+        assert peer.ask("goal", {"goal": 3})["error"] == "goal request: goal: must be text"
+        assert peer.ask("status", {})["state"] == "ready"
+    assert not ended
+
+
+def test_a_camera_without_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
+    there = home()
+    with running(FakeMind(there), "bus.sensor_timeout_s=0.2") as (peer, ended):
+        begin(peer, tmp_path)
+        peer.heard.wait_for = lambda *a, **k: None  # type: ignore[method-assign]
+        peer.show(there, intrinsics=None)
+        deadline = threading.Event()
+        for _ in range(100):
+            if ended or deadline.wait(0.05):
+                break
+    assert isinstance(ended[0], SensorError)
+    assert "camera/color/camera_info: no intrinsics" in str(ended[0])
+
+
+def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
+    there = home()
+    wrong = Intrinsics(97.0, 97.0, 160.0, 120.0, 320, 240)
+    with running(FakeMind(there)) as (peer, ended):
+        begin(peer, tmp_path)
+        peer.heard.wait_for = lambda *a, **k: None  # type: ignore[method-assign]
+        peer.show(there, intrinsics=wrong)
+        pause = threading.Event()
+        for _ in range(100):
+            if ended or pause.wait(0.05):
+                break
+    assert isinstance(ended[0], SensorError)
+    assert "160x120" in str(ended[0])
+    assert "320x240" in str(ended[0])
