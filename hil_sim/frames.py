@@ -23,6 +23,7 @@ from tqdm import tqdm
 from hil_sim.furnish import box_of
 from hil_sim.generate import generate
 from hil_sim.labels import LABELLED, View, labels, seen_room
+from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.viewpoints import viewpoints
 
 FRAMES_A_HOME = 25
@@ -33,8 +34,10 @@ HFOV_RAD = math.radians(79)
 
 def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: Path) -> int:
     """Render one home into out/images and write its shard; returns the number of frames."""
-    from hil_sim.assets import Assets
-    from hil_sim.world import Appearance, Camera, Light, World
+    keep_stdout_for_python()
+    with hushed():
+        from hil_sim.assets import Assets
+        from hil_sim.world import Appearance, Camera, Light, World
 
     cv2.setNumThreads(1)
     scene, rng = generate(seed, split), random.Random(f"frames/{split}/{seed}")
@@ -96,7 +99,9 @@ def render(
     done = (len(homes) - len(todo)) * FRAMES_A_HOME
     spawn = multiprocessing.get_context("spawn")
     with (
-        tqdm(total=frames, initial=min(done, frames), unit="frame", desc=split) as bar,
+        tqdm(
+            total=frames, initial=min(done, frames), unit="frame", desc=split, disable=None
+        ) as bar,
         ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
     ):
         jobs = [pool.submit(render_home, home, split, FRAMES_A_HOME, size, out) for home in todo]

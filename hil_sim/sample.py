@@ -6,15 +6,19 @@ from pathlib import Path
 
 import click
 
-from hil_sim.assets import Assets
 from hil_sim.episodes import HM3D_GOALS, Episode, sample_episode, save_suite
+from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.scene import load_scene
-from hil_sim.truth import Truth
-from hil_sim.world import World
 
 
 def sample_scene(scene: str, goals: tuple[str, ...], starts: int, seed: int) -> list[Episode]:
     """`starts` episodes for each goal in a scene, with seeds from `seed` on."""
+    keep_stdout_for_python()
+    with hushed():
+        from hil_sim.assets import Assets
+        from hil_sim.truth import Truth
+        from hil_sim.world import World
+
     assets = Assets()
     with World(load_scene(scene), assets) as world:
         truth = Truth(world, assets)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.furnish import Box
+from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.scene import Polygon, Scene, SceneObject, contains, load_scene, polygon_area
 from hil_sim.viewpoints import floor_of
 
@@ -119,8 +120,10 @@ def show_command(scene: str, out: Path) -> None:
     \b
     Example: hil-sim show maple --out out/maple
     """
-    from hil_sim.assets import Assets
-    from hil_sim.world import HM3D, World
+    keep_stdout_for_python()
+    with hushed():
+        from hil_sim.assets import Assets
+        from hil_sim.world import HM3D, World
 
     home = load_scene(scene)
     out.mkdir(parents=True, exist_ok=True)
