@@ -122,10 +122,13 @@ def _pool(evaluation: Evaluation, jobs: list[Job], target: Work) -> Iterator[Ite
     def start(job: Job) -> None:
         ours, theirs = spawn.Pipe(duplex=False)
         process = spawn.Process(target=target, args=(job, evaluation.settings, theirs))
-        # Ctrl-C reaches every process of the terminal: only the parent may act on it.
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        process.start()
-        signal.signal(signal.SIGINT, before)
+        # Ctrl-C reaches every process of the terminal; children inherit the block, so that only
+        # the parent acts on it.
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            process.start()
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
         theirs.close()
         running[ours] = (process, job)
 

@@ -1,0 +1,201 @@
+"""Evaluations: nothing finished is lost, and the figures repeat byte for byte."""
+
+import importlib
+import json
+import os
+import signal
+import threading
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from hil_sim.__main__ import cli, main
+from hil_sim.episodes import Episode, Start
+from hil_sim.evaluate import Evaluation, Results, claim, plan, report, run, stages, summaries
+from hil_sim.link import HarnessError
+from hil_sim.metrics import table
+from hil_sim.worker import Job, Settings
+
+EPISODES = tuple(
+    Episode(f"e{i}", "maple" if i < 4 else "cedar", Start(0, 0, 0), "bed", 4.0) for i in range(8)
+)
+
+
+@pytest.fixture
+def worker(monkeypatch: pytest.MonkeyPatch) -> Any:
+    """A module that worker processes can import, too."""
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
+    return importlib.import_module("fake_worker")
+
+
+def evaluation(out: Path, *settings: str, methods: tuple[str, ...] = ("rfnav",)) -> Evaluation:
+    return Evaluation("smoke", EPISODES, methods, 2, Settings(out, settings=settings))
+
+
+def filled(worker: Any, out: Path, ended: str = "stop") -> Results:
+    """Results without processes."""
+    results = Results(out)
+    for scene in ("maple", "cedar"):
+        episodes = tuple(e for e in EPISODES if e.scene == scene)
+        for index in range(len(episodes)):
+            results.add(worker.result_of(Job("rfnav", scene, episodes), index, ended))
+    return results
+
+
+def test_every_episode_is_driven_once_and_kept(worker: Any, tmp_path: Path) -> None:
+    asked = evaluation(tmp_path, methods=("rfnav", "closest"))
+    results = Results(tmp_path)
+    assert run(asked, results, worker.work)
+    kept = Results(tmp_path)
+    assert kept.by_key == results.by_key
+    assert len(kept.by_key) == 16
+    assert [r.episode for r in kept.of("closest", EPISODES)] == [e.id for e in EPISODES]
+    assert plan(asked, kept) == []
+
+
+def test_figures_repeat_byte_for_byte_and_wall_times_stay_apart(
+    worker: Any, tmp_path: Path
+) -> None:
+    texts = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        asked, results = evaluation(tmp_path / name), filled(worker, tmp_path / name)
+        figures = report(asked, results, seed=1)
+        walls = figures.pop("wall")
+        assert walls["rfnav"]["e0"]["render"] == 1.0
+        texts.append(json.dumps(figures))
+    assert texts[0] == texts[1]
+    assert json.loads(texts[0])["methods"]["rfnav"]["success"]["mean"] == 0.5
+    assert "| rfnav | 8 | 50.0 [" in table(summaries(asked, results, 1))
+    assert "render 1.0, map 0.5" in stages(results.of("rfnav", EPISODES))
+
+
+def test_a_crashed_worker_is_an_error_and_what_was_finished_is_kept(
+    worker: Any, tmp_path: Path
+) -> None:
+    with pytest.raises(HarnessError, match=r"the worker for \w+ \(rfnav\) ended with status 3"):
+        run(evaluation(tmp_path, "crash"), Results(tmp_path), worker.work)
+    kept = Results(tmp_path)
+    assert 1 <= len(kept.by_key) <= 2
+    assert sum(len(job.episodes) for job in plan(evaluation(tmp_path), kept)) == 8 - len(
+        kept.by_key
+    )
+
+
+def test_a_workers_own_failure_is_passed_on(worker: Any, tmp_path: Path) -> None:
+    with pytest.raises(HarnessError, match=r"^furniture: none here; run `hil-sim assets pull`$"):
+        run(evaluation(tmp_path, "fail"), Results(tmp_path), worker.work)
+
+
+def test_ctrl_c_leaves_finished_work(worker: Any, tmp_path: Path) -> None:
+    def interrupt() -> None:
+        until_s = time.monotonic() + 20
+        while time.monotonic() < until_s:
+            if (tmp_path / "episodes.jsonl").is_file() and len(Results(tmp_path).by_key) == 2:
+                break
+            time.sleep(0.02)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    began_s = time.monotonic()
+    complete = run(evaluation(tmp_path, "hang"), Results(tmp_path), worker.work)
+    thread.join()
+    assert not complete
+    assert time.monotonic() - began_s < 30
+    assert set(Results(tmp_path).by_key) == {("rfnav", "e0"), ("rfnav", "e4")}
+
+
+def test_episodes_that_ended_in_an_error_are_tried_again(worker: Any, tmp_path: Path) -> None:
+    results = filled(worker, tmp_path, "error: late")
+    assert report(evaluation(tmp_path), results, 0)["methods"]["rfnav"]["errors"] == 8
+    assert sum(len(job.episodes) for job in plan(evaluation(tmp_path), results)) == 8
+    results = filled(worker, tmp_path)
+    assert report(evaluation(tmp_path), results, 0)["methods"]["rfnav"]["errors"] == 0
+    assert plan(evaluation(tmp_path), Results(tmp_path)) == []
+
+
+def test_a_torn_last_line_is_cut_off(worker: Any, tmp_path: Path) -> None:
+    results = filled(worker, tmp_path)
+    path = tmp_path / "episodes.jsonl"
+    whole = path.read_text()
+    path.write_text(whole + '{"episode": "e9", "me')
+    assert Results(tmp_path).by_key == results.by_key
+    assert path.read_text() == whole
+
+
+def test_jobs_are_of_one_scene_and_fill_the_workers(tmp_path: Path) -> None:
+    asked = evaluation(tmp_path)
+    results = Results(tmp_path)
+    assert [(job.scene, len(job.episodes)) for job in plan(asked, results)] == [
+        ("maple", 4),
+        ("cedar", 4),
+    ]
+    alone = replace(asked, episodes=EPISODES[:3], workers=2)
+    assert [[e.id for e in job.episodes] for job in plan(alone, results)] == [["e0", "e2"], ["e1"]]
+
+
+def test_an_output_folder_belongs_to_one_configuration(tmp_path: Path) -> None:
+    claim(evaluation(tmp_path / "out"))
+    claim(evaluation(tmp_path / "out", methods=("closest",)))
+    with pytest.raises(HarnessError, match="holds results of another settings; choose another"):
+        claim(evaluation(tmp_path / "out", "models.threads=4"))
+    (tmp_path / "file").touch()
+    with pytest.raises(HarnessError, match="cannot be written"):
+        claim(evaluation(tmp_path / "file" / "x"))
+
+
+@pytest.mark.parametrize("command", [[], ["eval"], ["demo"]])
+def test_help_has_an_example(command: list[str]) -> None:
+    done = CliRunner().invoke(cli, [*command, "--help"])
+    assert done.exit_code == 0
+    assert "Example" in done.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "wanted"),
+    [
+        (["demo", "--goal", "  "], "hil-sim: goal: is empty; say what to find"),
+        (["demo", "--goal", "bed", "--scene", "igloo"], "hil-sim: scene igloo: unknown; known:"),
+        (["demo", "--goal", "zebra"], "hil-sim: maple: goal 'zebra': no such object here"),
+        (["demo", "--goal", "bed", "--method", "luck"], "hil-sim: method luck: unknown; known:"),
+        (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, closest"),
+        (["eval", "--suite", "huge"], "hil-sim: suite huge: unknown; known:"),
+        (["eval", "--protocol", "hm4d"], "hil-sim: protocol hm4d: unknown; known: hm3d"),
+        (["eval", "--config", "no.toml"], "hil-sim: no.toml: no such configuration file"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_2(
+    arguments: list[str],
+    wanted: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    tmp_path: Path,
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["hil-sim", *arguments])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capfd.readouterr().err.strip()
+    assert ended.value.code == 2
+    assert said.startswith(wanted)
+    assert "\n" not in said
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_furniture_is_one_line(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr("hil_sim.demo.keep_stdout_for_python", lambda: None)
+    monkeypatch.setattr(
+        "sys.argv", ["hil-sim", "demo", "--goal", "bed", "--out", str(tmp_path / "o")]
+    )
+    with pytest.raises(SystemExit) as ended:
+        main()
+    assert ended.value.code == 2
+    assert "no furniture here; run `hil-sim assets pull`" in capfd.readouterr().err
