@@ -79,8 +79,7 @@ class Lockstep:
                     self._answer(request)
                     continue
                 obs = self._bus.next(0.5)
-                if obs is None or self._search is None:
-                    continue
+                if obs is not None and self._search is not None:
                     self._step(self._search, obs)
         finally:
             self._end("the runtime ends")  # what was found out is not lost
