@@ -101,6 +101,8 @@ def _name_room(axes: Axes, cells: NDArray[np.bool_], meta: dict[str, Any], name:
 
 def _frontiers(axes: Axes, meta: dict[str, Any]) -> None:
     for frontier in meta["frontiers"]:
+        if frontier["distance_m"] is None:
+            continue  # no way leads there
         cells = np.array(frontier["cells_xy"])
         chosen = frontier["id"] == meta["elected"]
         colour = "tab:orange" if chosen else "tab:cyan"

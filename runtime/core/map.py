@@ -15,6 +15,9 @@ from runtime.core.geometry import GridFrame, Rays, rays
 from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
 
 
+_GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
+
+
 @dataclass(frozen=True)
 class MapConfig:
     """[map]"""
@@ -82,7 +85,9 @@ class NavigationMap:
     def _view(self, name: str) -> Mask:
         if not self._views:
             occupied = (self.evidence >= self.occupied_at) | self.bumped
-            free = ((self.evidence < 0) | self.swept) & ~occupied
+            # What was only swept over, between obstacle cells, is the top of the same furniture.
+            closed = cv2.morphologyEx(occupied.view(np.uint8), cv2.MORPH_CLOSE, _GAP) > 0
+            free = ((self.evidence < 0) | (self.swept & ~closed)) & ~occupied
             self._views = {"occupied": occupied, "free": free, "unknown": ~(occupied | free)}
         return self._views[name]
 

@@ -138,7 +138,7 @@ def begin(peer: Peer, log: Path, goal: str = "toilet") -> dict:
 
 def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     there = home()
-    there.things = {"toilet": (6.2, 3.0, 0.3)}
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
     with running(FakeMind(there)) as (peer, ended):
         assert peer.ask("status", {})["state"] == "ready"
         assert begin(peer, tmp_path)["accepted"]
@@ -155,7 +155,7 @@ def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     assert not ended
     assert actions[-1] == "stop"
     assert reply["steps"] == len(actions)
-    assert math.hypot(there.pose.x_m - 6.2, there.pose.y_m - 3.0) < 1.3
+    assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
     kinds = [line["kind"] for line in read_journal(tmp_path / "decisions.jsonl")]
     assert kinds[0] == "goal"
     assert kinds[-1] == "end"
