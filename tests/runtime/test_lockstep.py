@@ -136,6 +136,13 @@ def begin(peer: Peer, log: Path, goal: str = "toilet") -> dict:
     return peer.ask("goal", {"goal": goal, "episode": "e1", "log_dir": str(log)})
 
 
+def wait_for_end(ended: list[BaseException]) -> None:
+    pause = threading.Event()
+    for _ in range(600):
+        if ended or pause.wait(0.05):
+            return
+
+
 def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}
@@ -211,10 +218,7 @@ def test_a_camera_without_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
         begin(peer, tmp_path)
         peer.heard.wait_for = lambda *a, **k: None  # type: ignore[method-assign]
         peer.show(there, intrinsics=None)
-        deadline = threading.Event()
-        for _ in range(100):
-            if ended or deadline.wait(0.05):
-                break
+        wait_for_end(ended)
     assert isinstance(ended[0], SensorError)
     assert "camera/color/camera_info: no intrinsics" in str(ended[0])
 
@@ -226,10 +230,7 @@ def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tm
         begin(peer, tmp_path)
         peer.heard.wait_for = lambda *a, **k: None  # type: ignore[method-assign]
         peer.show(there, intrinsics=wrong)
-        pause = threading.Event()
-        for _ in range(100):
-            if ended or pause.wait(0.05):
-                break
+        wait_for_end(ended)
     assert isinstance(ended[0], SensorError)
     assert "160x120" in str(ended[0])
     assert "320x240" in str(ended[0])
