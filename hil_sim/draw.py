@@ -118,7 +118,15 @@ def _objects(axes: Axes, meta: dict[str, Any]) -> None:
         if thing["confidence"] < CERTAIN and not thing["rejected"]:
             continue
         cells = np.array(thing["cells_xy"])
-        axes.scatter(cells[:, 0], cells[:, 1], s=4, marker="s", color=colour[thing["name"]], alpha=0.8, zorder=4)
+        axes.scatter(
+            cells[:, 0],
+            cells[:, 1],
+            s=4,
+            marker="s",
+            color=colour[thing["name"]],
+            alpha=0.8,
+            zorder=4,
+        )
         text = thing["name"] + (" (rejected)" if thing["rejected"] else "")
         axes.annotate(
             text,

@@ -8,7 +8,9 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import cv2
 import meshoptimizer
@@ -113,8 +115,8 @@ def _cached(store: Path, key: str, build: Callable[[Path], tuple[float, float, f
         work = Path(tempfile.mkdtemp(dir=store))
         try:
             size = build(work)
-            parts = sorted(p.stem for p in work.glob("*.obj"))
-            (work / "mesh.json").write_text(json.dumps({"size_m": size, "parts": parts}))
+            names = sorted(p.stem for p in work.glob("*.obj"))
+            (work / "mesh.json").write_text(json.dumps({"size_m": size, "parts": names}))
             try:
                 os.rename(work, folder)
             except OSError:  # another process was faster
@@ -153,7 +155,7 @@ def read_obj(path: Path) -> list[Soup]:
             elif head == "f":
                 corners = [_corner(c, len(vertices), len(coordinates)) for c in rest.split()]
                 fans = faces.setdefault(current, [])
-                fans += [(corners[0], b, c) for b, c in zip(corners[1:], corners[2:], strict=False)]
+                fans += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
             elif head == "usemtl":
                 current = rest.strip()
             elif head == "mtllib":
@@ -247,7 +249,7 @@ def _write_parts(soups: list[Soup], out: Path) -> None:
         image = cv2.imread(str(texture), cv2.IMREAD_UNCHANGED)
         if image is None:
             image = np.full((4, 4, 3), 180, np.uint8)
-        cv2.imwrite(str(out / f"{n}.png"), _texture(image))
+        cv2.imwrite(str(out / f"{n}.png"), _texture(np.asarray(image)))
         _write_part(groups[texture], out / f"{n}.obj")
         n += 1
 
@@ -274,7 +276,7 @@ def _shown(material: Material) -> tuple[float, float, float]:
     return r, g, b
 
 
-def _texture(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _texture(image: NDArray[Any]) -> NDArray[np.uint8]:
     if image.ndim == 2:
         image = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR)
     if image.dtype != np.uint8:
@@ -285,7 +287,7 @@ def _texture(image: NDArray[np.uint8]) -> NDArray[np.uint8]:
     scale = min(1.0, TEXTURE_PX / max(image.shape[:2]))
     height, width = (max(4, round(n * scale / 4) * 4) for n in image.shape[:2])
     image = cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)  # rows of whole words
-    return np.ascontiguousarray(image[..., :3])
+    return np.ascontiguousarray(image[..., :3], np.uint8)
 
 
 def _write_part(soups: list[Soup], path: Path) -> None:
@@ -348,4 +350,5 @@ def simplify(vertices: Array, triangles: NDArray[np.int64], limit: int) -> NDArr
 def _tidy(index: NDArray[np.uint32] | NDArray[np.int64]) -> NDArray[np.int64]:
     triangles = index.astype(np.int64).reshape(-1, 3)
     a, b, c = triangles.T
-    return triangles[(a != b) & (b != c) & (a != c)]
+    whole: NDArray[np.int64] = triangles[(a != b) & (b != c) & (a != c)]
+    return whole
