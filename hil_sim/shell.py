@@ -232,5 +232,7 @@ def _pattern(colour: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
         shade = shade[rows // width, cols // width]
         seam = (rows % width == 0) | (cols % width == 0)
     shade = shade + rng.normal(0, 2.5, shape) - 22.0 * seam
-    image: NDArray[np.uint8] = np.clip(np.array(_bgr(colour)) + shade[..., None], 0, 255).astype(np.uint8)
+    image: NDArray[np.uint8] = np.clip(np.array(_bgr(colour)) + shade[..., None], 0, 255).astype(
+        np.uint8
+    )
     return image
