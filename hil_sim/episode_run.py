@@ -141,6 +141,7 @@ def _give_goal(episode: Episode, runtime: Runtime, log_dir: Path) -> None:
     )
     if not reply.get("accepted"):
         raise HarnessError(str(reply.get("error") or "the runtime refused the goal"))
+    runtime.forget()
 
 
 def _drive(

@@ -25,6 +25,7 @@ READY_S = 300.0  # loading models; the child's exit ends the wait at once
 REPLY_S = 60.0  # to a request
 ANSWER_S = 120.0  # to an observation
 POLL_S = 0.25
+RESEND_S = 5.0  # the bus of the runtime knows what it has seen: sending twice does no harm
 
 METHODS: dict[str, tuple[str, ...]] = {
     "rfnav": (),
@@ -145,6 +146,11 @@ class Runtime:
         self.check_alive()
         raise HarnessError(f"{key}: the runtime did not reply in {timeout_s:g} s")
 
+    def forget(self) -> None:
+        """Drop what was said before: a new episode counts its stamps from the start."""
+        while not self._heard.empty():
+            self._heard.get_nowait()
+
     def exchange(
         self,
         stamp_ns: int,
@@ -154,14 +160,21 @@ class Runtime:
         intrinsics: Intrinsics,
     ) -> Answer:
         """Publish one observation and wait for the action: one step of the lockstep."""
-        self._publish["camera_info"].put(wire.encode_camera_info(intrinsics, stamp_ns))
-        self._publish["odom"].put(wire.encode_odometry(odometry, stamp_ns))
-        self._publish["depth"].put(wire.encode_depth(depth_m, stamp_ns))
-        self._publish["color"].put(wire.encode_color(rgb, stamp_ns))
-        until_s = time.monotonic() + self._answer_s
+        observation = {
+            "camera_info": wire.encode_camera_info(intrinsics, stamp_ns),
+            "odom": wire.encode_odometry(odometry, stamp_ns),
+            "depth": wire.encode_depth(depth_m, stamp_ns),
+            "color": wire.encode_color(rgb, stamp_ns),
+        }
+        send_s = time.monotonic()
+        until_s = send_s + self._answer_s
         state: dict[str, Any] = {}
         decisions: list[dict[str, Any]] = []
-        while time.monotonic() < until_s:
+        while (now_s := time.monotonic()) < until_s:
+            if now_s >= send_s:
+                send_s = now_s + RESEND_S
+                for name, payload in observation.items():
+                    self._publish[name].put(payload)
             try:
                 topic, value = self._heard.get(timeout=POLL_S)
             except queue.Empty:
@@ -225,8 +238,8 @@ class Runtime:
         self._declared += self._publish.values()
 
     def _wait_ready(self) -> None:
-        # Also for Zenoh's sake: what is sent in the first milliseconds of a link can be lost, so
-        # the status is asked until it is answered, and observations come after that.
+        # Also for Zenoh's sake: what is sent in the first moments of a link can be lost, so the
+        # status is asked until it is answered, and observations come after that.
         until_s = time.monotonic() + READY_S
         while time.monotonic() < until_s:
             self.check_alive()
@@ -235,7 +248,8 @@ class Runtime:
             except HarnessError:
                 time.sleep(0.02)
                 continue
-            if status.get("state") == "ready":
+            heard = all(publisher.matching_status for publisher in self._publish.values())
+            if status.get("state") == "ready" and heard:
                 return
             time.sleep(0.02)
         raise HarnessError(f"rfnav was not ready in {READY_S:g} s; its log is {self._log}")

@@ -68,7 +68,10 @@ class Bus:
         self._camera_info: Raw | None = None  # newest, not decoded yet
         self._intrinsics: Intrinsics | None = None
         self._intrinsics_error: SensorError | None = None
+        self._lockstep = lockstep
         self._seen_frame = False
+        self._delivered_ns = -1  # lockstep: the newest observation handed over
+        self._answer: tuple[int, bytes] | None = None  # lockstep: the action that it got
         self._frame_without_info_s: float | None = None
         topics = config.topics
         self._odom_topic = topics.pose or topics.odom
@@ -109,9 +112,13 @@ class Bus:
                 match = self._wait_for_match(by)
             if match is None:
                 return None
+            if self._lockstep and match.stamp_ns <= self._delivered_ns:
+                self._repeat(match.stamp_ns)
+                continue
             observation = self._observe(match)
             if observation is not None:
                 self._seen_frame = True
+                self._delivered_ns = match.stamp_ns
                 return observation
 
     def wait_first(self, timeout_s: float | None = None) -> Observation | None:
@@ -155,6 +162,7 @@ class Bus:
         """Forget every sensor message that waits (a new goal in lockstep)."""
         with self._changed:
             self._rings.clear()
+            self._delivered_ns, self._answer = -1, None
 
     def health(self) -> dict[str, StreamHealth]:
         """By topic: received, bad and the last error."""
@@ -165,7 +173,9 @@ class Bus:
 
     def publish_action(self, stamp_ns: int, action: Action) -> None:
         """The answer to the observation of that stamp."""
-        self._put("action", wire.encode_json({"stamp_ns": stamp_ns, "action": action.value}))
+        payload = wire.encode_json({"stamp_ns": stamp_ns, "action": action.value})
+        self._answer = (stamp_ns, payload)
+        self._put("action", payload)
 
     def publish_twist(self, forward_mps: float, turn_radps: float) -> None:
         self._put("cmd_vel", wire.encode_twist(forward_mps, turn_radps))
@@ -210,6 +220,12 @@ class Bus:
             self._publishers[name].put(payload)
         except zenoh.ZError as error:
             raise BusError(f"{name}: cannot be published: {error}") from error
+
+    def _repeat(self, stamp_ns: int) -> None:
+        """An observation came twice, for a harness sends again what it got no answer to: a step is
+        never taken twice, but an answer that was lost is given again."""
+        if self._answer is not None and self._answer[0] == stamp_ns:
+            self._put("action", self._answer[1])
 
     def _subscribe(self, stream: str, topic: str) -> None:
         def receive(sample: zenoh.Sample) -> None:

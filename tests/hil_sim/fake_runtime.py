@@ -55,6 +55,7 @@ def main() -> None:
             elif request is not None and request.kind == "goal":
                 wanted = request.body["goal"]
                 seen = 0
+                bus.flush()
                 if wanted == "nothing":
                     request.reply({"accepted": False, "error": "goal: nothing: unknown"})
                 else:

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -175,3 +176,30 @@ def test_the_bus_is_the_harnesss_to_place() -> None:
     settings = link._bus_settings("tcp/127.0.0.1:5")
     assert 'bus.connect=["tcp/127.0.0.1:5"]' in settings
     assert 'bus.topics.color="camera/color/image_raw"' in settings
+
+
+def test_an_observation_that_got_lost_is_sent_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link, "RESEND_S", 0.3)
+    with start("walk", tmp_path / "log") as runtime:
+        lossy = _Lossy(runtime._publish["depth"])
+        runtime._publish["depth"] = lossy
+        result = drive(runtime, tmp_path / "e")
+    assert (result.ended, result.steps) == ("stop", 5)
+    assert lossy.lost == 2
+
+
+class _Lossy:
+    """A publisher that loses the first and the fourth message."""
+
+    def __init__(self, publisher: Any) -> None:
+        self._publisher = publisher
+        self.sent = self.lost = 0
+
+    def put(self, payload: bytes) -> None:
+        self.sent += 1
+        if self.sent in (1, 4):
+            self.lost += 1
+        else:
+            self._publisher.put(payload)

@@ -298,6 +298,26 @@ def test_flush_forgets_what_waits(lockstep: tuple[Robot, Bus]) -> None:
     assert bus.next(0.0) is None
 
 
+def test_in_lockstep_a_set_that_comes_twice_is_one_step(lockstep: tuple[Robot, Bus]) -> None:
+    robot, bus = lockstep
+    robot.publish(7)
+    assert bus.next(PATIENCE_S) is not None
+    robot.publish(7)  # the harness got no answer yet: still thinking
+    received(bus, "camera/color/image_raw", 2)
+    assert bus.next(0.1) is None
+    assert robot.heard == []
+    bus.publish_action(7, Action.TURN_LEFT)
+    robot.publish(7)  # the answer got lost
+    received(bus, "camera/color/image_raw", 3)
+    assert bus.next(0.1) is None
+    with robot.changed:
+        assert robot.changed.wait_for(lambda: len(robot.heard) == 2, PATIENCE_S)
+    assert robot.heard[0] == robot.heard[1]
+    bus.flush()  # a new episode begins with the same stamps
+    robot.publish(7)
+    assert bus.next(PATIENCE_S) is not None
+
+
 def test_a_slam_pose_and_compressed_colour_can_be_configured() -> None:
     topics = TopicsConfig(pose="slam/pose", color="camera/color/image_raw/compressed")
     robot, bus = pair(lockstep=True, topics=topics)
