@@ -13,19 +13,23 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from models.train.data import Batch, batches, read_frames
+from models.train.data import FULL, SMALL, Batch, batches, read_frames
 from models.train.losses import Losses, loss
 from models.train.names import Embed, Names, load_names
 from models.train.network import Network
 from models.train.targets import make_grid
 
 LOG_EVERY = 20
+SAVE_EVERY = 200
 CHECKPOINT = "checkpoint.pt"
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """How to train. The learning rate warms up, then falls as a cosine over `minutes`."""
+    """How to train. The learning rate warms up, then falls as a cosine over `minutes`.
+
+    Frames are small for the first `small_until` of the time: more of them are seen.
+    """
 
     minutes: float = 55.0
     batch: int = 8
@@ -35,6 +39,7 @@ class Recipe:
     warmup_steps: int = 200
     average_decay: float = 0.998
     clip: float = 10.0
+    small_until: float = 0.6
     seed: int = 1
 
 
@@ -73,10 +78,18 @@ class Trainer:
         self.step += 1
         return losses
 
+    def done(self) -> float:
+        """Share of the time that is used, 0..1."""
+        return min(1.0, self.spent_s / (60 * self.recipe.minutes))
+
+    def size(self) -> tuple[int, int]:
+        """Width and height of the frames to learn from now, px."""
+        return SMALL if self.done() < self.recipe.small_until else FULL
+
     def pace(self) -> float:
         """Factor of the learning rate now, 1 at its height."""
         warm = min(1.0, (self.step + 1) / self.recipe.warmup_steps)
-        done = min(1.0, self.spent_s / (60 * self.recipe.minutes))
+        done = self.done()
         return warm * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * done)))
 
     @torch.no_grad()
@@ -88,10 +101,6 @@ class Trainer:
                 mine[key].lerp_(value, 1 - decay)
             else:
                 mine[key].copy_(value)
-
-    def finished(self) -> bool:
-        """Whether the time is used up."""
-        return self.spent_s >= 60 * self.recipe.minutes
 
     def save(self, path: Path) -> None:
         """Write everything; the old file stays whole until the new one is."""
@@ -139,15 +148,16 @@ def train(
     if checkpoint.exists():
         trainer.restore(checkpoint)
         say(f"resumed at step {trainer.step}, {trainer.spent_s / 60:.1f} min spent")
-    while not trainer.finished():
+    while trainer.done() < 1:
         frames = read_frames(data, trainer.names.categories)
         say(f"epoch {trainer.epoch}: {len(frames)} frames")
-        for losses in _steps(
-            trainer, batches(frames, trainer.names.rooms, recipe.batch, trainer.rng)
-        ):
+        source = batches(frames, trainer.names.rooms, recipe.batch, trainer.rng, trainer.size)
+        for losses in _steps(trainer, source):
             if trainer.step % LOG_EVERY == 0:
                 _log(out / "log.csv", trainer, losses, say)
-            if trainer.finished():
+            if trainer.step % SAVE_EVERY == 0:
+                trainer.save(checkpoint)
+            if trainer.done() >= 1:
                 break
         trainer.epoch += 1
         trainer.save(checkpoint)

@@ -43,7 +43,7 @@ def trainer(frames: Path) -> Trainer:
 
 def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
     labelled = data.read_frames(frames, trainer.names.categories)
-    batch = data.collate(labelled[:2], trainer.names.rooms, np.random.default_rng(0), train=False)
+    batch = data.collate(labelled[:2], trainer.names.rooms, np.random.default_rng(0), data.SMALL)
     costs = [float(trainer.learn(batch).total.detach()) for _ in range(6)]
     assert min(costs[3:]) < 0.8 * costs[0]
 
