@@ -4,7 +4,6 @@ Zenoh's callbacks only put bytes into rings. One thread owns the Bus and calls `
 `request`; decoding happens there, for messages that are used and no others.
 """
 
-import json
 import threading
 from collections import deque
 from collections.abc import Mapping
@@ -17,6 +16,7 @@ from runtime.core.types import Action, Intrinsics, Observation, Pose
 from runtime.edge import wire
 from runtime.edge.clock import Clock, Deadline
 from runtime.edge.journal import plain
+from runtime.edge.request import Request
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
 from runtime.edge.sync import Match, Raw, Rings, interpolate
 from runtime.errors import BusError, SensorError
@@ -34,24 +34,6 @@ class StreamHealth:
     bad: int = 0
     last_error: str = ""
     arrival_s: float | None = None  # monotonic, of the newest
-
-
-class Request:
-    """A query to the runtime. Reply once; a reply to a querier that has gone is lost quietly."""
-
-    def __init__(self, kind: str, body: dict[str, Any], query: Any, key: str) -> None:
-        self.kind = kind
-        self.body = body
-        self._query = query
-        self._key = key
-
-    def reply(self, answer: Mapping[str, object]) -> None:
-        try:
-            self._query.reply(self._key, json.dumps(plain(answer)))
-        except zenoh.ZError:
-            pass  # the session that asked has closed
-        finally:
-            self._query.drop()
 
 
 class Bus:

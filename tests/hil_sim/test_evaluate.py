@@ -15,9 +15,10 @@ from click.testing import CliRunner
 
 from hil_sim.__main__ import cli, main
 from hil_sim.episodes import Episode, Start
-from hil_sim.evaluate import Evaluation, Results, claim, plan, report, run, stages, summaries
+from hil_sim.evaluate import Evaluation, claim, plan, report, run, summaries
 from hil_sim.link import HarnessError
 from hil_sim.metrics import table
+from hil_sim.results import Results, stages
 from hil_sim.worker import Job, Settings
 
 EPISODES = tuple(
