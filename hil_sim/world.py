@@ -12,16 +12,22 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from hil_sim import egl
 from hil_sim.assets import Assets
 from hil_sim.meshes import Mesh
 from hil_sim.scene import Scene, SceneObject
 from hil_sim.shell import ceiling, floor, rgb_of, wall_pieces, walls
+from runtime.errors import RfNavError
 
 NEAR_M, FAR_M = 0.05, 25.0
 BODY_RADIUS_M, BODY_HEIGHT_M = 0.18, 0.88
 BODY_CLEARANCE_M = 0.03
 """Of the body's underside: floor coverings do not stop it."""
 SWEEP_M = 0.025
+
+
+class WorldError(RfNavError):
+    """A scene that cannot be drawn on this machine as asked."""
 
 
 @dataclass(frozen=True)
@@ -85,10 +91,14 @@ class World:
         self._client = pybullet.connect(pybullet.DIRECT)
         self._scratch = Path(tempfile.mkdtemp(prefix="rf-nav-world-"))
         self._plugin = -1
-        self.renderer = self._start_renderer(renderer)
         self._owner = np.full(0, -1, np.int32)  # body id -> index into scene.objects
         self._solid: set[int] = set()
-        self._build()
+        try:
+            self.renderer = self._start_renderer(renderer)
+            self._build()
+        except BaseException:
+            self.close()
+            raise
 
     def __enter__(self) -> Self:
         return self
@@ -205,18 +215,18 @@ class World:
 
     def _start_renderer(self, wanted: str) -> str:
         if wanted not in ("auto", "egl", "tiny"):
-            raise ValueError(f"renderer: {wanted}: must be auto, egl or tiny")
+            raise WorldError(f"renderer: {wanted}: must be auto, egl or tiny")
         if wanted == "tiny":
             return "tiny"
         spec = importlib.util.find_spec("eglRenderer")
-        if spec is not None and spec.origin is not None:
+        if spec is not None and spec.origin is not None and egl.available():
             self._plugin = pybullet.loadPlugin(
                 spec.origin, "_eglRendererPlugin", physicsClientId=self._client
             )
         if self._plugin >= 0:
             return "egl"
         if wanted == "egl":
-            raise RuntimeError("EGL: the renderer's plugin cannot be loaded; use renderer=tiny")
+            raise WorldError("renderer: egl: no EGL device can be opened here; use tiny")
         return "tiny"
 
     def _build(self) -> None:
@@ -265,7 +275,7 @@ class World:
                     flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
                     physicsClientId=self._client,
                 )
-            visual = self._visual(part.obj, tint, scale)
+            visual = self._visual(self._alias(part.obj, scale), tint, scale)
             body = self._body(visual, shape, obj.position_m, obj.yaw_rad)
             self._owner[body] = index
             if solid:
@@ -277,6 +287,15 @@ class World:
         wanted = obj.size_m or mesh.size_m
         sx, sy, sz = (w / max(s, 1e-6) for w, s in zip(wanted, mesh.size_m, strict=True))
         return mesh, (sx, sy, sz)
+
+    def _alias(self, obj: Path, scale: tuple[float, float, float]) -> Path:
+        """A path of its own for each size of a mesh. PyBullet's EGL renderer keeps what it drew by
+        file name alone: a second object of another size would be drawn as large as the first."""
+        name = "_".join((obj.parent.name, *(f"{s:.6f}" for s in scale)))
+        folder = self._scratch / name
+        if not folder.exists():
+            folder.symlink_to(obj.parent.resolve(), target_is_directory=True)
+        return folder / obj.name
 
     def _visual(
         self,
