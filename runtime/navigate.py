@@ -278,15 +278,16 @@ def _notice_collision(world: World, obs: Observation, cfg: NavigateConfig) -> No
 
 
 def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:
-    """What makes a decision worth repeating: confirmed objects, and the room type at each
-    frontier."""
-    told = brief.compose(
-        world.goal, world.stamp_ns, world.map, world.semantic, world.frontiers, cfg.brief
-    )
+    """What makes a decision worth repeating when it changes: the confirmed objects, and the room
+    type around each reachable frontier."""
     objects = tuple(
         i.id
         for i in world.semantic.instances.values()
         if i.confidence >= cfg.brief.object_confidence and not i.rejected
     )
-    rooms = tuple((f.id, max(f.rooms, key=lambda r: r[1])[0]) for f in told.frontiers if f.rooms)
+    rooms = tuple(
+        (f.id, world.semantic.room_around(world.map.frame, f.goal_xy, cfg.brief.room_range_m))
+        for f in world.frontiers
+        if math.isfinite(f.distance_m)
+    )
     return objects, rooms

@@ -71,6 +71,14 @@ class SemanticMap:
             tuple(names), tuple(room_names), np.zeros((len(room_names), *frame.shape), np.float32)
         )
 
+    def room_around(self, frame: GridFrame, xy: tuple[float, float], range_m: float) -> str:
+        """The room type with most evidence in the square around a point; "" when there is none."""
+        row, col = frame.cell(*xy)
+        n = math.ceil(range_m / frame.resolution_m)
+        window = slice(max(0, row - n), row + n + 1), slice(max(0, col - n), col + n + 1)
+        evidence = self.rooms[:, *window].sum(axis=(1, 2))
+        return self.room_names[int(evidence.argmax())] if evidence.any() else ""
+
     def grow(self, padding: tuple[int, int, int, int]) -> None:
         """Follow `NavigationMap.grow`."""
         top, bottom, left, right = padding
