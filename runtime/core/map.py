@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from runtime.core.geometry import GridFrame, Rays, rays
 from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
 
-
 _GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
 
 
