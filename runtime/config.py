@@ -26,7 +26,8 @@ class PanelConfig:
     """[panel]: who votes and how long the vote may take."""
 
     experts: tuple[str, ...] = EXPERTS
-    decide_budget_s: float = 2.0  # not applied in lockstep, where experts run to completion
+    decide_budget_s: float = 2.0  # votes that come later are dropped
+    budget_in_lockstep: bool = False  # else experts run to completion, as simulated time waits
 
 
 @dataclass(frozen=True)

@@ -174,13 +174,20 @@ class Lockstep:
     def _decide(self, search: Search, world: World, why: str) -> None:
         cfg = self._config.navigate
         snap = navigate.snapshot(world, why, cfg)
-        # The harness waits and its clock stands still: experts run to completion.
-        decision = navigate.decide(snap, self._mind.panel, Deadline.never(self._clock), cfg)
+        decision = navigate.decide(snap, self._mind.panel, self._deadline(), cfg)
         navigate.adopt(world, decision, cfg)
         search.decisions += 1
         report = _explain(decision, world)
         search.journal.write("decision", brief=snap.brief, **report)
         self._bus.publish_decision(report)
+
+    def _deadline(self) -> Deadline:
+        """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`
+        experts run to completion, and runs repeat."""
+        panel = self._config.panel
+        if panel.budget_in_lockstep:
+            return Deadline.after(panel.decide_budget_s, self._clock)
+        return Deadline.never(self._clock)
 
     def _publish(
         self, search: Search, world: World, command: Command, obs: Observation, took_s: float

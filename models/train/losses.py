@@ -27,7 +27,9 @@ class Losses(NamedTuple):
     room: Tensor
 
 
-class _Chosen(NamedTuple):
+class Chosen(NamedTuple):
+    """Locations that answer for an object, over a batch."""
+
     image: Tensor  # (P,) index into the batch
     location: Tensor  # (P,)
     truth: Tensor  # (P, 4)
@@ -45,18 +47,19 @@ def loss(
     ]
     quality = torch.stack([t.quality for t in targets])
     counted = torch.stack([t.counted for t in targets])
-    chosen = _gather(batch, targets)
+    chosen = gather(batch, targets)
     weight = chosen.quality.sum().clamp(min=1.0)
     objectness = _quality_focal(raw.objectness, quality, counted) / weight
     giou = generalised_iou(raw.boxes[chosen.image, chosen.location], chosen.truth)
     box = ((1 - giou) * chosen.quality).sum() / weight
     words = _word_loss(network, raw, chosen, targets, names.draw(rng), names.compare)
-    room = _room_loss(network, raw, batch.room, names.draw_rooms(rng))
+    room = room_loss(network, raw.summary, batch.room, names.draw_rooms(rng))
     total = objectness + BOX_WEIGHT * box + WORD_WEIGHT * words + ROOM_WEIGHT * room
     return Losses(total, objectness, box, words, room)
 
 
-def _gather(batch: Batch, targets: list[Targets]) -> _Chosen:
+def gather(batch: Batch, targets: list[Targets]) -> Chosen:
+    """Every answering location with its object."""
     columns: list[list[Tensor]] = [[], [], [], [], []]
     for i, target in enumerate(targets):
         at = torch.nonzero(target.owner >= 0).flatten()
@@ -64,7 +67,7 @@ def _gather(batch: Batch, targets: list[Targets]) -> _Chosen:
         parts = (torch.full_like(at, i), at, batch.boxes[i][owner], batch.labels[i][owner])
         for column, part in zip(columns, (*parts, target.quality[at]), strict=True):
             column.append(part)
-    return _Chosen(*(torch.cat(c) for c in columns))
+    return Chosen(*(torch.cat(c) for c in columns))
 
 
 def _quality_focal(logits: Tensor, quality: Tensor, counted: Tensor) -> Tensor:
@@ -87,37 +90,55 @@ def generalised_iou(a: Tensor, b: Tensor) -> Tensor:
 def _word_loss(
     network: Network,
     raw: Raw,
-    chosen: _Chosen,
+    chosen: Chosen,
     targets: list[Targets],
     rows: Tensor,
     compare: Tensor,
 ) -> Tensor:
-    """Sigmoid alignment (Zhai et al. 2023) of regions with one name of every category."""
-    kinds, absent = len(compare), len(rows) - len(compare)
-    right = F.one_hot(chosen.label, len(rows)).float()
-    matter = torch.cat((compare, torch.ones(kinds, absent)), 1)[chosen.label]
-    matter = torch.maximum(matter, right) * chosen.quality[:, None]
-    image, location, likeness = _background(raw, targets)
-    features = torch.cat((raw.regions[chosen.image, chosen.location], raw.regions[image, location]))
-    logits = network.embed(features) @ rows.T * network.log_scale.exp() + network.bias
-    right = torch.cat((right, torch.zeros(len(image), len(rows))))
-    matter = torch.cat((matter, likeness[:, None].expand(-1, len(rows))))
-    cost = F.binary_cross_entropy_with_logits(logits, right, reduction="none") * matter
-    return cost.sum() / (chosen.quality.sum() + likeness.sum()).clamp(min=1.0)
+    image, location, likeness = background(raw, targets)
+    return word_loss(
+        network,
+        torch.cat((raw.regions[chosen.image, chosen.location], raw.regions[image, location])),
+        torch.cat((chosen.label, torch.full_like(image, -1))),
+        torch.cat((chosen.quality, likeness)),
+        rows,
+        compare,
+    )
+
+
+def word_loss(
+    network: Network, regions: Tensor, label: Tensor, weight: Tensor, rows: Tensor, compare: Tensor
+) -> Tensor:
+    """Sigmoid alignment (Zhai et al. 2023) of regions with one name of every category.
+
+    `label` (P,): category, or -1 for a region that must resemble no word; `rows` (C + absent, 384).
+    """
+    thing = label >= 0
+    kinds = label.clamp(min=0)
+    right = F.one_hot(kinds, len(rows)).float() * thing[:, None]
+    beyond = torch.ones(len(compare), len(rows) - len(compare))
+    matter = torch.cat((compare, beyond), 1)[kinds]
+    matter = torch.where(thing[:, None], torch.maximum(matter, right), torch.ones_like(matter))
+    logits = network.embed(regions) @ rows.T * network.log_scale.exp() + network.bias
+    cost = F.binary_cross_entropy_with_logits(logits, right, reduction="none")
+    return (cost * matter * weight[:, None]).sum() / weight.sum().clamp(min=1.0)
 
 
 @torch.no_grad()
-def _background(raw: Raw, targets: list[Targets]) -> tuple[Tensor, Tensor, Tensor]:
+def background(
+    raw: Raw, targets: list[Targets], count: int = HARD
+) -> tuple[Tensor, Tensor, Tensor]:
     """Image, location and weight of the most objectlike locations that no object owns."""
     free = torch.stack([t.counted & (t.owner < 0) for t in targets])
     score = raw.objectness.sigmoid().masked_fill(~free, 0.0)
-    likeness, location = score.topk(HARD, dim=1)
+    likeness, location = score.topk(count, dim=1)
     image = torch.arange(len(targets))[:, None].expand_as(location)
     return image.flatten(), location.flatten(), likeness.flatten()
 
 
-def _room_loss(network: Network, raw: Raw, room: Tensor, rows: Tensor) -> Tensor:
+def room_loss(network: Network, summary: Tensor, room: Tensor, rows: Tensor) -> Tensor:
+    """Cross entropy over the room types; -1 is an unknown one."""
     if not bool((room >= 0).any()):
-        return raw.scene.sum() * 0.0
-    logits = raw.scene @ rows.T * network.room_log_scale.exp()
+        return summary.sum() * 0.0
+    logits = network.embed_scene(summary) @ rows.T * network.room_log_scale.exp()
     return F.cross_entropy(logits, room, ignore_index=-1, label_smoothing=0.05)

@@ -35,7 +35,7 @@ class Raw(NamedTuple):
     boxes: Tensor  # (B, L, 4) pixels x0, y0, x1, y1
     objectness: Tensor  # (B, L) logits
     regions: Tensor  # (B, L, C) features, to be embedded where they are needed
-    scene: Tensor  # (B, 384) unit rows
+    summary: Tensor  # (B, S) what the whole image holds, to be embedded as a room
 
 
 class SameConv(nn.Conv2d):
@@ -195,7 +195,7 @@ class Network(nn.Module):
         self.pyramid = Pyramid(channels)
         self.head = Head(channels)
         self.region = _mlp(channels, 256)
-        self.room = _mlp(2 * list(TAPS.values())[-1], 256)
+        self.room = _mlp(2 * list(TAPS.values())[-1] + 2 * channels, 256)
         self.log_scale = nn.Parameter(torch.tensor(2.7))
         self.bias = nn.Parameter(torch.tensor(-8.0))
         self.room_log_scale = nn.Parameter(torch.tensor(2.7))
@@ -205,10 +205,20 @@ class Network(nn.Module):
     def forward(self, image: Tensor) -> Raw:
         taps = self.backbone((image - self.mean) / self.std)
         boxes, objectness, regions = self.head(self.pyramid(taps))
-        top = taps[-1]
-        pooled = torch.cat((top.mean((2, 3)), top.amax((2, 3))), 1)
-        return Raw(boxes, objectness, regions, F.normalize(self.room(pooled), dim=-1))
+        return Raw(boxes, objectness, regions, _summary(taps[-1], objectness, regions))
 
     def embed(self, regions: Tensor) -> Tensor:
         """(..., C) region features -> (..., 384) unit rows in the text encoder's space."""
         return F.normalize(self.region(regions), dim=-1)
+
+    def embed_scene(self, summary: Tensor) -> Tensor:
+        """(B, S) -> (B, 384) unit rows in the text encoder's space."""
+        return F.normalize(self.room(summary), dim=-1)
+
+
+def _summary(top: Tensor, objectness: Tensor, regions: Tensor) -> Tensor:
+    """Mean and maximum of the coarsest features, and of what seems to be an object."""
+    weight = objectness.sigmoid()[..., None]
+    thing = (regions * weight).sum(1) / (weight.sum(1) + 1e-3)
+    pooled = (top.mean((2, 3)), top.amax((2, 3)), thing, (regions * weight).amax(1))
+    return torch.cat(pooled, 1)

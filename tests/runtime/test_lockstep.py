@@ -189,6 +189,29 @@ def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
     assert decision["frontier"] == decision["closest"]
 
 
+def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
+    there, release = home(), threading.Event()
+
+    def hanging(brief: Brief, by: Deadline) -> Vote | Missing:
+        release.wait(30.0)
+        return farthest(brief, by)
+
+    budget = ("panel.budget_in_lockstep=true", "panel.decide_budget_s=0.05")
+    mind = FakeMind(there, o2f=farthest, r2f=hanging, sle=farthest)
+    with running(mind, *budget) as (peer, ended):
+        begin(peer, tmp_path)
+        for _ in range(13):
+            there.apply(Action(peer.show(there)))
+        peer.ask("cancel", {})
+        release.set()
+    assert not ended
+    decision = next(
+        line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
+    )
+    assert decision["missing"] == [{"expert": "r2f", "cause": "late"}]
+    assert decision["rule"] == "all"  # of those that voted in time
+
+
 def test_two_experts_that_agree_are_followed(tmp_path: Path):
     there = home()
     with running(FakeMind(there, o2f=farthest, r2f=farthest)) as (peer, _):
