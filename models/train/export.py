@@ -48,7 +48,12 @@ class Selected(nn.Module):
         best, where = raw.objectness.topk(CANDIDATES, dim=1)
         boxes = raw.boxes.gather(1, where[..., None].expand(-1, -1, 4))
         regions = raw.regions.gather(1, where[..., None].expand(-1, -1, raw.regions.shape[2]))
-        return boxes, best.sigmoid(), self.network.embed(regions), self.network.embed_scene(raw.summary)
+        return (
+            boxes,
+            best.sigmoid(),
+            self.network.embed(regions),
+            self.network.embed_scene(raw.summary),
+        )
 
 
 def load_network(checkpoint: Path) -> tuple[Network, dict[str, Any]]:

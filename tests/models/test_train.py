@@ -11,7 +11,7 @@ import pytest
 torch = pytest.importorskip("torch")
 
 from models.errors import ModelError  # noqa: E402
-from models.train import data, targets  # noqa: E402
+from models.train import data, finish, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou  # noqa: E402
 from models.train.names import load_names  # noqa: E402
@@ -58,6 +58,17 @@ def test_a_checkpoint_resumes_and_exports(trainer: Trainer, tmp_path: Path) -> N
     (tmp_path / "bad.pt").write_bytes(b"nothing")
     with pytest.raises(ModelError, match="not a checkpoint"):
         load_network(tmp_path / "bad.pt")
+
+
+def test_the_word_heads_finish_on_stored_features(frames: Path, trainer: Trainer) -> None:
+    network, names = trainer.average.eval(), trainer.names
+    labelled = data.read_frames(frames, names.categories) * 2
+    features = finish.collect(network, labelled, names, 1, 0, print)
+    assert features.summary.shape[0] == features.room.shape[0] == 8
+    done = finish.finish(network, features, names, 0, print, room_steps=60, word_steps=4)
+    rows = names.draw_rooms(np.random.default_rng(0))
+    guess = (done.embed_scene(features.summary) @ rows.T).argmax(1)
+    assert (guess == features.room).float().mean() > 0.8
 
 
 def test_augmented_boxes_stay_on_their_objects(tmp_path: Path) -> None:

@@ -1,0 +1,166 @@
+"""`python -m models.train.finish`: the word heads trained once more, on stored features.
+
+The backbone sees each frame a few times at most; behind it, a head of two layers can see a
+hundred epochs of stored features in a minute.
+"""
+
+import copy
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import click
+import numpy as np
+import torch
+from torch import Tensor
+
+from models import store
+from models.errors import ModelError
+from models.text import TextEncoder
+from models.train.data import Batch, Labelled, batches, read_frames
+from models.train.export import load_network
+from models.train.losses import background, gather, room_loss, word_loss
+from models.train.names import Names, load_names
+from models.train.network import Network
+from models.train.targets import assign, make_grid
+from models.train.trainer import CHECKPOINT
+
+FINISHED = "finished.pt"
+BACKGROUND = 12
+BATCH = 8
+DROPOUT = 0.3
+
+
+@dataclass(frozen=True)
+class Features:
+    """`regions` (P, C) with `label` (P,), -1 background, and `weight` (P,); `summary` (N, S)."""
+
+    regions: Tensor
+    label: Tensor
+    weight: Tensor
+    summary: Tensor
+    room: Tensor
+
+
+@torch.no_grad()
+def collect(
+    network: Network, frames: Sequence[Labelled], names: Names, passes: int, seed: int,
+    say: Callable[[str], None],
+) -> Features:  # fmt: skip
+    """Features of every frame, augmented anew in each pass; the network is in eval mode."""
+    rng = np.random.default_rng(seed)
+    parts: list[tuple[Tensor, ...]] = []
+    for number in range(passes):
+        for batch in batches(frames, names.rooms, BATCH, rng):
+            parts.append(_of_batch(network, batch))
+        say(f"features: pass {number + 1} of {passes}")
+    return Features(*(torch.cat(column) for column in zip(*parts, strict=True)))
+
+
+def _of_batch(network: Network, batch: Batch) -> tuple[Tensor, ...]:
+    raw = network(batch.image)
+    grid = make_grid(batch.image.shape[2], batch.image.shape[3])
+    targets = [
+        assign(grid, raw.boxes[i], raw.objectness[i], batch.boxes[i], batch.ignore[i])
+        for i in range(len(batch.image))
+    ]
+    chosen = gather(batch, targets)
+    image, location, likeness = background(raw, targets, BACKGROUND)
+    regions = (raw.regions[chosen.image, chosen.location], raw.regions[image, location])
+    label = torch.cat((chosen.label, torch.full_like(image, -1)))
+    weight = torch.cat((chosen.quality, likeness))
+    return torch.cat(regions), label, weight, raw.summary, batch.room
+
+
+def finish(
+    network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
+    room_steps: int = 1500, word_steps: int = 3000,
+) -> Network:  # fmt: skip
+    """A copy of the network whose word heads were trained on stored features."""
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    out = copy.deepcopy(network).requires_grad_(True).train()
+    summary, middle, spread = _standard(features.summary)
+    _reset(out)
+    known = torch.nonzero(features.room >= 0).flatten()
+
+    def rooms() -> Tensor:
+        at = known[torch.from_numpy(rng.integers(0, len(known), 256))]
+        seen = torch.nn.functional.dropout(summary[at], DROPOUT)
+        return room_loss(out, seen, features.room[at], names.draw_rooms(rng))
+
+    def words() -> Tensor:
+        at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
+        parts = features.regions[at], features.label[at], features.weight[at]
+        return word_loss(out, *parts, names.draw(rng), names.compare)
+
+    _descend("rooms", [*out.room.parameters(), out.room_log_scale], rooms, room_steps, 1e-3, say)
+    _fold_standard(out, middle, spread)
+    scales = [out.log_scale, out.bias]
+    _descend("words", [*out.region.parameters(), *scales], words, word_steps, 5e-4, say)
+    return out.eval()
+
+
+def _standard(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Columns to mean 0 and deviation 1, with the means and deviations they had."""
+    middle, spread = x.mean(0), x.std(0) + 1e-3
+    return (x - middle) / spread, middle, spread
+
+
+def _reset(network: Network) -> None:
+    """Start the room head anew."""
+    for layer in network.room:
+        if isinstance(layer, torch.nn.Linear):
+            layer.reset_parameters()
+    with torch.no_grad():
+        network.room_log_scale.fill_(2.7)
+
+
+@torch.no_grad()
+def _fold_standard(network: Network, middle: Tensor, spread: Tensor) -> None:
+    """Let the room head take features as they are, after it learned on standardised ones."""
+    first = network.room[0]
+    assert isinstance(first, torch.nn.Linear)
+    first.weight /= spread
+    first.bias.sub_(first.weight @ middle)
+
+
+def _descend(
+    what: str, parameters: list[Tensor], cost: Callable[[], Tensor], steps: int, rate: float,
+    say: Callable[[str], None],
+) -> None:  # fmt: skip
+    optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.02)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, rate, total_steps=steps)
+    for step in range(steps):
+        loss = cost()
+        optimiser.zero_grad(set_to_none=True)
+        loss.backward()  # type: ignore[no-untyped-call]
+        optimiser.step()
+        schedule.step()
+        if step % 250 == 0 or step == steps - 1:
+            say(f"{what}: step {step} loss {float(loss.detach()):.4f}")
+
+
+@click.command(epilog="Example:  python -m models.train.finish --data frames/train --out out/train")
+@click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
+@click.option("--out", type=click.Path(path_type=Path, exists=True), required=True)
+@click.option("--passes", default=2, show_default=True, help="Augmented passes over the frames.")
+@click.option("--seed", default=1, show_default=True)
+def main(data: Path, out: Path, passes: int, seed: int) -> None:
+    """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
+    names = load_names(TextEncoder(store.fetch("minilm")).embed)
+    network, _ = load_network(out / CHECKPOINT)
+    frames = read_frames(data, names.categories)
+    features = collect(network, frames, names, passes, seed, click.echo)
+    torch.save(
+        {"average": finish(network, features, names, seed, click.echo).state_dict()}, out / FINISHED
+    )
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ModelError as error:
+        print(f"models.train.finish: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
