@@ -1,6 +1,7 @@
 """From scores to votes: what the experts ask, and what they make of the answers."""
 
 import math
+from itertools import pairwise
 
 import pytest
 from hypothesis import given
@@ -51,7 +52,7 @@ def test_no_question_is_asked_twice():
 
 def test_equal_contexts_stay_together_for_the_prefix_cache():
     contexts = [q.context for q in questions(OBJECTS, "toilet", ("sink", "lamp"))]
-    changes = sum(a != b for a, b in zip(contexts, contexts[1:], strict=False))
+    changes = sum(a != b for a, b in pairwise(contexts))
     assert changes == len(set(contexts)) - 1
 
 
