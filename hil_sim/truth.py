@@ -1,11 +1,14 @@
 """What only the harness knows of a home: free space, and how far success is from anywhere.
 
-Kept per scene in the cache; rendering a goal's success positions takes up to a minute the first
+Kept per scene, in the package for the bundled homes (`python -m hil_sim.truth maple cedar` makes
+it) and in the cache for others, where a goal's success positions take up to a minute the first
 time.
 """
 
 import os
-from collections.abc import Callable
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +33,7 @@ from hil_sim.world import HM3D, Camera, World
 from runtime.core.types import Pose
 
 Report = Callable[[str], None]
+BUNDLED = Path(__file__).parent / "truth"
 
 SMALL = Camera(HM3D.width // 2, HM3D.height // 2, HM3D.hfov_rad, HM3D.z_m)
 """Pixels are counted at half the size, each for four."""
@@ -40,7 +44,8 @@ class Truth:
 
     def __init__(self, world: World, assets: Assets, report: Report = lambda text: None) -> None:
         self._world, self._assets, self._report = world, assets, report
-        self._cache = cache_dir() / "scenes" / scene_hash(world.scene)
+        key = scene_hash(world.scene)
+        self._bundled, self._cache = BUNDLED / key, cache_dir() / "scenes" / key
         self._fields: dict[str, NDArray[np.float64]] = {}
         self.space = self._free_space()
 
@@ -52,17 +57,21 @@ class Truth:
         """(N, 2) success cells (row, col) of a goal; SceneError when there are none."""
         scene = self._world.scene
         instances(scene, goal)  # SceneError names what there is
-        file = self._cache / f"success-{'+'.join(categories_of(goal))}.npy"
+        file = self._file(f"success-{'+'.join(categories_of(goal))}.npy")
         cells: NDArray[np.int64]
         if file.is_file():
             cells = np.load(file)
         else:
             self._report(f"{scene.name}: looking for the places that see a {goal} (once)")
-            cells = success_cells(self.space, goal, self._footprints(), self._look)
+            cells = self.find_success(goal)
             _keep(file, lambda path: np.save(path, cells))
         if len(cells) == 0:
             raise SceneError(f"{scene.name}: goal {goal!r}: no free place sees one from 1 m")
         return cells
+
+    def find_success(self, goal: str) -> NDArray[np.int64]:
+        """(N, 2) success cells of a goal, by rendering; nothing is read from or kept in a file."""
+        return success_cells(self.space, goal, self._footprints(), self._look)
 
     def sees(self, goal: str) -> Sees:
         """Whether a pose has the goal in view, for choosing where episodes start."""
@@ -76,7 +85,7 @@ class Truth:
         return self._fields[goal]
 
     def _free_space(self) -> FreeSpace:
-        scene, file = self._world.scene, self._cache / "free.npz"
+        scene, file = self._world.scene, self._file("free.npz")
         if file.is_file():
             with np.load(file) as kept:
                 x, y = (float(v) for v in kept["origin_m"])
@@ -85,6 +94,20 @@ class Truth:
         space = build_free_space(scene, self._world.obstacle_triangles())
         _keep(file, lambda path: np.savez(path, free=space.free, origin_m=space.origin_m))
         return space
+
+    def _file(self, name: str) -> Path:
+        """Where a file is, or belongs."""
+        bundled = self._bundled / name
+        return bundled if bundled.is_file() else self._cache / name
+
+    def bundle(self, goals: Sequence[str]) -> Path:
+        """Write the truth about these goals into the package."""
+        for goal in goals:
+            self.success(goal)
+        self._bundled.mkdir(parents=True, exist_ok=True)
+        for file in sorted(self._cache.iterdir()):
+            (self._bundled / file.name).write_bytes(file.read_bytes())
+        return self._bundled
 
     def _look(self, x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.int64]:
         seen = self._world.render(x_m, y_m, yaw_rad, SMALL).segmentation
@@ -108,3 +131,15 @@ def _keep(file: Path, save: Callable[[Any], None]) -> None:
     draft = file.with_name(f".{os.getpid()}-{file.name}")
     save(draft)
     draft.replace(file)
+
+
+if __name__ == "__main__":
+    from hil_sim.episodes import HM3D_GOALS
+    from hil_sim.scene import load_scene
+
+    for name in sys.argv[1:]:  # one process a scene: EGL reuses texture ids wrongly
+        if len(sys.argv) > 2:
+            subprocess.run([sys.executable, "-m", "hil_sim.truth", name], check=True)
+            continue
+        with World(load_scene(name), Assets()) as world:
+            print(Truth(world, Assets(), print).bundle(HM3D_GOALS))
