@@ -1,5 +1,6 @@
 """Configuration: defaults, files, overrides, and one clear line for each mistake."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -51,3 +52,9 @@ def test_files_that_cannot_be_used_are_named(tmp_path: Path):
     (tmp_path / "broken.toml").write_text("[map\n")
     with pytest.raises(ConfigError, match=r"broken\.toml: not valid TOML"):
         load(tmp_path / "broken.toml")
+
+
+def test_the_example_for_robots_is_the_defaults_but_for_its_bus():
+    config = load(Path(__file__).parents[2] / "deploy" / "robot.toml")
+    assert config.bus.mode == "client"
+    assert replace(config, bus=Config().bus) == Config()
