@@ -6,7 +6,6 @@ import sys
 
 import click
 
-from models.errors import ModelError
 from runtime.errors import RfNavError
 
 COMMANDS = {
@@ -60,7 +59,7 @@ def main() -> None:
     except click.UsageError as error:
         error.show()
         sys.exit(2)
-    except (RfNavError, ModelError) as error:
+    except RfNavError as error:
         click.echo(f"hil-sim: {error}", err=True)
         sys.exit(2)
     except (click.exceptions.Abort, KeyboardInterrupt):

@@ -19,7 +19,6 @@ from hil_sim.metrics import spl
 from hil_sim.protocol import Protocol, protocol_named
 from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.scene import Scene, load_scene
-from models.errors import ModelError
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
 
@@ -71,7 +70,7 @@ def work(job: Job, settings: Settings, parent: Connection) -> None:
     keep_stdout_for_python()
     try:
         _drive(job, settings, parent)
-    except (RfNavError, ModelError) as error:
+    except RfNavError as error:
         parent.send(Failure(str(error)))
     finally:
         parent.close()
