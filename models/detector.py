@@ -207,7 +207,7 @@ def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, f
     if metadata.get("format") != FORMAT:
         raise ModelError(
             f"{path}: not an RF-NAV detector (format {metadata.get('format', 'missing')!r}, "
-            f'expected {FORMAT!r}); for a YOLO file set detector.kind = "yolo"'
+            f'expected {FORMAT!r}); for a YOLO file set models.detector_kind = "yolo"'
         )
     return {k[6:]: float(v) for k, v in metadata.items() if k.startswith("value.")}
 
@@ -229,7 +229,7 @@ def _class_names(
         names, where = _parse_names(written), str(path)
         if not names:
             raise ModelError(
-                f"{path}: its {count} classes have no names; set detector.classes_file to a text "
+                f"{path}: its {count} classes have no names; set models.detector_classes to a text "
                 "file with one name a line"
             )
         check_names(names, where)
