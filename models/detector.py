@@ -16,7 +16,7 @@ from models.session import open_session
 from models.text import TextEncoder
 from models.words import ClassText, check_names, read_names, room_rows
 
-MIN_SCORE = 0.05
+MIN_SCORE = 0.02
 SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.55, 0.8
 MAX_DETECTIONS = 100
 FORMAT = "rf-nav-detector/1"

@@ -29,7 +29,7 @@ from models.train.trainer import CHECKPOINT
 FINISHED = "finished.pt"
 BACKGROUND = 12
 BATCH = 8
-DROPOUT = 0.3
+DROPOUT = 0.5
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _of_batch(network: Network, batch: Batch) -> tuple[Tensor, ...]:
 
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
-    room_steps: int = 1500, word_steps: int = 3000,
+    room_steps: int = 500, word_steps: int = 1000,
 ) -> Network:  # fmt: skip
     """A copy of the network whose word heads were trained on stored features."""
     torch.manual_seed(seed)
