@@ -115,7 +115,7 @@ def _objects(axes: Axes, meta: dict[str, Any]) -> None:
     names = sorted({o["name"] for o in meta["objects"]})
     colour = dict(zip(names, _colours(len(names), "tab20"), strict=True))
     for thing in meta["objects"]:
-        if thing["confidence"] < CERTAIN and not thing["rejected"]:
+        if thing["confidence"] < CERTAIN and not thing["rejections"]:
             continue
         cells = np.array(thing["cells_xy"])
         axes.scatter(
@@ -127,7 +127,7 @@ def _objects(axes: Axes, meta: dict[str, Any]) -> None:
             alpha=0.8,
             zorder=4,
         )
-        text = thing["name"] + (" (rejected)" if thing["rejected"] else "")
+        text = thing["name"] + (" (rejected)" if thing["rejections"] else "")
         axes.annotate(
             text,
             thing["xy"],

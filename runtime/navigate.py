@@ -195,11 +195,11 @@ def _approach_target(
             return Command(turn, "face", instance.xy, f"face {what}")
         if believed:
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
-        instance.rejected = True
+        target.reject(instance, cfg.target)
         return _approach_target(world, cfg, least)
     field = planner.march(terrain, stands)
     if _stalled(world, ("target", instance.id), field, cfg):
-        instance.rejected = True
+        target.reject(instance, cfg.target)
         return _approach_target(world, cfg, least)
     action = control.follow(terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
     verb = "approach" if believed else "inspect"
@@ -283,7 +283,7 @@ def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:
     objects = tuple(
         i.id
         for i in world.semantic.instances.values()
-        if i.confidence >= cfg.brief.object_confidence and not i.rejected
+        if i.confidence >= cfg.brief.object_confidence
     )
     rooms = tuple(
         (f.id, world.semantic.room_around(world.map.frame, f.goal_xy, cfg.brief.room_range_m))

@@ -84,7 +84,7 @@ def _objects(
     touch = cv2.erode(walk_m, np.ones((9, 9), np.uint8))  # a minimum filter
     near = []
     for instance in semantic.instances.values():
-        if instance.confidence < cfg.object_confidence or instance.rejected:
+        if instance.confidence < cfg.object_confidence:
             continue
         cells = frame.cells(instance.cells_xy) - origin
         inside = ((cells >= 0) & (cells < walk_m.shape)).all(axis=1)

@@ -44,7 +44,7 @@ class Instance:
     log_odds: float = 0.0
     best_score: float = 0.0
     views: list[Pose] = field(default_factory=list)  # poses that count as distinct views
-    rejected: bool = False  # as a target, after a look from close by
+    rejections: int = 0  # as a target, after looks from close by
 
     @property
     def confidence(self) -> float:

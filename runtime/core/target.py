@@ -17,9 +17,9 @@ class TargetConfig:
     """[target]"""
 
     inspect_log_odds: float = 0.8  # worth a detour to look again
-    confirm_log_odds: float = 2.5  # believed, when seen from enough views
+    confirm_log_odds: float = 1.6  # believed, when seen from enough views
     confirm_views: int = 2
-    drop_log_odds: float = -0.5  # an inspected one that falls below is rejected
+    rejection_log_odds: float = -1.0  # what is left of the evidence after a look from close by
     stop_m: float = 0.70  # from the nearest seen cell of the target
     reach_m: float = 1.3  # an approach that ends further away is no arrival
     view_cone_rad: float = math.radians(80.0)  # stand where it was seen from, not behind its wall
@@ -32,6 +32,14 @@ def confirmed(instance: Instance, cfg: TargetConfig) -> bool:
     return instance.log_odds >= cfg.confirm_log_odds and len(instance.views) >= cfg.confirm_views
 
 
+def reject(instance: Instance, cfg: TargetConfig) -> None:
+    """It was looked at from close by and not believed: what spoke for it is forgotten, its views
+    too. Only new views, more of them after each rejection, bring it back."""
+    instance.rejections += 1
+    instance.log_odds = min(instance.log_odds, instance.rejections * cfg.rejection_log_odds)
+    instance.views.clear()
+
+
 def choose(
     semantic: SemanticMap, goal: str, pose: Pose, cfg: TargetConfig, least: float | None = None
 ) -> Instance | None:
@@ -41,10 +49,7 @@ def choose(
     candidates = [
         i
         for i in semantic.instances.values()
-        if i.name == goal
-        and not i.rejected
-        and i.log_odds >= bar
-        and not _outdone(i, semantic, cfg)
+        if i.name == goal and i.views and i.log_odds >= bar and not _outdone(i, semantic, cfg)
     ]
 
     def merit(i: Instance) -> tuple[bool, float, int]:
