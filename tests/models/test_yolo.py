@@ -68,7 +68,7 @@ def test_a_class_list_of_the_wrong_length(
 ) -> None:
     path = constant_graph({"out": v8()}, SIZE)
     with pytest.raises(
-        ModelError, match=r"its 3 classes have no names; set detector\.classes_file"
+        ModelError, match=r"its 3 classes have no names; set models\.detector_classes"
     ):
         open_detector(path, "yolo", encoder)
     names = tmp_path / "names.txt"
