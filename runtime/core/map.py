@@ -39,7 +39,8 @@ class NavigationMap:
     """Grids over one frame, rows along y and columns along x; owned by one thread.
 
     evidence: (R, C) int16, > 0 speaks for an obstacle, < 0 for floor. swept: (R, C) seen through
-    or driven over. bumped: (R, C) obstacles met by touch, kept whatever the camera says.
+    or driven over. bumped: (R, C) obstacles met by touch, kept whatever the camera says. driven:
+    (R, C) 1 where the body's centre has passed: the way back, however tight it looks later.
     """
 
     frame: GridFrame
@@ -47,6 +48,8 @@ class NavigationMap:
     evidence: NDArray[np.int16]
     swept: Mask
     bumped: Mask
+    driven: NDArray[np.uint8]
+    last_xy: tuple[float, float] | None = None
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
 
     @classmethod
@@ -62,6 +65,7 @@ class NavigationMap:
             np.zeros((n, n), np.int16),
             np.zeros((n, n), bool),
             np.zeros((n, n), bool),
+            np.zeros((n, n), np.uint8),
         )
         grid.drive_over(pose, radius_m, cfg)
         return grid
@@ -108,6 +112,11 @@ class NavigationMap:
         disc = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
         self.evidence[disc] = np.minimum(self.evidence[disc], -cfg.miss)
         self.bumped[disc] = False
+        here = self.frame.cell(pose.x_m, pose.y_m)
+        near = self.last_xy and math.dist(self.last_xy, (pose.x_m, pose.y_m)) < 0.5
+        before = self.frame.cell(*self.last_xy) if near and self.last_xy else here
+        cv2.line(self.driven, before[::-1], here[::-1], 1, thickness=3)
+        self.last_xy = pose.x_m, pose.y_m
         self.swept |= disc
         self.changed()
 
@@ -120,6 +129,7 @@ class NavigationMap:
             row, col = self.frame.cell(x, y)
             if self.frame.contains(row, col):
                 self.bumped[row, col] = True
+                cv2.circle(self.driven, (col, row), 5, 0, -1)  # not a way any more
         self.changed()
 
     def grow(self, xy: F64, margin_m: float) -> tuple[int, int, int, int] | None:
@@ -135,6 +145,7 @@ class NavigationMap:
         pad = ((top, bottom), (left, right))
         self.evidence = np.pad(self.evidence, pad)
         self.swept, self.bumped = np.pad(self.swept, pad), np.pad(self.bumped, pad)
+        self.driven = np.pad(self.driven, pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
             f.y0_m - top * f.resolution_m,

@@ -65,6 +65,8 @@ def survey(grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig)
     distance = cv2.distanceTransform((~occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     clearance = np.minimum(distance * np.float32(r) - np.float32(r / 2), np.float32(10.0))
     hard = radius_m + cfg.margin_m
+    proven = free & (grid.driven[rows, cols] > 0)
+    clearance = np.where(proven, np.maximum(clearance, np.float32(hard)), clearance)
     traversable = free & (clearance >= hard)
     near = _near(frame, pose, cfg.escape_m) & free
     ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)

@@ -74,6 +74,26 @@ def test_the_robot_can_leave_a_spot_too_tight_for_it():
     assert np.isfinite(march_from(t, np.array([1.5, -1.5])).at(0.0, 0.0))
 
 
+def test_where_the_body_has_been_stays_a_way_back():
+    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS, MapConfig(side_m=8.0))
+    f = grid.frame
+    rows, cols = np.indices(f.shape)
+    x, y = np.moveaxis(f.centres(np.stack([rows, cols], axis=-1).astype(np.int32)), -1, 0)
+    grid.swept[(np.abs(x) < 3) & (np.abs(y) < 3)] = True
+    for n in range(13):
+        grid.drive_over(Pose(-1.5 + 0.25 * n, 0.0, 0.0), RADIUS, MapConfig())
+    grid.evidence[(np.abs(x) < 0.5) & (np.abs(y) > 0.15)] = 9  # closer than was thought
+    grid.changed()
+    pose = Pose(1.5, 0.0, math.pi)
+    t = survey(grid, pose, RADIUS, PLAN)
+    field = march_from(t, np.array([-1.5, 0.0]))
+    assert field.at(1.5, 0.0) < math.inf
+    assert follow(t, field, pose, RADIUS, CONTROL) is Action.MOVE_FORWARD
+    grid.bump(Pose(0.4, 0.0, math.pi), RADIUS, MapConfig())
+    t = survey(grid, pose, RADIUS, PLAN)
+    assert march_from(t, np.array([-1.5, 0.0])).at(1.5, 0.0) == math.inf
+
+
 def drive(t: Terrain, pose: Pose, goal: tuple[float, float], limit: int = 120) -> list[Pose]:
     """Apply the policy's actions without noise until nothing is left to do."""
     field = march_from(t, np.array(goal))
