@@ -83,8 +83,9 @@ class Backbone(nn.Module):
                 blocks.append(Block(cin, cout, kernel, stride if i == 0 else 1, expansion))
                 cin = cout
         self.blocks = nn.ModuleList(blocks)
-        for part in [self.stem, *blocks[:frozen]] if frozen else []:
-            part.requires_grad_(False)
+        if frozen:
+            self.stem.requires_grad_(False)
+            self.blocks[:frozen].requires_grad_(False)
 
     def forward(self, x: Tensor) -> list[Tensor]:
         taps = []
