@@ -5,13 +5,14 @@ import shutil
 import subprocess
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 
 import click
 from tqdm import tqdm
 
+from hil_sim.builtin_meshes import BUILTINS
 from hil_sim.catalog import Catalog, CatalogError
 from hil_sim.meshes import Mesh, builtin, convert, load_mesh
 
@@ -42,6 +43,11 @@ class Assets:
         if not self.present:
             raise CatalogError(f"{self.root}: no furniture here; run `hil-sim assets pull`")
         return Catalog(self.root)
+
+    def known(self, wanted: Iterable[str]) -> set[str]:
+        """The names of meshes there are; the catalogues are read only if one of them is wanted."""
+        names = {f"builtin:{name}" for name in BUILTINS}
+        return names | set(self.catalog.models) if any("#" in w for w in wanted) else names
 
     def mesh(self, name: str, base: Path | None = None) -> Mesh:
         """A catalogue id, "builtin:NAME", or the path of an OBJ relative to `base`; converted

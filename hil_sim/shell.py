@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.meshes import textured
-from hil_sim.scene import Point, Room, Scene, Wall, on_wall
+from hil_sim.scene import Point, Scene, Wall, on_wall, room_at
 
 PAINT_M = 0.02  # of floor under a pixel of its texture
 PLAIN_WALL = "#e8e4da"
@@ -150,15 +150,6 @@ def _facing(scene: Scene, quad: Array) -> Iterable[tuple[Array, str]]:
             i, j, k, m = corners
             yield np.array([[i, j, k], [i, k, m]]), colours[begin]
             begin = n
-
-
-def room_at(scene: Scene, x_m: float, y_m: float) -> Room | None:
-    """The room whose polygon holds the point."""
-    for room in scene.rooms:
-        polygon = np.array(room.polygon, np.float32)
-        if cv2.pointPolygonTest(polygon, (x_m, y_m), False) >= 0:
-            return room
-    return None
 
 
 def floor(scene: Scene, out: Path) -> tuple[Surface, Path]:

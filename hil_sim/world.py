@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from hil_sim import egl
 from hil_sim.assets import Assets
 from hil_sim.meshes import Mesh
-from hil_sim.scene import Scene, SceneObject
+from hil_sim.scene import Scene, SceneObject, check_meshes
 from hil_sim.shell import ceiling, floor, rgb_of, wall_pieces, walls
 from runtime.errors import RfNavError
 
@@ -86,6 +86,7 @@ class World:
         renderer: str = "auto",
         appearance: Appearance | None = None,
     ) -> None:
+        check_meshes(scene, assets.known(obj.mesh for obj in scene.objects))
         self.scene, self._assets = scene, assets
         self._appearance = appearance or Appearance()
         self._client = pybullet.connect(pybullet.DIRECT)

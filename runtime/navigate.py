@@ -48,6 +48,7 @@ from runtime.core.world import (
 )
 
 Deadline = TypeVar("Deadline", contravariant=True)
+UNWEDGE = Action.TURN_LEFT  # when no heading can be driven: turn until one can, or patience ends
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ def _approach_target(
         return _approach_target(world, cfg, least)
     action = control.follow(terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
     verb = "approach" if believed else "inspect"
-    command = Command(action or _unwedge(world), "target", instance.xy, f"{verb} {what}")
+    command = Command(action or UNWEDGE, "target", instance.xy, f"{verb} {what}")
     return toward(field, world.pose, command)
 
 
@@ -229,7 +230,7 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             with_frontiers(world, cfg)
             continue
         action = control.follow(world.terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
-        command = Command(action or _unwedge(world), "frontier", aim.goal_xy, f"drive to {label}")
+        command = Command(action or UNWEDGE, "frontier", aim.goal_xy, f"drive to {label}")
         return toward(field, world.pose, command)
     return None
 
@@ -260,12 +261,6 @@ def _stalled(
     else:
         p.idle += 1
     return p.idle > cfg.explore.patience
-
-
-def _unwedge(world: World) -> Action:
-    """No heading can be driven: turn on the spot until one can; the stall guard ends it."""
-    world.progress.refused += 1
-    return Action.TURN_LEFT
 
 
 def _notice_collision(world: World, obs: Observation, cfg: NavigateConfig) -> None:

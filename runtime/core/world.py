@@ -41,7 +41,6 @@ class Progress:
     aim: tuple[str, int] = ("none", 0)  # kind and id
     best_m: float = math.inf
     idle: int = 0  # steps without coming closer
-    refused: int = 0  # steps for which no heading could be driven
 
 
 @dataclass

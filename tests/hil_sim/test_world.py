@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hil_sim.assets import Assets
-from hil_sim.scene import Door, Room, Scene, SceneObject, Wall
-from hil_sim.shell import rgb_of, room_at, wall_pieces
+from hil_sim.scene import Door, Room, Scene, SceneError, SceneObject, Wall, room_at
+from hil_sim.shell import rgb_of, wall_pieces
 from hil_sim.world import HM3D, Camera, World
 
 SMALL = Camera(160, 120)
@@ -134,6 +135,12 @@ def test_rooms_by_point_and_colours_by_text():
     assert room_at(scene(), 9.0, 1.0) is None
     assert rgb_of("#ff0080") == pytest.approx((1.0, 0.0, 128 / 255))
     assert rgb_of("oak") == (0.6, 0.6, 0.6)
+
+
+def test_an_unknown_mesh_is_named_with_its_place(tmp_path: Path):
+    lamp = SceneObject("lamp", "lamp", "builtin:lampp", (1.0, 1.0, 0.0))
+    with pytest.raises(SceneError, match=r"tiny: objects\[3\] \(lamp\): unknown mesh"):
+        World(replace(scene(), objects=(*scene().objects, lamp)), Assets(tmp_path), "tiny")
 
 
 def test_the_camera_is_the_protocols():
