@@ -23,8 +23,6 @@ from runtime.edge.panel import Panel
 from runtime.errors import ConfigError, RfNavError
 from runtime.goal import Goal
 
-Detect = Callable[[U8], Detections]  # (H, W, 3) -> what is in it
-
 
 class Mind(Protocol):
     """The models, as the loop needs them."""
