@@ -1,0 +1,66 @@
+"""The methods that are compared: how the runtime is set for each, and the two bounds.
+
+A method is a row of the results' table. All but `oracle-goal` are the same runtime with other
+settings; a name that begins with `oracle-perception/` gives it true labels instead of a detector.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from runtime.errors import ConfigError
+
+ORACLE = "oracle-perception"
+
+
+@dataclass(frozen=True)
+class Method:
+    """`settings` are the runtime's `--set` values; `labels`: the harness publishes true labels;
+    `driver` "shortest" follows the shortest path without any runtime."""
+
+    settings: tuple[str, ...] = ()
+    labels: bool = False
+    driver: Literal["runtime", "shortest"] = "runtime"
+
+
+def _experts(*names: str) -> str:
+    return f"panel.experts=[{', '.join(repr(name) for name in names)}]"
+
+
+def _alone(expert: str) -> Method:
+    """One expert's word is law; the closest frontier when it abstains."""
+    return Method((_experts(expert), 'consensus.mode="lenient"'))
+
+
+def _majority(k: int) -> Method:
+    """The combined expert, sampled k times from its softmax at temperature 1; most votes win."""
+    return Method((_experts("both"), f'consensus.mode="majority-{k}"', "experts.temperature=1.0"))
+
+
+SINGLE: dict[str, Method] = {
+    "rfnav": Method(),
+    "closest": Method((_experts(),)),
+    "geometry": Method((_experts(), 'consensus.fallback="geometry"')),
+    "single-llm": _alone("both"),
+    "majority-k3": _majority(3),
+    "majority-k5": _majority(5),
+    "o2f": _alone("o2f"),
+    "r2f": _alone("r2f"),
+    "sle": _alone("sle"),
+    "o2f+r2f": Method((_experts("o2f", "r2f"),)),
+    "o2f+sle": Method((_experts("o2f", "sle"),)),
+    "r2f+sle": Method((_experts("r2f", "sle"),)),
+}
+METHODS: dict[str, Method] = {
+    **SINGLE,
+    ORACLE: replace(SINGLE["rfnav"], labels=True),
+    **{f"{ORACLE}/{name}": replace(m, labels=True) for name, m in SINGLE.items()},
+    "oracle-goal": Method(driver="shortest"),
+}
+
+
+def method_named(name: str) -> Method:
+    """A method by name; ConfigError lists the known ones."""
+    if name not in METHODS:
+        known = ", ".join([*SINGLE, ORACLE, f"{ORACLE}/METHOD", "oracle-goal"])
+        raise ConfigError(f"method {name}: unknown; known: {known}")
+    return METHODS[name]
