@@ -148,5 +148,12 @@ def _run(command: list[str]) -> None:
 
 @click.command("pull", epilog="Example:  hil-sim assets pull")
 def pull_command() -> None:
-    """Fetch the furniture that homes are furnished with (Debian package, 120 MB) into the cache."""
-    click.echo(pull(Assets(), lambda message: click.echo(message, err=True)))
+    """Fetch into the cache what homes are furnished with (Debian package, 120 MB) and what stands
+    where in RoboTHOR's apartments (PyPI wheel, 4 MB)."""
+    from hil_sim.robothor import metadata
+
+    def report(message: str) -> None:
+        click.echo(message, err=True)
+
+    click.echo(pull(Assets(), report))
+    click.echo(metadata.pull(report))

@@ -1,0 +1,1 @@
+"""RoboTHOR's apartments and episodes, rebuilt from public metadata (README.md beside this)."""
