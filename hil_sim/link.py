@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from runtime.core.types import Action, Intrinsics, Pose
 from runtime.edge import wire
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
-from runtime.errors import ConfigError, RfNavError, SensorError
+from runtime.errors import RfNavError, SensorError
 
 READY_S = 300.0  # loading models; the child's exit ends the wait at once
 REPLY_S = 60.0  # to a request
@@ -27,10 +27,8 @@ ANSWER_S = 120.0  # to an observation
 POLL_S = 0.25
 RESEND_S = 5.0  # the bus of the runtime knows what it has seen: sending twice does no harm
 
-METHODS: dict[str, tuple[str, ...]] = {
-    "rfnav": (),
-    "closest": ("panel.experts=[]",),  # nobody votes: always the closest frontier
-}
+REQUIRED = ("camera_info", "odom", "depth", "color")  # what the runtime must listen to
+DETECTIONS = "rfnav/detections"  # the truth's labels of a frame, for methods that ask for them
 
 # exec after asking Linux to kill the child when the harness dies, however it dies.
 _TIED = """\
@@ -52,13 +50,6 @@ class Answer:
     action: Action
     state: dict[str, Any]  # empty if none came
     decisions: tuple[dict[str, Any], ...]
-
-
-def method_settings(name: str) -> tuple[str, ...]:
-    """The runtime's `--set` values of a method; ConfigError lists the known ones."""
-    if name not in METHODS:
-        raise ConfigError(f"method {name}: unknown; known: {', '.join(METHODS)}")
-    return METHODS[name]
 
 
 def free_port() -> int:
@@ -158,9 +149,14 @@ class Runtime:
         depth_m: NDArray[np.float32],
         odometry: Pose,
         intrinsics: Intrinsics,
+        labels: dict[str, Any] | None = None,
     ) -> Answer:
-        """Publish one observation and wait for the action: one step of the lockstep."""
+        """Publish one observation and wait for the action: one step of the lockstep. `labels`
+        (see `sightings.true_labels`) go ahead of the images that they belong to."""
         observation = {
+            **(
+                {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
+            ),
             "camera_info": wire.encode_camera_info(intrinsics, stamp_ns),
             "odom": wire.encode_odometry(odometry, stamp_ns),
             "depth": wire.encode_depth(depth_m, stamp_ns),
@@ -229,9 +225,10 @@ class Runtime:
         # One subscriber for all three, so that they come in the order they were sent.
         self._declared.append(self._session.declare_subscriber("rfnav/*", hear))
         self._publish: dict[str, Any] = {}
-        for name in ("camera_info", "odom", "depth", "color"):
+        keys = {name: getattr(bus.topics, name) for name in REQUIRED}
+        for name, topic in {**keys, "detections": DETECTIONS}.items():
             self._publish[name] = self._session.declare_publisher(
-                bus.key(getattr(bus.topics, name)),
+                bus.key(topic),
                 congestion_control=zenoh.CongestionControl.BLOCK,
                 express=True,
             )
@@ -248,7 +245,7 @@ class Runtime:
             except HarnessError:
                 time.sleep(0.02)
                 continue
-            heard = all(publisher.matching_status for publisher in self._publish.values())
+            heard = all(self._publish[name].matching_status for name in REQUIRED)
             if status.get("state") == "ready" and heard:
                 return
             time.sleep(0.02)

@@ -7,15 +7,21 @@ answers), die (ends with an error at the second observation), broken (ends befor
 """
 
 import itertools
+import json
 import math
 import sys
 import time
 import tomllib
+from pathlib import Path
 from typing import Any
 
 from runtime.core.types import Action, Observation
+from runtime.edge import wire
 from runtime.edge.bus import Bus, BusConfig
 from runtime.edge.clock import SystemClock
+from runtime.edge.session import open_session
+
+MODES = {4: "target"}
 
 
 def settings(arguments: list[str]) -> dict[str, Any]:
@@ -46,7 +52,16 @@ def main() -> None:
         sys.exit(2)
     connect = tuple(settings(sys.argv)["bus.connect"])
     seen = 0
-    with Bus(BusConfig(connect=connect), SystemClock(), lockstep=True) as bus:
+    heard: list[Any] = []
+    log_dir = Path()
+    with (
+        Bus(BusConfig(connect=connect), SystemClock(), lockstep=True) as bus,
+        open_session(BusConfig(connect=connect)) as session,
+    ):
+        session.declare_subscriber(
+            "rfnav/detections",
+            lambda s: heard.append(wire.decode_json(s.payload.to_bytes(), "rfnav/detections")),
+        )
         while True:
             obs = bus.next(0.2)
             request = bus.request()
@@ -56,11 +71,16 @@ def main() -> None:
                 wanted = request.body["goal"]
                 seen = 0
                 bus.flush()
+                log_dir = Path(request.body["log_dir"])
+                (log_dir / "asked.json").write_text(json.dumps(request.body))
+                heard.clear()
                 if wanted == "nothing":
                     request.reply({"accepted": False, "error": "goal: nothing: unknown"})
                 else:
                     request.reply({"accepted": True})
             elif request is not None:
+                lines = [json.dumps(label) for label in heard]
+                (log_dir / "labels.jsonl").write_text("\n".join(lines))
                 request.reply({"seconds": {"plan": 0.001 * seen}, "reason": request.body["reason"]})
             if obs is None:
                 continue
@@ -70,14 +90,18 @@ def main() -> None:
             if action is None:
                 continue
             if seen == 1:
-                bus.publish_decision({"stamp_ns": obs.stamp_ns, "frontier": 1, "votes": []})
+                frontier = {"id": 1, "goal_xy": [0.25, 0.0]}
+                bus.publish_decision(
+                    {"stamp_ns": obs.stamp_ns, "frontier": 1, "votes": [], "frontiers": [frontier]}
+                )
             near_m = float(obs.depth_m[obs.depth_m > 0].min(initial=99.0))
             took_s = time.monotonic() - began_s
             bus.publish_state(
                 {
                     "stamp_ns": obs.stamp_ns,
                     "step": seen,
-                    "mode": mode,
+                    "mode": "stop" if action is Action.STOP else MODES.get(seen, "frontier"),
+                    "toward_xy": [1.5 if seen >= 4 else 0.5, 0.0],
                     "reason": f"red {obs.rgb[0, 0, 0]}, nearest {near_m:.2f} m",
                     "took_s": took_s,
                 }

@@ -17,7 +17,9 @@ from hil_sim import link
 from hil_sim.episode_run import EpisodeResult, Home, Step, run_episode
 from hil_sim.episodes import Episode, Start
 from hil_sim.link import HarnessError, Runtime
+from hil_sim.methods import method_named
 from hil_sim.protocol import HM3D
+from hil_sim.scene import Room, Scene, SceneObject
 from runtime.core.types import Action, Pose
 
 FAKE = Path(__file__).with_name("fake_runtime.py")
@@ -29,10 +31,18 @@ EPISODE = Episode("e1", "corridor", Start(2.0, 3.0, math.pi / 2), "toilet", 1.0)
 class View:
     rgb: np.ndarray
     depth_m: np.ndarray
+    segmentation: np.ndarray
+
+
+ROOM = Room("hall", "hallway", ((1, 0), (3, 0), (3, 9), (1, 9)))
+TOILET = SceneObject("t", "toilet", "builtin:box", (2.0, 4.7, 0.0), 0.0, (0.4, 0.4, 0.4))
+SCENE = Scene("corridor", (), (), (ROOM,), (TOILET,))
+TOILET_BOX = np.array([[1.8, 4.5], [2.2, 4.5], [2.2, 4.9], [1.8, 4.9]])
 
 
 class Corridor:
-    """Runs along +y from y = 3; the goal is at y = 4, a wall at y = 4.6."""
+    """Runs along +y from y = 3; success is at y = 4, a toilet at y = 4.5, a wall at y = 4.6. From
+    y = 3.5 on the toilet fills 240 pixels."""
 
     def move(self, x: float, y: float, yaw: float, distance: float) -> tuple[float, float, bool]:
         end = y + distance * math.sin(yaw)
@@ -40,10 +50,13 @@ class Corridor:
 
     def look(self, pose: Pose) -> View:
         rgb = np.full((48, 64, 3), (200, 10, 20), np.uint8)
-        return View(rgb, np.full((48, 64), 6.6 - pose.y_m, np.float32))
+        seen = np.full((48, 64), -1, np.int32)
+        if pose.y_m >= 3.5:
+            seen[10:22, 20:40] = 0
+        return View(rgb, np.full((48, 64), 6.6 - pose.y_m, np.float32), seen)
 
     def home(self) -> Home:
-        return Home(self, self.look, lambda pose: abs(4.0 - pose.y_m))
+        return Home(self, self.look, lambda pose: abs(4.0 - pose.y_m), SCENE, (0,), (TOILET_BOX,))
 
 
 @pytest.fixture(autouse=True)
@@ -63,13 +76,13 @@ def walker(tmp_path: Path) -> Iterator[Runtime]:
 
 
 def drive(runtime: Runtime, log_dir: Path, episode: Episode = EPISODE) -> EpisodeResult:
-    return run_episode(episode, Corridor().home(), runtime, SMALL, "walk", log_dir)
+    return run_episode(episode, Corridor().home(), runtime, SMALL, "rfnav", log_dir)
 
 
 def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) -> None:
     steps: list[Step] = []
     result = run_episode(
-        EPISODE, Corridor().home(), walker, SMALL, "walk", tmp_path / "e1", steps.append
+        EPISODE, Corridor().home(), walker, SMALL, "rfnav", tmp_path / "e1", steps.append
     )
     assert (result.ended, result.success, result.steps) == ("stop", True, 5)
     assert result.path_m == 1.0
@@ -84,6 +97,35 @@ def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) 
     assert result.wall["runtime.plan"] == 0.005
     assert json.loads((tmp_path / "e1" / "episode.json").read_text())["scene"] == "corridor"
     assert EpisodeResult.from_json(json.loads(json.dumps(vars(result)))) == result
+
+
+def test_what_the_truth_says_of_it(walker: Runtime, tmp_path: Path) -> None:
+    result = drive(walker, tmp_path / "e1")
+    assert (result.seen_at, result.seen_steps) == (3, 3)
+    assert (result.believed_at, result.claim) == (4, "true")
+    assert result.frontier_m == (0.75,)  # the frontier is at y = 3.25, success at y = 4
+    assert result.actions == {"frontier": 3, "stop": 1, "target": 1}
+    assert (result.stopped, result.fault) == (True, "")
+    track = [json.loads(line) for line in (tmp_path / "e1/track.jsonl").read_text().splitlines()]
+    assert [row["y"] for row in track] == [3.25, 3.5, 3.75, 4.0, 4.0]
+    assert track[0] == {
+        "x": 2.0, "y": 3.25, "yaw": round(math.pi / 2, 4), "mode": "frontier",
+        "action": "move_forward", "collided": False,
+    }  # fmt: skip
+
+
+def test_the_method_goes_along_with_the_goal(walker: Runtime, tmp_path: Path) -> None:
+    result = run_episode(
+        EPISODE, Corridor().home(), walker, SMALL, "oracle-perception/closest", tmp_path / "e"
+    )
+    assert result.method == "oracle-perception/closest"
+    asked = json.loads((tmp_path / "e" / "asked.json").read_text())
+    assert asked["settings"] == list(method_named(result.method).settings)
+    lines = (tmp_path / "e" / "labels.jsonl").read_text().splitlines()
+    labels = [json.loads(line) for line in lines]
+    assert [label["names"] for label in labels] == [[], [], ["toilet"], ["toilet"], ["toilet"]]
+    assert labels[2]["boxes"] == [[20, 10, 40, 22]]
+    assert {label["room"] for label in labels} == {"hallway"}
 
 
 def test_one_child_serves_many_episodes(walker: Runtime, tmp_path: Path) -> None:
