@@ -14,7 +14,8 @@ from hil_sim.assets import Assets
 from hil_sim.episode_run import EpisodeResult, Step, run_episode
 from hil_sim.episodes import Episode, sample_episode
 from hil_sim.freespace import instances
-from hil_sim.link import METHODS, HarnessError, Runtime, method_settings
+from hil_sim.link import HarnessError, Runtime
+from hil_sim.methods import SINGLE, method_named
 from hil_sim.protocol import HM3D
 from hil_sim.quiet import keep_stdout_for_python
 from hil_sim.scene import load_scene
@@ -33,7 +34,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--goal", required=True, help='What to find, e.g. "toilet".')
 @click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
-@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join(METHODS)}.")
+@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join(SINGLE)}.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
 @click.option("--out", type=click.Path(path_type=Path), help="Default: out/SCENE-GOAL-START.")
@@ -61,7 +62,7 @@ def demo_command(
         raise ConfigError("goal: is empty; say what to find, e.g. --goal toilet")
     home = load_scene(scene)
     instances(home, goal)  # an error that names what there is, before anything slow
-    settings = (*sets, *method_settings(method))
+    method_named(method)
     run_dir = out or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
     _clear(run_dir)
     keep_stdout_for_python()
@@ -69,7 +70,7 @@ def demo_command(
     with ExitStack() as stack:
         assets.catalog  # noqa: B018 -- missing furniture is an error before models are loaded
         click.echo(f"loading {home.name} and the models")
-        runtime = Runtime(run_dir / "runtime.log", config, settings)
+        runtime = Runtime(run_dir / "runtime.log", config, sets)
         stack.callback(runtime.close)
         world = stack.enter_context(open_world(home, assets, renderer))
         stack.enter_context(runtime)
