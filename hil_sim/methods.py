@@ -33,14 +33,19 @@ def _alone(expert: str) -> Method:
 
 def _majority(k: int) -> Method:
     """The combined expert, sampled k times from its softmax at temperature 1; most votes win."""
-    return Method((_experts("both"), f'consensus.mode="majority-{k}"', "experts.temperature=1.0"))
+    mode = f'consensus.mode="majority-{k}"'
+    return Method((_experts("both"), mode, "experts.temperature=1.0", "experts.bar=0.0"))
+
+
+def _labelled(method: Method) -> Method:
+    return replace(method, settings=(*method.settings, 'detector.source="topic"'), labels=True)
 
 
 SINGLE: dict[str, Method] = {
     "rfnav": Method(),
     "closest": Method((_experts(),)),
     "geometry": Method((_experts(), 'consensus.fallback="geometry"')),
-    "single-llm": _alone("both"),
+    "single-llm": Method((_experts("both"), 'consensus.mode="best"')),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),
     "o2f": _alone("o2f"),
@@ -52,8 +57,8 @@ SINGLE: dict[str, Method] = {
 }
 METHODS: dict[str, Method] = {
     **SINGLE,
-    ORACLE: replace(SINGLE["rfnav"], labels=True),
-    **{f"{ORACLE}/{name}": replace(m, labels=True) for name, m in SINGLE.items()},
+    ORACLE: _labelled(SINGLE["rfnav"]),
+    **{f"{ORACLE}/{name}": _labelled(method) for name, method in SINGLE.items()},
     "oracle-goal": Method(driver="shortest"),
 }
 

@@ -31,7 +31,8 @@ class RawDetections(NamedTuple):
 
     `boxes_px` (N, 4) x0, y0, x1, y1 in image px; `scores` (N,) in 0..1; `labels` (N,) index into
     the classes; `embeddings` (N, D) unit rows in the text encoder's space, or (N, 0); `rooms`
-    (R,) probabilities in the order given, or (0,).
+    (R,) probabilities in the order given, or (0,); `scene` (D,) the whole image's unit row, or
+    (0,).
     """
 
     boxes_px: Floats
@@ -39,6 +40,7 @@ class RawDetections(NamedTuple):
     labels: NDArray[np.int32]
     embeddings: Floats
     rooms: Floats
+    scene: Floats
 
 
 class Detector(Protocol):
@@ -112,7 +114,9 @@ class OpenDetector:
         placed = fit.undo(boxes[0], rgb.shape[0], rgb.shape[1])
         kept = _select(placed, scores, labels)
         rooms = _softmax(self._rooms @ scene[0] * self._room_scale)
-        return RawDetections(placed[kept], scores[kept], labels[kept], regions[0][kept], rooms)
+        return RawDetections(
+            placed[kept], scores[kept], labels[kept], regions[0][kept], rooms, scene[0]
+        )
 
     def calibrated(self, objectness: Floats, logits: Floats) -> Floats:
         """(N,) objectness in 0..1 and (N,) word logits -> (N,) scores."""
@@ -162,10 +166,8 @@ class YoloDetector:
         scores = np.nan_to_num(scores).astype(np.float32)
         placed = fit.undo(np.nan_to_num(decoded.boxes), rgb.shape[0], rgb.shape[1])
         kept = _select(placed, scores, labels)
-        none = np.zeros((len(kept), 0), np.float32)
-        return RawDetections(
-            placed[kept], scores[kept], labels[kept], none, np.zeros(0, np.float32)
-        )
+        none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
+        return RawDetections(placed[kept], scores[kept], labels[kept], none, nothing, nothing)
 
     def _run(self, image: NDArray[np.uint8], layout: layouts.Layout, path: Path | None) -> Floats:
         planes = image.transpose(2, 0, 1)[None].astype(np.float32)

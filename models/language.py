@@ -1,5 +1,6 @@
 """A local language model that scores: log P(continuation | context), through llama.cpp."""
 
+import hashlib
 import os
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,18 +9,24 @@ import numpy as np
 
 from models.errors import ModelError
 
+CHUNK = 16
+"""Tokens evaluated at once; sums of another batch size differ in their last bits."""
+
 
 class LanguageModel:
     """A GGUF causal model. One thread at a time may use it.
 
-    The tokens of the last call stay in the KV cache: what a new call shares with them at the
-    front is not computed again, so ask questions that share a prefix one after another.
+    The context of the last call stays in the KV cache: whole chunks that a new one shares with it
+    at the front are not computed again, so ask questions that share a prefix one after another.
+    Chunks begin at fixed places: a score depends on its text alone, to the last bit, and not on
+    what was asked before.
     """
 
     def __init__(self, path: Path, threads: int = 1, context: int = 256) -> None:
         _check(Path(path))
         # libgomp reads this when it is loaded: spinning threads would starve the control loop.
         os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+        import llama_cpp
         from llama_cpp import Llama
 
         try:
@@ -37,7 +44,9 @@ class LanguageModel:
             reason = " ".join(str(error).split())[:120]
             raise ModelError(f"{path}: llama.cpp cannot load it ({reason})") from error
         self._context = context
-        self._cached: list[int] = []
+        self.identity = f"{_sha256(Path(path))}/llama-cpp-python {llama_cpp.__version__}"
+        """What the scores depend on, but for the processor."""
+        self._cached: list[int] = []  # the last context's tokens
 
     def score(self, context: str, continuations: Sequence[str]) -> tuple[float, ...]:
         """Sum of log P over each continuation's tokens, given the context; natural logarithm.
@@ -60,29 +69,39 @@ class LanguageModel:
                 f"{len(prefix) + len(tail)} tokens do not fit the context of {self._context}; "
                 "shorten the prompt or raise the model's context"
             )
-        self._evaluate([*prefix, *tail[:-1]])
+        self._evaluate(prefix)
+        if len(tail) > 1:
+            self._llama.n_tokens = len(prefix)
+            self._llama.eval(tail[:-1])
         first = len(prefix) - 1
         logits = np.asarray(self._llama.scores[first : first + len(tail)], np.float64)
         top = logits.max(axis=1)
         total = top + np.log(np.exp(logits - top[:, None]).sum(axis=1))
         return float((logits[np.arange(len(tail)), tail] - total).sum())
 
-    def _evaluate(self, tokens: list[int]) -> None:
-        shared = 0
-        for old, new in zip(self._cached, tokens, strict=False):
-            if old != new:
-                break
-            shared += 1
-        if shared == len(tokens):
-            return  # a longer text is cached: its front is this one, scores included
-        self._cached = self._cached[:shared]
-        self._llama.n_tokens = shared
-        self._llama.eval(tokens[shared:])
-        self._cached = tokens
+    def _evaluate(self, prefix: list[int]) -> None:
+        """Bring the logits and keys of a context into the cache, chunk by chunk."""
+        if prefix == self._cached:
+            return
+        shared = next(
+            (n for n, (a, b) in enumerate(zip(prefix, self._cached, strict=False)) if a != b),
+            min(len(prefix), len(self._cached)),
+        )
+        start = shared // CHUNK * CHUNK
+        self._cached = []
+        self._llama.n_tokens = start
+        for at in range(start, len(prefix), CHUNK):
+            self._llama.eval(prefix[at : at + CHUNK])
+        self._cached = prefix
 
     def forget(self) -> None:
         """Drop the cached prefix, for a cold measurement."""
         self._cached = []
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _check(path: Path) -> None:

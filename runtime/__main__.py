@@ -4,6 +4,7 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -44,13 +45,17 @@ def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
     config = configuration.load(path, settings)
     if not lockstep:
         raise ConfigError("run: only --lockstep is built so far; real-time driving is not")
+
+    def configure(more: Sequence[str]) -> configuration.Config:
+        return configuration.load(path, (*settings, *more))
+
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
         signal.signal(name, lambda *_: ending.set())
     cv2.setNumThreads(1)
     with LocalMind(config, clock) as mind, Bus(config.bus, clock, lockstep=True) as bus:
-        Lockstep(bus, mind, config, clock).run(ending.is_set)
+        Lockstep(bus, mind, configure, clock).run(ending.is_set)
 
 
 @cli.command(epilog="Example:  rfnav check --config robot.toml")

@@ -12,20 +12,23 @@ from typing import Any, Literal
 import cattrs
 from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError
 
+from runtime.core import consensus
 from runtime.core.experts import ExpertConfig
 from runtime.core.types import Mount
 from runtime.edge.bus import BusConfig
 from runtime.errors import ConfigError
 from runtime.navigate import NavigateConfig
 
-EXPERTS = ("o2f", "r2f", "sle")
+EXPERTS = ("o2f", "r2f", "sle", "both")
+"""`both`: one expert asked about objects and rooms together, to compare with."""
+SEATED = ("o2f", "r2f", "sle")
 
 
 @dataclass(frozen=True)
 class PanelConfig:
     """[panel]: who votes and how long the vote may take."""
 
-    experts: tuple[str, ...] = EXPERTS
+    experts: tuple[str, ...] = SEATED
     decide_budget_s: float = 2.0  # votes that come later are dropped
     budget_in_lockstep: bool = False  # else experts run to completion, as simulated time waits
 
@@ -41,6 +44,7 @@ class ModelsConfig:
     detector_classes: str = ""  # file with one class name a line, for "yolo"
     vocabulary: str = ""  # TOML word list; "" is the built-in one
     threads: int = 2
+    score_file: str = ""  # SQLite file of the language model's scores; "" is one in the cache
 
 
 @dataclass(frozen=True)
@@ -48,6 +52,8 @@ class DetectorConfig:
     """[detector]"""
 
     min_score: float = 0.2  # weaker detections are not looked at
+    source: Literal["model", "topic"] = "model"  # "topic": from the bus, e.g. a harness's labels
+    memo_frames: int = 0  # images whose detections are kept: a harness shows the same ones again
 
 
 @dataclass(frozen=True)
@@ -111,7 +117,8 @@ def _check(config: Config) -> None:
         if name not in EXPERTS:
             raise ConfigError(f"panel.experts: {_unknown(name, EXPERTS)}")
     _one_of("consensus.rank", config.navigate.consensus.rank, ("nearest", "farthest"))
-    _one_of("consensus.mode", config.navigate.consensus.mode, ("strict", "lenient"))
+    _one_of("consensus.mode", config.navigate.consensus.mode, consensus.MODES)
+    _one_of("consensus.fallback", config.navigate.consensus.fallback, ("closest", "geometry"))
     _one_of("bus.mode", config.bus.mode, ("peer", "client"))
     positive = {
         "map.resolution_m": config.navigate.map.resolution_m,

@@ -4,7 +4,7 @@ Episodes begin with a request on `goal` and end with one on `cancel`, which is a
 journal and the map have been written.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
@@ -19,19 +19,21 @@ from runtime.core.world import Command, World
 from runtime.edge.bus import Bus, Request
 from runtime.edge.clock import Clock, Deadline
 from runtime.edge.journal import Journal, write_map
+from runtime.edge.labels import read_labels
 from runtime.edge.panel import Panel
-from runtime.errors import ConfigError, RfNavError
+from runtime.errors import ConfigError, RfNavError, SensorError
 from runtime.goal import Goal
+
+LABELS_S = 10.0  # to the labels of an image, in lockstep
 
 
 class Mind(Protocol):
     """The models, as the loop needs them."""
 
-    panel: Panel
     rooms: tuple[str, ...]
 
-    def accept(self, goal: str) -> Goal:
-        """Understand a goal, set the detector's vocabulary and warm the experts."""
+    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
+        """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
 
     def detect(self, rgb: U8) -> Detections: ...
 
@@ -47,6 +49,8 @@ class Search:
     """One episode: its world, journal and timings (seconds by stage, summed)."""
 
     goal: Goal
+    config: Config
+    panel: Panel
     journal: Journal
     log_dir: Path
     world: World | None = None
@@ -61,10 +65,15 @@ class Search:
 
 
 class Lockstep:
-    """Answers requests and observations until it is told to end."""
+    """Answers requests and observations until it is told to end.
 
-    def __init__(self, bus: Bus, mind: Mind, config: Config, clock: Clock) -> None:
-        self._bus, self._mind, self._config, self._clock = bus, mind, config, clock
+    A goal may bring settings of its own: `configure` makes the search's configuration of them.
+    """
+
+    def __init__(
+        self, bus: Bus, mind: Mind, configure: Callable[[Sequence[str]], Config], clock: Clock
+    ) -> None:
+        self._bus, self._mind, self._configure, self._clock = bus, mind, configure, clock
         self._search: Search | None = None
         self._names: tuple[str, ...] = ()
 
@@ -103,7 +112,8 @@ class Lockstep:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         try:
-            goal = self._mind.accept(_text(body, "goal"))
+            config = self._configure(_settings(body))
+            goal, panel = self._mind.accept(_text(body, "goal"), config)
             log_dir = Path(_text(body, "log_dir"))
             if self._search is not None:
                 self._end("preempted")
@@ -114,7 +124,7 @@ class Lockstep:
             return {"accepted": False, "error": str(error)}
         self._bus.flush()
         self._names = tuple(names[0] for names in goal.classes)
-        self._search = Search(goal, journal, log_dir)
+        self._search = Search(goal, config, panel, journal, log_dir)
         journal.write(
             "goal", text=goal.text, name=goal.name, how=goal.how, episode=body.get("episode")
         )
@@ -139,7 +149,7 @@ class Lockstep:
     # -- one step --------------------------------------------------------------------------------
 
     def _step(self, search: Search, obs: Observation) -> None:
-        cfg = self._config.navigate
+        cfg = search.config.navigate
         began_s = perf_counter()
         world = search.world
         if world is None:
@@ -153,10 +163,10 @@ class Lockstep:
                 cfg.map,
             )
             search.world = world
-        detections = self._mind.detect(obs.rgb)
+        detections = self._detect(search, obs)
         now_s = search.timed("detect", began_s)
         known = len(world.semantic.instances)
-        navigate.perceive(world, obs, detections, self._config.camera, cfg)
+        navigate.perceive(world, obs, detections, search.config.camera, cfg)
         if len(world.semantic.instances) != known:
             names = sorted({i.name for i in world.semantic.instances.values()})
             self._mind.notice(search.goal.name, tuple(names))
@@ -170,19 +180,27 @@ class Lockstep:
         self._publish(search, world, command, obs, perf_counter() - began_s)
 
     def _decide(self, search: Search, world: World, why: str) -> None:
-        cfg = self._config.navigate
+        cfg = search.config.navigate
         snap = navigate.snapshot(world, why, cfg)
-        decision = navigate.decide(snap, self._mind.panel, self._deadline(), cfg)
+        decision = navigate.decide(snap, search.panel, self._deadline(search), cfg)
         navigate.adopt(world, decision, cfg)
         search.decisions += 1
         report = _explain(decision, world)
         search.journal.write("decision", brief=snap.brief, **report)
         self._bus.publish_decision(report)
 
-    def _deadline(self) -> Deadline:
+    def _detect(self, search: Search, obs: Observation) -> Detections:
+        if search.config.detector.source == "model":
+            return self._mind.detect(obs.rgb)
+        labels = self._bus.labels(obs.stamp_ns, LABELS_S)
+        if labels is None:
+            raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")
+        return read_labels(labels, self._names, self._mind.rooms)
+
+    def _deadline(self, search: Search) -> Deadline:
         """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`
         experts run to completion, and runs repeat."""
-        panel = self._config.panel
+        panel = search.config.panel
         if panel.budget_in_lockstep:
             return Deadline.after(panel.decide_budget_s, self._clock)
         return Deadline.never(self._clock)
@@ -214,6 +232,13 @@ def _text(body: Mapping[str, Any], key: str) -> str:
     if not isinstance(value, str):
         raise ConfigError(f"goal request: {key}: must be text")
     return value
+
+
+def _settings(body: Mapping[str, Any]) -> tuple[str, ...]:
+    value = body.get("settings", [])
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise ConfigError('goal request: settings: must be a list of "KEY=VALUE"')
+    return tuple(value)
 
 
 def _explain(decision: Decision, world: World) -> dict[str, object]:

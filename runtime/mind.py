@@ -3,12 +3,13 @@
 With `__main__` the only importer of models/.
 """
 
+import hashlib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
 from models import store
-from models.detector import open_detector
+from models.detector import RawDetections, open_detector
 from models.errors import ModelError as ModelFileError
 from models.language import LanguageModel
 from models.text import TextEncoder
@@ -18,9 +19,10 @@ from runtime.core import experts
 from runtime.core.experts import OBJECTS, ROOMS
 from runtime.core.types import U8, Brief, Detections, Missing, Vote
 from runtime.edge.clock import Clock, Deadline
+from runtime.edge.memo import ScoreFile, default_path
 from runtime.edge.panel import Expert, Panel
 from runtime.edge.scorer import Scorer, Similarity
-from runtime.errors import ModelError
+from runtime.errors import ConfigError, ModelError
 from runtime.goal import Goal, understand
 
 
@@ -28,13 +30,18 @@ class LocalMind:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
 
     def __init__(self, config: Config, clock: Clock) -> None:
-        self._config = config
+        self._models, self._clock = config.models, clock
         models, threads = config.models, config.models.threads
         vocabulary = (
             load_vocabulary(Path(models.vocabulary)) if models.vocabulary else load_vocabulary()
         )
         self.rooms = vocabulary.rooms
         self._objects = vocabulary.objects
+        self._scorer: Scorer | None = None
+        self._panel: Panel | None = None
+        self._config = config
+        self._classes: tuple[tuple[str, ...], ...] = ()
+        self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
             self._detector = open_detector(
@@ -44,10 +51,10 @@ class LocalMind:
                 threads,
                 Path(models.detector_classes) if models.detector_classes else None,
             )
-            self._scorer = Scorer(self._rungs(threads), clock) if config.panel.experts else None
         except ModelFileError as error:
             raise ModelError(str(error)) from error
-        self.panel = Panel(self._experts(), clock)
+        if config.panel.experts:
+            self._ask_models()
 
     def __enter__(self) -> Self:
         return self
@@ -57,32 +64,69 @@ class LocalMind:
 
     def close(self) -> None:
         """End the worker threads."""
-        self.panel.close()
+        if self._panel is not None:
+            self._panel.close()
         if self._scorer is not None:
             self._scorer.close()
 
-    def accept(self, goal: str) -> Goal:
-        """Understand a goal, set the detector's vocabulary and warm the experts."""
+    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
+        """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
+        if config.models != self._models:
+            raise ConfigError("models: cannot change while the runtime runs; start another")
         understood = understand(
-            goal, self._objects, self._encoder.embed, self._config.goal.same_as_similarity
+            goal, self._objects, self._encoder.embed, config.goal.same_as_similarity
         )
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
-        if self._scorer is not None:
+        self._config, self._classes = config, understood.classes
+        if config.panel.experts:
+            scorer = self._ask_models()
             rooms = [experts.spoken_room(name) for name in self.rooms]
-            self._scorer.warm(experts.questions(ROOMS, understood.name, rooms))
-            self._scorer.warm(experts.questions(OBJECTS, understood.name, ()))
-        return understood
+            scorer.warm(experts.questions(ROOMS, understood.name, rooms))
+            scorer.warm(experts.questions(OBJECTS, understood.name, ()))
+        if self._panel is not None:
+            self._panel.close()
+        self._panel = Panel(self._experts(config), self._clock)
+        return understood, self._panel
+
+    def _ask_models(self) -> Scorer:
+        """The scorer; its language model is loaded when the first expert is seated."""
+        if self._scorer is None:
+            name = self._models.language
+            try:
+                local = LanguageModel(_file(name), self._models.threads)
+            except ModelFileError as error:
+                raise ModelError(str(error)) from error
+            path = Path(self._models.score_file) if self._models.score_file else default_path()
+            rungs = ((name, local), ("embedding", Similarity(self._encoder)))
+            self._scorer = Scorer(rungs, self._clock, ScoreFile(path, local.identity))
+        return self._scorer
 
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what the detector is sure enough of."""
-        raw = self._detector.detect(rgb)
+        raw = self._raw(rgb)
         keep = raw.scores >= self._config.detector.min_score
         return Detections(
-            raw.boxes_px[keep], raw.scores[keep], raw.labels[keep], raw.embeddings[keep], raw.rooms
+            raw.boxes_px[keep],
+            raw.scores[keep],
+            raw.labels[keep],
+            raw.embeddings[keep],
+            raw.rooms,
+            raw.scene,
         )
+
+    def _raw(self, rgb: U8) -> RawDetections:
+        bound = self._config.detector.memo_frames
+        if not bound:
+            return self._detector.detect(rgb)
+        key = hashlib.blake2b(rgb.tobytes(), digest_size=16).digest(), self._classes
+        raw = self._seen.pop(key, None) or self._detector.detect(rgb)
+        self._seen[key] = raw  # the newest last
+        while len(self._seen) > bound:
+            del self._seen[next(iter(self._seen))]
+        return raw
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
@@ -93,24 +137,29 @@ class LocalMind:
         """Which model answers the experts."""
         return self._scorer.rung if self._scorer is not None else "none"
 
-    def _rungs(self, threads: int) -> Sequence[tuple[str, LanguageModel | Similarity]]:
-        language = self._config.models.language
-        local = LanguageModel(_file(language), threads)
-        return (language, local), ("embedding", Similarity(self._encoder))
+    def _experts(self, config: Config) -> dict[str, Expert]:
+        cfg = config.experts
 
-    def _experts(self) -> dict[str, Expert]:
-        table: dict[str, Expert] = {"o2f": self._objects_vote, "r2f": self._rooms_vote, "sle": _sle}
-        return {name: table[name] for name in self._config.panel.experts}
+        def objects(brief: Brief, by: Deadline) -> Vote | Missing:
+            return experts.vote_objects(brief, self._near(brief, by), cfg)
 
-    def _objects_vote(self, brief: Brief, by: Deadline) -> Vote | Missing:
-        things = experts.things_near(brief)
-        affinity = self._affinities(experts.OBJECTS, brief, things, by)
-        return experts.vote_objects(brief, affinity, self._config.experts)
+        def rooms(brief: Brief, by: Deadline) -> Vote | Missing:
+            return experts.vote_rooms(brief, self._around(brief, by), cfg)
 
-    def _rooms_vote(self, brief: Brief, by: Deadline) -> Vote | Missing:
-        types = experts.room_types(brief.frontiers)
-        affinity = self._affinities(experts.ROOMS, brief, types, by)
-        return experts.vote_rooms(brief, affinity, self._config.experts)
+        def scene(brief: Brief, by: Deadline) -> Vote | Missing:
+            return experts.vote_scene(brief, self._likeness(brief), cfg)
+
+        def both(brief: Brief, by: Deadline) -> Vote | Missing:
+            return experts.vote_both(brief, self._near(brief, by), self._around(brief, by), cfg)
+
+        table: dict[str, Expert] = {"o2f": objects, "r2f": rooms, "sle": scene, "both": both}
+        return {name: table[name] for name in config.panel.experts}
+
+    def _near(self, brief: Brief, by: Deadline) -> dict[str, float]:
+        return self._affinities(experts.OBJECTS, brief, experts.things_near(brief), by)
+
+    def _around(self, brief: Brief, by: Deadline) -> dict[str, float]:
+        return self._affinities(experts.ROOMS, brief, experts.room_types(brief.frontiers), by)
 
     def _affinities(
         self, topic: experts.Topic, brief: Brief, things: Sequence[str], by: Deadline
@@ -120,10 +169,14 @@ class LocalMind:
         answers = self._scorer.answer(experts.questions(topic, brief.goal, things), by)
         return experts.affinities(topic, brief.goal, things, answers)
 
-
-def _sle(brief: Brief, by: Deadline) -> Vote | Missing:
-    """The scene-layout expert: its place on the panel, until a vision-language model fills it."""
-    return Missing("sle", "no model")
+    def _likeness(self, brief: Brief) -> dict[int, float]:
+        """Cosine of each frontier's view with the goal's room prompt: the rung below a
+        vision-language model."""
+        views = {f.id: f.view for f in brief.frontiers if f.view.size}
+        if len(views) < 2:
+            return {}
+        goal = self._encoder.embed([experts.SCENE.format(thing=brief.goal)])[0]
+        return {id: float(view @ goal) for id, view in views.items()}
 
 
 def _directory(name: str) -> Path:

@@ -5,7 +5,7 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -15,6 +15,8 @@ from runtime.core import (
     consensus,
     control,
     frontiers,
+    gain,
+    keyframes,
     map,
     planner,
     semantics,
@@ -22,9 +24,11 @@ from runtime.core import (
 )
 from runtime.core.brief import BriefConfig
 from runtime.core.consensus import ConsensusConfig
-from runtime.core.control import ControlConfig
+from runtime.core.control import STILL, Along, ControlConfig, Course, Spin, Toward
 from runtime.core.frontiers import FrontierConfig
-from runtime.core.geometry import bearing
+from runtime.core.gain import GainConfig
+from runtime.core.geometry import bearing, wrap_angle
+from runtime.core.keyframes import Keyframe, KeyframeConfig
 from runtime.core.map import MapConfig
 from runtime.core.planner import PlannerConfig
 from runtime.core.semantics import SemanticsConfig
@@ -57,10 +61,13 @@ class ExploreConfig:
 
     first_looks: int = 12  # turns of the look around at the start
     decide_every: int = 5  # steps between decisions that only new evidence asks for
+    decide_every_s: float = 1.0  # the same in velocity mode
     arrived_m: float = 0.25  # from a frontier's goal point
     seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
     patience: int = 24  # steps without coming closer to an aim before it is given up
+    patience_s: float = 12.0  # the same in velocity mode
     blocked_m: float = 0.08  # a step forward that moved less than this was a collision
+    blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
     weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
 
 
@@ -79,6 +86,8 @@ class NavigateConfig:
     map: MapConfig = field(default_factory=MapConfig)
     semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
     frontiers: FrontierConfig = field(default_factory=FrontierConfig)
+    keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
+    gain: GainConfig = field(default_factory=GainConfig)
     brief: BriefConfig = field(default_factory=BriefConfig)
     consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
@@ -97,12 +106,13 @@ def perceive(
     world: World, obs: Observation, detections: Detections, mount: Mount, cfg: NavigateConfig
 ) -> World:
     """Add one observation: navigation map, semantic map, frontiers with stable ids."""
-    _notice_collision(world, obs, cfg)
-    world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
+    _advance(world, obs, cfg)
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
     outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
     semantics.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
+    if detections.scene.size:
+        keyframes.keep(world.keyframes, Keyframe(obs.pose, detections.scene), cfg.keyframes)
     return with_frontiers(world, cfg)
 
 
@@ -131,47 +141,79 @@ def due(world: World, cfg: NavigateConfig) -> str:
     if aim is None and any(math.isfinite(f.distance_m) for f in world.frontiers):
         return "a frontier appeared"
     rested = world.step - world.decided_at >= cfg.explore.decide_every
+    if cfg.control.mode == "velocity":
+        rested = world.elapsed_s - world.decided_s >= cfg.explore.decide_every_s
     return "new evidence" if rested and _evidence(world, cfg) != world.evidence else ""
 
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
+    frames, candidates = world.keyframes, world.frontiers
+    views = {
+        f.id: keyframes.best_view(frames, f.centre_xy, world.map, cfg.keyframes) for f in candidates
+    }
     told = brief.compose(
-        world.goal, world.stamp_ns, world.map, world.semantic, world.frontiers, cfg.brief
+        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
     )
-    return Snapshot(told, world.frontiers, world.stamp_ns, why)
+    order: tuple[int, ...] = ()
+    if cfg.consensus.fallback == "geometry":
+        standing = world.decision.frontier if world.decision else None
+        order = gain.ranked(candidates, standing, world.map, world.terrain, world.pose, cfg.gain)
+    return Snapshot(told, candidates, world.stamp_ns, why, order)
 
 
 def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
     """DEFA and CDM: ask the experts, elect a frontier, else the closest."""
     ballot = panel.ask(snap.brief, by)
-    return consensus.elect(ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why)
+    return consensus.elect(
+        ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.order
+    )
 
 
 def adopt(world: World, decision: Decision, cfg: NavigateConfig) -> None:
     """Make the decision the standing one."""
-    world.decision, world.decided_at = decision, world.step
+    world.decision, world.decided_at, world.decided_s = decision, world.step, world.elapsed_s
     world.evidence = _evidence(world, cfg)
 
 
 def act(world: World, cfg: NavigateConfig) -> Command:
-    """One action: finish the first look, else go to the target, else to the elected frontier."""
+    """One action, and in velocity mode the course behind it: finish the first look, else go to the
+    target, else to the elected frontier."""
     command = (
-        _look_around(world)
+        _look_around(world, cfg)
         or _approach_target(world, cfg)
         or _explore(world, cfg)
         or _finish(world, cfg)
     )
+    if cfg.control.mode == "velocity":
+        command = _driven(world, command, cfg)
     world.step += 1
-    world.last = command
+    world.last, world.asked_mps = command, command.twist.v_mps
     return command
 
 
-def _look_around(world: World) -> Command | None:
+def _driven(world: World, command: Command, cfg: NavigateConfig) -> Command:
+    """The command with the velocity that begins its course, and the action that resembles it."""
+    if command.action is Action.STOP:
+        return command
+    now = world.last.twist if world.last else STILL
+    pose, radius_m = world.pose, cfg.robot.radius_m
+    twist = control.steer(command.course, pose, now, world.dt_s, radius_m, cfg.control)
+    return replace(command, action=control.nearest_action(twist), twist=twist)
+
+
+def _look_around(world: World, cfg: NavigateConfig) -> Command | None:
     if world.looks_left <= 0:
         return None
     world.looks_left -= 1
-    return Command(Action.TURN_LEFT, "look", None, "look around before the first decision")
+    if cfg.control.mode == "velocity":
+        whole = cfg.explore.first_looks * cfg.control.turn_rad
+        late = world.elapsed_s > 3 * whole / cfg.control.look_radps
+        world.looks_left = 0 if late or world.turned_rad >= whole else cfg.explore.first_looks
+        if not world.looks_left:
+            return None
+    why = "look around before the first decision"
+    return Command(Action.TURN_LEFT, "look", None, why, course=Spin(cfg.control.look_radps))
 
 
 def _approach_target(
@@ -189,11 +231,10 @@ def _approach_target(
     what = f"{instance.name} {instance.id} (p {instance.confidence:.2f})"
     row, col = terrain.frame.cell(world.pose.x_m, world.pose.y_m)
     if stands[row, col]:
-        turn = control.face(
-            world.pose, bearing((world.pose.x_m, world.pose.y_m), instance.xy), cfg.control
-        )
+        turn = _turn(world, instance.xy, cfg)
         if turn is not None:
-            return Command(turn, "face", instance.xy, f"face {what}")
+            course = Toward(instance.xy)
+            return Command(turn, "face", instance.xy, f"face {what}", course=course)
         if believed:
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         target.reject(instance, cfg.target)
@@ -202,9 +243,9 @@ def _approach_target(
     if _stalled(world, ("target", instance.id), field, cfg):
         target.reject(instance, cfg.target)
         return _approach_target(world, cfg, least)
-    action = control.follow(terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
     verb = "approach" if believed else "inspect"
-    command = Command(action or UNWEDGE, "target", instance.xy, f"{verb} {what}")
+    action, course = _drive(world, field, cfg)
+    command = Command(action, "target", instance.xy, f"{verb} {what}", course=course)
     return toward(field, world.pose, command)
 
 
@@ -215,12 +256,12 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
         aim = world.frontier(id)
         if aim is None:
             return None
-        here = (world.pose.x_m, world.pose.y_m)
         label = f"frontier {aim.id}"
         if aim.distance_m <= cfg.explore.arrived_m:
-            turn = control.face(world.pose, bearing(here, aim.centre_xy), cfg.control)
+            turn = _turn(world, aim.centre_xy, cfg)
             if turn is not None and not _stalled(world, ("frontier", aim.id), None, cfg):
-                return Command(turn, "frontier", aim.goal_xy, f"face {label}")
+                course = Toward(aim.centre_xy)
+                return Command(turn, "frontier", aim.goal_xy, f"face {label}", course=course)
             world.give_up(aim.cells_xy, cfg.explore.seen_range_m)
             with_frontiers(world, cfg)
             continue
@@ -229,10 +270,32 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             world.give_up(aim.cells_xy)
             with_frontiers(world, cfg)
             continue
-        action = control.follow(world.terrain, field, world.pose, cfg.robot.radius_m, cfg.control)
-        command = Command(action or UNWEDGE, "frontier", aim.goal_xy, f"drive to {label}")
+        action, along = _drive(world, field, cfg)
+        command = Command(action, "frontier", aim.goal_xy, f"drive to {label}", course=along)
         return toward(field, world.pose, command)
     return None
+
+
+def _drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Action, Course]:
+    """The way down a field: an action, chosen only where actions are driven, and a course."""
+    course = Along(world.terrain, field)
+    if cfg.control.mode == "velocity":
+        return Action.MOVE_FORWARD, course
+    pose, radius_m = world.pose, cfg.robot.radius_m
+    action = control.follow(world.terrain, field, pose, radius_m, cfg.control)
+    return action or UNWEDGE, course
+
+
+def _turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action | None:
+    """The turn that faces a point; None when it is faced."""
+    if cfg.control.mode == "velocity":
+        rate = control.face_rate(world.pose, xy, cfg.control)
+        if rate is None:
+            return None
+        return Action.TURN_LEFT if rate > 0 else Action.TURN_RIGHT
+    return control.face(
+        world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control
+    )
 
 
 def _finish(world: World, cfg: NavigateConfig) -> Command:
@@ -244,32 +307,58 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         world.retried = True
         world.given_up[:] = False
         with_frontiers(world, cfg)
-        return Command(Action.TURN_LEFT, "look", None, "retry frontiers given up before")
+        again = "retry frontiers given up before"
+        return Command(
+            Action.TURN_LEFT, "look", None, again, course=Spin(cfg.control.look_radps)
+        )
     return Command(Action.STOP, "stop", None, f"no {world.goal} found and nothing left to explore")
 
 
 def _stalled(
     world: World, aim: tuple[str, int], field: planner.Field | None, cfg: NavigateConfig
 ) -> bool:
-    """Count steps toward one aim that did not bring the robot closer; True when it is too many."""
+    """Count steps (seconds, in velocity mode) toward one aim that did not bring the robot closer;
+    True when it is too many."""
     p = world.progress
     if p.aim != aim:
         world.progress = p = Progress(aim)
     left = field.at(world.pose.x_m, world.pose.y_m) if field else math.inf
     if left < p.best_m - 0.05:
         p.best_m, p.idle = left, 0
+    elif cfg.control.mode == "velocity":
+        p.idle += world.dt_s
+        return p.idle > cfg.explore.patience_s
     else:
         p.idle += 1
     return p.idle > cfg.explore.patience
 
 
-def _notice_collision(world: World, obs: Observation, cfg: NavigateConfig) -> None:
-    if world.last is None or world.last.action is not Action.MOVE_FORWARD:
-        return
-    moved = math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)
-    if moved < cfg.explore.blocked_m:
+def _advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
+    """Book what happened since the observation before: time, turn, a collision."""
+    since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
+    world.dt_s = min(1.0, max(0.0, since_s))
+    world.elapsed_s += world.dt_s
+    world.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
+    if _collided(world, obs, cfg):
         world.collisions += 1
         world.map.bump(obs.pose, cfg.robot.radius_m, cfg.map)
+    world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
+
+
+def _collided(world: World, obs: Observation, cfg: NavigateConfig) -> bool:
+    moved = math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)
+    if cfg.control.mode == "discrete":
+        forward = world.last is not None and world.last.action is Action.MOVE_FORWARD
+        return forward and moved < cfg.explore.blocked_m
+    asked_m = world.asked_mps * world.dt_s
+    if asked_m <= 0 or moved >= asked_m / 4:
+        world.blocked_s = 0.0
+        return False
+    world.blocked_s += world.dt_s
+    if world.blocked_s < cfg.explore.blocked_s:
+        return False
+    world.blocked_s = 0.0
+    return True
 
 
 def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:

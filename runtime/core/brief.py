@@ -1,7 +1,7 @@
 """What the experts are told: objects and room types around each frontier, by walking distance."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import cv2
@@ -56,15 +56,22 @@ def compose(
     grid: NavigationMap,
     semantic: SemanticMap,
     frontiers: Iterable[Frontier],
+    views: Mapping[int, F32],
     cfg: BriefConfig,
 ) -> Brief:
-    """The brief over the reachable frontiers, sorted by id."""
+    """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
-    return Brief(goal, stamp_ns, tuple(_frontier_brief(f, grid, semantic, cfg) for f in reachable))
+    return Brief(
+        goal, stamp_ns, tuple(_frontier_brief(f, grid, semantic, views, cfg) for f in reachable)
+    )
 
 
 def _frontier_brief(
-    frontier: Frontier, grid: NavigationMap, semantic: SemanticMap, cfg: BriefConfig
+    frontier: Frontier,
+    grid: NavigationMap,
+    semantic: SemanticMap,
+    views: Mapping[int, F32],
+    cfg: BriefConfig,
 ) -> FrontierBrief:
     window, origin = _window(grid.frame, frontier.cells_xy, cfg.object_range_m + 0.5)
     seeds = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), bool)
@@ -74,7 +81,8 @@ def _frontier_brief(
     walk_m = steps * np.float32(resolution)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
     objects = _objects(semantic, grid.frame, origin, walk_m, cfg)
-    return FrontierBrief(frontier.id, frontier.distance_m, objects, rooms)
+    view = views.get(frontier.id, np.zeros(0, np.float32))
+    return FrontierBrief(frontier.id, frontier.distance_m, objects, rooms, view)
 
 
 def _objects(

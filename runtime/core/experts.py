@@ -22,6 +22,7 @@ class ExpertConfig:
     bar: float = 1.5  # a frontier is recommended when p >= bar / n
     object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
     prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
+    view_scale: float = 8.0  # nats per unit of cosine between a view and the goal
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,8 @@ ROOMS = Topic(
     ("kitchen", "bathroom", "bedroom", "living room", "dining room", "home office", "hallway"),
 )
 
+SCENE = "a room with a {thing}"
+
 
 def questions(topic: Topic, goal: str, things: Iterable[str]) -> tuple[Question, ...]:
     """Everything to be scored before `affinities` can be computed, without repeats, in a fixed
@@ -87,10 +90,21 @@ def affinities(
 
 
 def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
-    """O2F: which frontiers do the objects near them recommend? Weights fall with the distance on
-    foot and rise with confidence; a single far object says little (`prior_weight`)."""
-    evidence: dict[int, float] = {}
-    told: dict[int, str] = {}
+    """O2F: which frontiers do the objects near them recommend?"""
+    return _vote("o2f", brief, object_evidence(brief, affinity, cfg), cfg)
+
+
+def vote_rooms(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
+    """R2F: which frontiers do their room types recommend?"""
+    return _vote("r2f", brief, room_evidence(brief, affinity), cfg)
+
+
+def object_evidence(
+    brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig
+) -> dict[int, tuple[float, str]]:
+    """Nats and the objects behind them, by frontier. Weights fall with the distance on foot and
+    rise with confidence; a single far object says little (`prior_weight`)."""
+    evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
         weights = [
             (o.confidence * math.exp(-o.distance_m / cfg.object_range_m), o.name)
@@ -100,24 +114,44 @@ def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig)
         if not weights:
             continue
         total = sum(w for w, _ in weights) + cfg.prior_weight
-        evidence[frontier.id] = sum(w * affinity[name] for w, name in weights) / total
+        nats = sum(w * affinity[name] for w, name in weights) / total
         strongest = sorted(weights, key=lambda w: (-w[0] * affinity[w[1]], w[1]))
-        told[frontier.id] = ", ".join(dict.fromkeys(name for _, name in strongest[:3]))
-    return recommend("o2f", brief, evidence, told, cfg)
+        evidence[frontier.id] = nats, ", ".join(dict.fromkeys(n for _, n in strongest[:3]))
+    return evidence
 
 
-def vote_rooms(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
-    """R2F: which frontiers do their room types recommend?"""
-    evidence: dict[int, float] = {}
-    told: dict[int, str] = {}
+def room_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tuple[float, str]]:
+    """Nats and the likeliest room type, by frontier."""
+    evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
         known = [(p, name) for name, p in frontier.rooms if spoken_room(name) in affinity]
         if not known or sum(p for p, _ in known) <= 0:
             continue
         total = sum(p for p, _ in known)
-        evidence[frontier.id] = sum(p * affinity[spoken_room(name)] for p, name in known) / total
-        told[frontier.id] = max(known)[1]
-    return recommend("r2f", brief, evidence, told, cfg)
+        nats = sum(p * affinity[spoken_room(name)] for p, name in known) / total
+        evidence[frontier.id] = nats, max(known)[1]
+    return evidence
+
+
+def vote_scene(brief: Brief, likeness: Mapping[int, float], cfg: ExpertConfig) -> Vote | Missing:
+    """SLE without a vision-language model: which frontiers' views are like the goal's place?
+    `likeness` is a cosine by frontier."""
+    evidence = {i: cfg.view_scale * cosine for i, cosine in likeness.items()}
+    return recommend("sle", brief, evidence, dict.fromkeys(evidence, "the view toward it"), cfg)
+
+
+def vote_both(
+    brief: Brief,
+    by_object: Mapping[str, float],
+    by_room: Mapping[str, float],
+    cfg: ExpertConfig,
+) -> Vote | Missing:
+    """One expert in place of two, to compare with: objects' and rooms' evidence added up."""
+    near, around = object_evidence(brief, by_object, cfg), room_evidence(brief, by_room)
+    ids = sorted({*near, *around})
+    evidence = {i: near.get(i, (0.0, ""))[0] + around.get(i, (0.0, ""))[0] for i in ids}
+    told = {i: ", ".join(v[i][1] for v in (near, around) if i in v) for i in ids}
+    return recommend("both", brief, evidence, told, cfg)
 
 
 def recommend(
@@ -141,6 +175,13 @@ def recommend(
         return Missing(expert, "no preference")
     reason = "; ".join(f"{i}: {told[i]} ({p[i]:.2f})" for i in chosen)
     return Vote(expert, chosen, tuple(p.items()), reason)
+
+
+def _vote(
+    expert: str, brief: Brief, evidence: Mapping[int, tuple[float, str]], cfg: ExpertConfig
+) -> Vote | Missing:
+    nats = {i: value for i, (value, _) in evidence.items()}
+    return recommend(expert, brief, nats, {i: told for i, (_, told) in evidence.items()}, cfg)
 
 
 def spoken_room(name: str) -> str:

@@ -30,6 +30,14 @@ class Pose:
 
 
 @dataclass(frozen=True)
+class Twist:
+    """A differential drive's velocity: forward m/s, yaw rate rad/s counter-clockwise."""
+
+    v_mps: float = 0.0
+    w_radps: float = 0.0
+
+
+@dataclass(frozen=True)
 class Intrinsics:
     """A pinhole camera without distortion: focal lengths and principal point in pixels."""
 
@@ -74,6 +82,8 @@ class Detections:
     labels: I32  # (N,) index into the vocabulary's classes
     embeddings: F32  # (N, D) unit rows; D = 0 for a detector with a fixed class list
     rooms: F32  # (R,) probabilities of the vocabulary's room types, or (0,)
+    scene: F32 = field(default_factory=lambda: np.zeros(0, np.float32))
+    """(D,) unit embedding of the whole image in the text encoder's space, or (0,)."""
 
 
 @dataclass(frozen=True)
@@ -109,6 +119,8 @@ class FrontierBrief:
     distance_m: float  # geodesic from the robot
     objects: tuple[NearbyObject, ...]  # sorted by distance, then name
     rooms: tuple[tuple[str, float], ...]  # room type and probability, vocabulary order; or empty
+    view: F32 = field(default_factory=lambda: np.zeros(0, np.float32), compare=False, repr=False)
+    """(D,) embedding of the keyframe that looks toward it best, or (0,)."""
 
 
 @dataclass(frozen=True)
@@ -153,7 +165,7 @@ class Decision:
     """The elected frontier and everything that explains it."""
 
     frontier: int | None  # None: no reachable frontier is left
-    rule: str  # "all" | "pairs" | "lone" | "closest" | "none"
+    rule: str  # "all" | "pairs" | "lone" | "best" | "majority" | the fallback's | "none"
     chosen: tuple[int, ...]  # the consensus set, sorted; ranked by distance to elect one of it
     closest: int | None  # what the fallback would have been
     ballot: Ballot

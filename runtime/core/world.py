@@ -6,11 +6,13 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 
+from runtime.core.control import STILL, Course
 from runtime.core.frontiers import FrontierMemory
+from runtime.core.keyframes import Keyframe
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import Field, Terrain, descend
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import F64, Action, Brief, Decision, Frontier, Mask, Pose
+from runtime.core.types import F64, Action, Brief, Decision, Frontier, Mask, Pose, Twist
 
 
 @dataclass(frozen=True)
@@ -21,17 +23,21 @@ class Snapshot:
     frontiers: tuple[Frontier, ...]
     stamp_ns: int
     why: str  # the event that made the decision due
+    order: tuple[int, ...] = ()  # the fallback's ranking; empty: the closest
 
 
 @dataclass(frozen=True)
 class Command:
-    """One step of the base, and what it is for."""
+    """One step of the base, and what it is for. With `control.mode = "velocity"` the twist is what
+    is driven until the next, the course what it follows, and the action the twist's likeness."""
 
     action: Action
     mode: str  # "look" | "frontier" | "target" | "face" | "stop"
     toward_xy: tuple[float, float] | None
     reason: str
     path_xy: F64 = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) m, from the robot
+    course: Course | None = None
+    twist: Twist = STILL
 
 
 @dataclass
@@ -40,7 +46,7 @@ class Progress:
 
     aim: tuple[str, int] = ("none", 0)  # kind and id
     best_m: float = math.inf
-    idle: int = 0  # steps without coming closer
+    idle: float = 0.0  # steps without coming closer; seconds in velocity mode
 
 
 @dataclass
@@ -63,6 +69,13 @@ class World:
     step: int = 0
     last: Command | None = None
     progress: Progress = field(default_factory=Progress)
+    elapsed_s: float = 0.0  # by the observations' stamps; gaps count as a second at most
+    dt_s: float = 0.0  # of that, since the observation before
+    decided_s: float = 0.0  # when the last decision was adopted
+    turned_rad: float = 0.0  # yaw since the start, counter-clockwise
+    asked_mps: float = 0.0  # forward speed asked of the base since the observation before
+    blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
+    keyframes: list[Keyframe] = field(default_factory=list)
     collisions: int = 0
     retried: bool = False  # given-up frontiers were already given a second chance
     visited_xy: list[tuple[float, float]] = field(default_factory=list)

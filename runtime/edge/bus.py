@@ -54,6 +54,7 @@ class Bus:
         self._seen_frame = False
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._answer: tuple[int, bytes] | None = None  # lockstep: the action that it got
+        self._labels: dict[str, Any] = {}  # newest message on `detections`
         self._frame_without_info_s: float | None = None
         topics = config.topics
         self._odom_topic = topics.pose or topics.odom
@@ -71,6 +72,7 @@ class Bus:
             self._publishers[name] = self._publisher(name, getattr(topics, name), lockstep)
         for stream, topic in inputs.items():
             self._subscribe(stream, topic)
+        self._subscribe_labels(topics.detections)
         for kind in QUERIES:
             self._serve(kind, getattr(topics, kind))
 
@@ -139,6 +141,14 @@ class Bus:
             pose = self._pose(raw)
             if pose is not None:
                 return pose, self._clock.now_s() - raw.arrival_s
+
+    def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
+        """The message on `detections` of that stamp; None when it does not come in time."""
+        by = Deadline.after(timeout_s, self._clock)
+        with self._changed:
+            while self._labels.get("stamp_ns") != stamp_ns and not by.passed():
+                self._clock.wait(self._changed, by.at_s)
+            return self._labels if self._labels.get("stamp_ns") == stamp_ns else None
 
     def flush(self) -> None:
         """Forget every sensor message that waits (a new goal in lockstep)."""
@@ -212,6 +222,22 @@ class Bus:
     def _subscribe(self, stream: str, topic: str) -> None:
         def receive(sample: zenoh.Sample) -> None:
             self._receive(stream, topic, sample.payload.to_bytes())
+
+        self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
+
+    def _subscribe_labels(self, topic: str) -> None:
+        def receive(sample: zenoh.Sample) -> None:
+            with self._changed:
+                self._health.setdefault(topic, StreamHealth())
+            try:
+                labels = wire.decode_json(sample.payload.to_bytes(), topic)
+            except SensorError as error:
+                self._count(topic, error)
+                return
+            with self._changed:
+                self._health[topic].received += 1
+                self._labels = labels
+                self._changed.notify_all()
 
         self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
 

@@ -14,6 +14,7 @@ import numpy as np
 from runtime.core.experts import Question
 from runtime.core.types import F32
 from runtime.edge.clock import Clock, Deadline
+from runtime.edge.memo import ScoreFile
 
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
 MEMO_SIZE = 100_000
@@ -63,16 +64,27 @@ class Scorer:
     """Memoised likelihoods. `rungs` are tried from the first: (name, model), best first.
 
     A rung whose model raises is left for good, and the next one answers: scores of different
-    models are never mixed in one answer, for their scales differ.
+    models are never mixed in one answer, for their scales differ. The first rung's scores are kept
+    in `file` too.
     """
 
-    def __init__(self, rungs: Sequence[tuple[str, Likelihood]], clock: Clock) -> None:
+    def __init__(
+        self,
+        rungs: Sequence[tuple[str, Likelihood]],
+        clock: Clock,
+        file: ScoreFile | None = None,
+    ) -> None:
         if not rungs:
             raise ValueError("a scorer needs at least one model")
         self._rungs = list(rungs)
+        self._first = self._rungs[0][0]
         self._clock = clock
         self._condition = threading.Condition()
+        self._file = file
         self._memo: dict[tuple[str, Question], float] = {}
+        if file is not None:
+            name = self._rungs[0][0]
+            self._memo = {(name, q): value for q, value in file.load().items()}
         self._urgent: deque[_Job] = deque()
         self._background: deque[Question] = deque()
         self._busy = False
@@ -160,6 +172,7 @@ class Scorer:
                 self._busy = bool(prompt)
             if prompt:
                 outcome = _score(model, prompt)
+                self._write(name, prompt, outcome)
             with self._condition:
                 if prompt:
                     self._keep(name, job, prompt, outcome)
@@ -208,6 +221,10 @@ class Scorer:
         if job is not None and not job.waiting:
             job.done = True
             self._urgent.popleft()
+
+    def _write(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
+        if self._file is not None and name == self._first and not isinstance(outcome, Exception):
+            self._file.keep(zip(prompt, outcome, strict=True))
 
     def _step_down(self, name: str, job: _Job | None, error: Exception) -> None:
         """Leave the rung; on the last one the caller hears of it and the rung stays."""

@@ -21,6 +21,7 @@ class TopicsConfig:
     action: str = "rfnav/action"
     state: str = "rfnav/state"
     decision: str = "rfnav/decision"
+    detections: str = "rfnav/detections"  # read when detector.source is "topic"
     goal: str = "rfnav/goal"
     cancel: str = "rfnav/cancel"
     status: str = "rfnav/status"

@@ -43,10 +43,10 @@ class FakeMind:
         self.panel = Panel(experts, SystemClock())
         self.home = home
 
-    def accept(self, goal: str) -> Goal:
+    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         if not goal:
             raise ConfigError("goal: is empty")
-        return Goal(goal, goal, ((goal,),), "as it is")
+        return Goal(goal, goal, ((goal,),), "as it is"), self.panel
 
     def detect(self, rgb: np.ndarray) -> Detections:
         if not self.home.things:
@@ -117,13 +117,16 @@ def running(mind: FakeMind, *settings: str) -> Iterator[tuple[Peer, list[BaseExc
     harness = BusConfig(listen=(endpoint,))
     session = open_session(harness)
     ending, ended = threading.Event(), []
-    config: Config = load(None, [f"bus.connect=['{endpoint}']", *settings])
+
+    def configure(more: Sequence[str]) -> Config:
+        return load(None, [f"bus.connect=['{endpoint}']", *settings, *more])
+
     clock = SystemClock()
 
     def serve() -> None:
         try:
-            with Bus(config.bus, clock, lockstep=True) as bus:
-                Lockstep(bus, mind, config, clock).run(ending.is_set)
+            with Bus(configure(()).bus, clock, lockstep=True) as bus:
+                Lockstep(bus, mind, configure, clock).run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 

@@ -1,0 +1,42 @@
+"""Detections that come over the bus, as JSON: {"boxes": [[x0, y0, x1, y1], ...] px, "names": [...],
+"scores": [...], "room": "kitchen" or null}."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from runtime.core.types import Detections
+from runtime.errors import SensorError
+
+ROOM_SURE = 0.9  # share of the room's name that was told; the rest is spread over the others
+
+
+def read_labels(
+    message: Mapping[str, Any], names: Sequence[str], room_names: Sequence[str]
+) -> Detections:
+    """A message -> detections of the vocabulary's `names`; things of other names are left out.
+    SensorError when it is not of that form."""
+    try:
+        boxes = np.array(message["boxes"], np.float32).reshape(-1, 4)
+        scores = np.array(message["scores"], np.float32)
+        index = {name: i for i, name in enumerate(names)}
+        labels = np.array([index.get(str(name), -1) for name in message["names"]], np.int32)
+        room = message.get("room")
+    except (KeyError, TypeError, ValueError) as error:
+        raise SensorError(f"detections: {error!r}: send boxes, names, scores and room") from error
+    if not (len(boxes) == len(scores) == len(labels)):
+        raise SensorError("detections: boxes, names and scores must be equally many")
+    known = labels >= 0
+    none = np.zeros((int(known.sum()), 0), np.float32)
+    return Detections(
+        boxes[known], scores[known], labels[known], none, _rooms(room, tuple(room_names))
+    )
+
+
+def _rooms(room: object, names: tuple[str, ...]) -> np.ndarray[Any, np.dtype[np.float32]]:
+    if room not in names:
+        return np.zeros(0, np.float32)
+    p = np.full(len(names), (1 - ROOM_SURE) / max(1, len(names) - 1), np.float32)
+    p[names.index(str(room))] = ROOM_SURE
+    return p
