@@ -233,8 +233,8 @@ def _approach_target(
     if stands[row, col]:
         turn = _turn(world, instance.xy, cfg)
         if turn is not None:
-            course = Toward(instance.xy)
-            return Command(turn, "face", instance.xy, f"face {what}", course=course)
+            facing = Toward(instance.xy)
+            return Command(turn, "face", instance.xy, f"face {what}", course=facing)
         if believed:
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         target.reject(instance, cfg.target)
@@ -260,8 +260,8 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
         if aim.distance_m <= cfg.explore.arrived_m:
             turn = _turn(world, aim.centre_xy, cfg)
             if turn is not None and not _stalled(world, ("frontier", aim.id), None, cfg):
-                course = Toward(aim.centre_xy)
-                return Command(turn, "frontier", aim.goal_xy, f"face {label}", course=course)
+                facing = Toward(aim.centre_xy)
+                return Command(turn, "frontier", aim.goal_xy, f"face {label}", course=facing)
             world.give_up(aim.cells_xy, cfg.explore.seen_range_m)
             with_frontiers(world, cfg)
             continue
@@ -293,9 +293,7 @@ def _turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action 
         if rate is None:
             return None
         return Action.TURN_LEFT if rate > 0 else Action.TURN_RIGHT
-    return control.face(
-        world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control
-    )
+    return control.face(world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control)
 
 
 def _finish(world: World, cfg: NavigateConfig) -> Command:
@@ -308,9 +306,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         world.given_up[:] = False
         with_frontiers(world, cfg)
         again = "retry frontiers given up before"
-        return Command(
-            Action.TURN_LEFT, "look", None, again, course=Spin(cfg.control.look_radps)
-        )
+        return Command(Action.TURN_LEFT, "look", None, again, course=Spin(cfg.control.look_radps))
     return Command(Action.STOP, "stop", None, f"no {world.goal} found and nothing left to explore")
 
 
