@@ -221,10 +221,13 @@ class Lockstep:
             "collisions": world.collisions,
             "rung": self._mind.rung(),
         }
+        twist = command.twist if search.config.navigate.control.mode == "velocity" else None
+        if twist is not None:
+            state |= {"v_mps": round(twist.v_mps, 4), "w_radps": round(twist.w_radps, 4)}
         pose = [round(v, 4) for v in (obs.pose.x_m, obs.pose.y_m, obs.pose.yaw_rad)]
         search.journal.write("step", pose=pose, **state)
         self._bus.publish_state({**state, "took_s": took_s, "seconds": search.seconds})
-        self._bus.publish_action(obs.stamp_ns, command.action)
+        self._bus.publish_action(obs.stamp_ns, command.action, twist)
 
 
 def _text(body: Mapping[str, Any], key: str) -> str:

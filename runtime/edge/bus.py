@@ -12,7 +12,7 @@ from typing import Any, Final, Self
 
 import zenoh
 
-from runtime.core.types import Action, Intrinsics, Observation, Pose
+from runtime.core.types import Action, Intrinsics, Observation, Pose, Twist
 from runtime.edge import wire
 from runtime.edge.clock import Clock, Deadline
 from runtime.edge.journal import plain
@@ -163,9 +163,13 @@ class Bus:
 
     # -- out -----------------------------------------------------------------------------------
 
-    def publish_action(self, stamp_ns: int, action: Action) -> None:
-        """The answer to the observation of that stamp."""
-        payload = wire.encode_json({"stamp_ns": stamp_ns, "action": action.value})
+    def publish_action(self, stamp_ns: int, action: Action, twist: Twist | None = None) -> None:
+        """The answer to the observation of that stamp; with a velocity, it is what is driven until
+        the next, unless the action is stop."""
+        answer: dict[str, object] = {"stamp_ns": stamp_ns, "action": action.value}
+        if twist is not None:
+            answer |= {"v_mps": twist.v_mps, "w_radps": twist.w_radps}
+        payload = wire.encode_json(answer)
         self._answer = (stamp_ns, payload)
         self._put("action", payload)
 

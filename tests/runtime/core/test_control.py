@@ -218,7 +218,7 @@ class Silent:
 def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
     there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
     there.things = {"toilet": (7.4, 2.2, 0.3)}
-    world, commands = drive(there, "toilet", 600, Silent())
+    _, commands = drive(there, "toilet", 600, Silent())
     assert commands[-1].mode == "stop"
     assert commands[-1].reason.startswith("found")
     assert commands[-1].twist == STILL
