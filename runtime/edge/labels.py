@@ -11,6 +11,8 @@ from runtime.errors import SensorError
 
 ROOM_SURE = 0.9  # share of the room's name that was told; the rest is spread over the others
 
+FARTHEST_PX = 1e6
+
 
 def read_labels(
     message: Mapping[str, Any], names: Sequence[str], room_names: Sequence[str]
@@ -18,8 +20,8 @@ def read_labels(
     """A message -> detections of the vocabulary's `names`; things of other names are left out.
     SensorError when it is not of that form."""
     try:
-        boxes = np.array(message["boxes"], np.float32).reshape(-1, 4)
-        scores = np.array(message["scores"], np.float32)
+        boxes = np.array(message["boxes"], np.float64).reshape(-1, 4)
+        scores = np.array(message["scores"], np.float64).reshape(-1)
         index = {name: i for i, name in enumerate(names)}
         labels = np.array([index.get(str(name), -1) for name in message["names"]], np.int32)
         room = message.get("room")
@@ -27,10 +29,16 @@ def read_labels(
         raise SensorError(f"detections: {error!r}: send boxes, names, scores and room") from error
     if not (len(boxes) == len(scores) == len(labels)):
         raise SensorError("detections: boxes, names and scores must be equally many")
+    if not ((np.abs(boxes) < FARTHEST_PX).all() and ((scores >= 0) & (scores <= 1)).all()):
+        raise SensorError("detections: boxes must be in pixels and scores in 0..1")
     known = labels >= 0
     none = np.zeros((int(known.sum()), 0), np.float32)
     return Detections(
-        boxes[known], scores[known], labels[known], none, _rooms(room, tuple(room_names))
+        boxes[known].astype(np.float32),
+        scores[known].astype(np.float32),
+        labels[known],
+        none,
+        _rooms(room, tuple(room_names)),
     )
 
 

@@ -262,3 +262,29 @@ def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tm
     assert isinstance(ended[0], SensorError)
     assert "160x120" in str(ended[0])
     assert "320x240" in str(ended[0])
+
+
+def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
+    there = home()
+    with running(FakeMind(there, r2f=farthest)) as (peer, ended):
+        refused = peer.ask(
+            "goal", {"goal": "toilet", "log_dir": str(tmp_path), "settings": ["consensus.mod=1"]}
+        )
+        assert "consensus.mod" in refused["error"]
+        assert peer.ask(
+            "goal",
+            {
+                "goal": "toilet",
+                "log_dir": str(tmp_path),
+                "settings": ["consensus.mode=lenient", "explore.first_looks=2"],
+            },
+        )["accepted"]
+        for _ in range(4):
+            there.apply(Action(peer.show(there)))
+        peer.ask("cancel", {})
+    assert not ended
+    decision = next(
+        line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
+    )
+    assert decision["step"] == 2
+    assert decision["rule"] == "lone"
