@@ -1,0 +1,253 @@
+"""RoboTHOR's apartments as scenes: the same layout, other meshes (README.md says what is real)."""
+
+import hashlib
+import json
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from hil_sim.furnish import Mesh, furniture, hex_colour
+from hil_sim.robothor.facing import TABLES, faced
+from hil_sim.robothor.footprints import LEAST_M, Footprint, footprint
+from hil_sim.robothor.metadata import MetadataError, Thing, apartment
+from hil_sim.robothor.regions import Rectangle, Segment, regions, room_type
+from hil_sim.scene import CATEGORIES, Room, Scene, SceneObject, Wall, contains
+
+OUTER: Rectangle = (1.01, -4.9, 9.79, -1.01)
+"""The apartment between its walls' inner faces: x0, y0, x1, y1."""
+WALL_HEIGHT_M = 2.44
+OUTER_M, INNER_M = 0.12, 0.05
+"""Thickness of walls; furniture stands 6 cm apart on both sides of inner ones."""
+WALLS_FILE = Path(__file__).parent / "walls.json"
+CATEGORY: dict[str, tuple[str, ...]] = {
+    "AlarmClock": ("alarm clock",),
+    "Apple": ("apple",),
+    "ArmChair": ("armchair",),
+    "BaseballBat": ("baseball bat",),
+    "BasketBall": ("basketball",),
+    "Bed": ("bed",),
+    "Book": ("book",),
+    "Bottle": ("bottle",),
+    "Bowl": ("bowl",),
+    "Box": ("box",),
+    "ButterKnife": ("butter knife", "knife"),
+    "CD": ("cd",),
+    "Candle": ("candle",),
+    "CellPhone": ("cell phone",),
+    "Chair": ("chair",),
+    "CoffeeTable": ("coffee table",),
+    "Cup": ("cup",),
+    "Desk": ("desk",),
+    "DeskLamp": ("lamp",),
+    "DiningTable": ("table",),
+    "Dresser": ("dresser",),
+    "FloorLamp": ("floor lamp", "lamp"),
+    "Fork": ("fork",),
+    "GarbageCan": ("trash can",),
+    "HousePlant": ("plant",),
+    "Laptop": ("laptop",),
+    "Mug": ("mug",),
+    "Newspaper": ("newspaper",),
+    "Painting": ("picture",),
+    "Pen": ("pen",),
+    "Pencil": ("pencil",),
+    "PepperShaker": ("pepper shaker",),
+    "Pillow": ("pillow",),
+    "Plate": ("plate",),
+    "Pot": ("pot",),
+    "RemoteControl": ("remote control",),
+    "SaltShaker": ("salt shaker",),
+    "ShelvingUnit": ("shelving unit", "bookcase"),
+    "SideTable": ("side table", "nightstand"),
+    "Sofa": ("sofa",),
+    "SprayBottle": ("spray bottle",),
+    "Statue": ("statue",),
+    "TVStand": ("tv stand", "cabinet"),
+    "TeddyBear": ("teddy bear",),
+    "Television": ("television",),
+    "TennisRacket": ("tennis racket",),
+    "Vase": ("vase",),
+    "Watch": ("watch",),
+}
+"""Our category of each AI2-THOR type: the first that has meshes here, else `other`."""
+GOALS = {
+    kind: CATEGORY[kind][0]
+    for kind in (
+        "AlarmClock", "Apple", "BaseballBat", "BasketBall", "Bowl", "GarbageCan", "HousePlant",
+        "Laptop", "Mug", "SprayBottle", "Television", "Vase",
+    )
+}  # fmt: skip
+PARTS = ("Drawer", "Shelf", "Floor")
+"""Types that are parts of furniture or of the apartment."""
+FRONTED = (
+    "AlarmClock", "ArmChair", "Bed", "Chair", "Desk", "Dresser", "Laptop", "Painting",
+    "ShelvingUnit", "Sofa", "TVStand", "Television",
+)  # fmt: skip
+"""Types whose front matters; the others are turned to fit a mesh's longer side."""
+TINTED = ("armchair", "bed", "book", "box", "chair", "cup", "mug", "pillow", "sofa", "vase")
+SIMILAR = 1.35
+"""Meshes whose proportions fit the box up to this factor beyond the best are as good."""
+FLOORS = ("#b58a5b", "#8a5f3c", "#caa472", "#a77b52", "#bfc3c4", "#9aa0a3", "#c9b9a3")
+WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#e8e8e6", "#d9dfe2", "#dfe6da")
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Interior walls of a layout, and where they come from."""
+
+    walls: tuple[Segment, ...]
+    source: str
+
+
+def robothor_scene(name: str) -> Scene:
+    """The replica of a RoboTHOR scene, e.g. FloorPlan_Val1_1; MetadataError if there is none."""
+    things = [thing for thing in apartment(name) if thing.type not in PARTS]
+    inner = layouts()[layout_of(name)].walls
+    walls = (*_outer_walls(), *(Wall(start, end, INNER_M) for start, end in inner))
+    boxes = {thing.id: _inside(_upright(thing)) for thing in things}
+    tables = [boxes[thing.id] for thing in things if thing.type in TABLES]
+    objects = []
+    for thing in things:
+        box = faced(thing, boxes[thing.id], _facing_walls(inner), tables)
+        objects.append(_object(name, thing, box))
+    return Scene(
+        name=name,
+        walls=walls,
+        doors=(),
+        rooms=_rooms(name, inner, [(thing.type, boxes[thing.id]) for thing in things]),
+        objects=_numbered(objects),
+        wall_height_m=WALL_HEIGHT_M,
+    )
+
+
+def layout_of(name: str) -> str:
+    """Train1 for FloorPlan_Train1_4: five scenes share their walls."""
+    return name.split("_")[1]
+
+
+@cache
+def layouts() -> dict[str, Layout]:
+    """Interior walls by layout (Train1 ... Val3), from walls.json beside this file."""
+    try:
+        rows: dict[str, Any] = json.loads(WALLS_FILE.read_text(encoding="utf-8"))["layouts"]
+    except (OSError, ValueError, KeyError) as error:
+        raise MetadataError(f"{WALLS_FILE}: cannot be read: {error}") from None
+    return {
+        name: Layout(tuple(((a, b), (c, d)) for (a, b), (c, d) in row["walls"]), row["source"])
+        for name, row in rows.items()
+    }
+
+
+def _outer_walls() -> tuple[Wall, ...]:
+    x0, y0, x1, y1 = OUTER
+    h = OUTER_M / 2
+    corners = [(x0 - h, y0 - h), (x1 + h, y0 - h), (x1 + h, y1 + h), (x0 - h, y1 + h)]
+    ends = zip(corners, corners[1:] + corners[:1], strict=True)
+    return tuple(Wall(start, end, OUTER_M, "outer") for start, end in ends)
+
+
+def _facing_walls(inner: Sequence[Segment]) -> list[Wall]:
+    """Walls by their faces' planes, near enough for telling which is near."""
+    x0, y0, x1, y1 = OUTER
+    edge = [((x0, y0), (x1, y0)), ((x1, y0), (x1, y1)), ((x1, y1), (x0, y1)), ((x0, y1), (x0, y0))]
+    return [Wall(start, end) for start, end in (*edge, *inner)]
+
+
+def _upright(thing: Thing) -> Footprint:
+    """The object's box, standing on the floor where it would be sunk into it."""
+    box = footprint(thing)
+    if box.z >= 0:
+        return box
+    return Footprint(
+        box.x, box.y, box.width, box.depth, box.yaw_rad, 0.0, max(box.height + box.z, LEAST_M)
+    )
+
+
+def _inside(box: Footprint) -> Footprint:
+    """The box moved by what it reaches beyond the outer walls."""
+    x0, y0, x1, y1 = OUTER
+    half_x, half_y = box.half_along(0.0), box.half_along(math.pi / 2)
+    x = min(max(box.x, x0 + half_x), x1 - half_x)
+    y = min(max(box.y, y0 + half_y), y1 - half_y)
+    return Footprint(x, y, box.width, box.depth, box.yaw_rad, box.z, box.height)
+
+
+def _object(scene: str, thing: Thing, box: Footprint) -> SceneObject:
+    rng = random.Random(hashlib.sha256(f"{scene}/{thing.id}".encode()).hexdigest())
+    category = next(
+        (c for c in CATEGORY.get(thing.type, ()) if c in CATEGORIES and furniture().get(c)), "other"
+    )
+    if category == "other":
+        mesh, turn = "builtin:box", 0
+    else:
+        held_out = scene.startswith("FloorPlan_Val")
+        pool = [m for m in furniture()[category] if held_out or m.split == "train"]
+        mesh, turn = _fitting(rng, pool, box, thing.type in FRONTED)
+    size = (box.depth, box.width) if turn else (box.width, box.depth)
+    return SceneObject(
+        id=thing.type,
+        category=category,
+        mesh=mesh,
+        position_m=(round(box.x, 3), round(box.y, 3), round(max(box.z, 0.0), 3)),
+        yaw_rad=round(math.remainder(box.yaw_rad + turn * math.pi / 2, 2 * math.pi), 4),
+        size_m=(round(size[0], 3), round(size[1], 3), round(box.height, 3)),
+        tint=_tint(rng, category),
+    )
+
+
+def _fitting(
+    rng: random.Random, meshes: Sequence[Mesh], box: Footprint, fronted: bool
+) -> tuple[str, int]:
+    """A mesh whose proportions are the box's, or nearly, and the quarter turn that fits it."""
+    turns = (0,) if fronted else (0, 1)
+    rated = []
+    for mesh in meshes:
+        stretch = [_stretch(mesh, box, turn) for turn in turns]
+        rated.append((min(stretch), mesh.id, stretch.index(min(stretch))))
+    limit = min(rated)[0] * SIMILAR
+    good = sorted((id, turn) for stretch, id, turn in rated if stretch <= limit)
+    return rng.choice(good)
+
+
+def _stretch(mesh: Mesh, box: Footprint, turn: int) -> float:
+    """How unevenly the box stretches the mesh: the largest over the smallest factor, from 1."""
+    width, depth = (box.depth, box.width) if turn else (box.width, box.depth)
+    wanted = (width, depth, box.height)
+    factors = [a / max(b, 1e-3) for a, b in zip(wanted, mesh.size_m, strict=True)]
+    return max(factors) / min(factors)
+
+
+def _tint(rng: random.Random, category: str) -> str | None:
+    strong = rng.random()
+    hue, saturation, value = rng.random(), rng.uniform(0.1, 0.6), rng.uniform(0.65, 1.0)
+    if category == "other" or (category in TINTED and strong < 0.5):
+        return hex_colour(hue, saturation, value)
+    return None
+
+
+def _numbered(objects: Sequence[SceneObject]) -> tuple[SceneObject, ...]:
+    """Ids by type and count, in the metadata's order: armchair-1, armchair-2."""
+    count: dict[str, int] = {}
+    named = []
+    for obj in objects:
+        count[obj.id] = count.get(obj.id, 0) + 1
+        named.append(SceneObject(**{**vars(obj), "id": f"{obj.id.lower()}-{count[obj.id]}"}))
+    return tuple(named)
+
+
+def _rooms(
+    scene: str, inner: Sequence[Segment], things: Sequence[tuple[str, Footprint]]
+) -> tuple[Room, ...]:
+    rng = random.Random(f"rooms/{scene}")
+    floor, rooms, count = rng.choice(FLOORS), list[Room](), dict[str, int]()
+    for polygon in regions(OUTER, inner):
+        here = [(name, box) for name, box in things if contains(polygon, box.x, box.y)]
+        kind = room_type(here)
+        count[kind] = count.get(kind, 0) + 1
+        name = kind if count[kind] == 1 else f"{kind} {count[kind]}"
+        rooms.append(Room(name, kind, polygon, floor, rng.choice(WALL_COLOURS)))
+    return tuple(rooms)
