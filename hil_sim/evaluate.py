@@ -2,131 +2,108 @@
 
 import hashlib
 import json
-import multiprocessing
-import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
-from multiprocessing import connection
-from multiprocessing.context import SpawnProcess
 from pathlib import Path
 from typing import Any
 
 import click
 from tqdm import tqdm
 
-from hil_sim.episodes import Episode, load_suite
-from hil_sim.link import METHODS, HarnessError, method_settings
+from hil_sim.episode_run import EpisodeResult
+from hil_sim.episodes import Episode, load_suite, save_suite
+from hil_sim.link import HarnessError
+from hil_sim.methods import METHODS, method_named
 from hil_sim.metrics import Summary, summarise, table
+from hil_sim.pool import Work, local
 from hil_sim.protocol import protocol_named
-from hil_sim.results import Results, errors, stages
-from hil_sim.worker import Failure, Job, Message, Note, Settings, work
+from hil_sim.results import SUITE_FILE, Results, errors, stages
+from hil_sim.worker import Failure, Job, Message, Note, Settings, Task, work
 from runtime.edge.journal import plain
 from runtime.errors import RfNavError
 
 RUN_FILE = "run.json"
-Work = Callable[[Job, Settings, connection.Connection], None]
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What is measured."""
+    """What is measured: the first `limit` episodes of a suite (0: all). `ray`: a cluster's
+    address; "" for processes of this machine."""
 
     suite: str
-    episodes: tuple[Episode, ...]
+    all_episodes: tuple[Episode, ...]
     methods: tuple[str, ...]
     workers: int
     settings: Settings
+    ray: str = ""
+    limit: int = 0
+
+    @property
+    def episodes(self) -> tuple[Episode, ...]:
+        """Those to drive."""
+        return self.all_episodes[: self.limit or None]
 
 
 def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
-    """Drive what is not finished; True unless interrupted. A worker's failure is raised after
-    the others' finished episodes have been kept."""
+    """Drive what is not finished; True unless interrupted. What goes wrong in a worker is raised
+    when the others are done, at once when nothing has been finished before."""
     jobs = plan(evaluation, results)
     total = len(evaluation.methods) * len(evaluation.episodes)
-    todo = sum(len(job.episodes) for job in jobs)
+    todo = sum(job.size for job in jobs)
+    failures: list[str] = []
+    begun = False
     with (
         tqdm(total=total, initial=total - todo, unit="episode", disable=None) as bar,
-        _pool(evaluation, jobs, target) as messages,
+        _workers(evaluation, jobs, target) as messages,
     ):
         try:
             for message in messages:
+                if isinstance(message, Failure):
+                    failures.append(message.text)
+                    if not begun:
+                        break
+                begun = begun or isinstance(message, EpisodeResult)
                 _take(message, results, bar)
         except KeyboardInterrupt:
             return False
+    results.settle(evaluation.all_episodes)
+    if failures:
+        more = f" (and {len(failures) - 1} more)" if len(failures) > 1 else ""
+        raise HarnessError(failures[0] + more)
     return True
 
 
 def plan(evaluation: Evaluation, results: Results) -> list[Job]:
-    """Unfinished episodes by method and scene; split further when workers would idle."""
-    groups: dict[tuple[str, str], list[Episode]] = {}
-    for method in evaluation.methods:
-        for episode in evaluation.episodes:
-            if not results.finished(method, episode):
-                groups.setdefault((method, episode.scene), []).append(episode)
-    parts = -(-evaluation.workers // max(1, len(groups)))
+    """Unfinished episodes by scene, in the suite's order; split further when workers would
+    idle."""
+    scenes: dict[str, list[Task]] = {}
+    for episode in evaluation.episodes:
+        left = tuple(m for m in evaluation.methods if not results.finished(m, episode))
+        if left:
+            scenes.setdefault(episode.scene, []).append(Task(episode, left))
+    parts = -(-evaluation.workers // max(1, len(scenes)))
     return [
-        Job(method, scene, tuple(episodes[part::parts]))
-        for (method, scene), episodes in groups.items()
-        for part in range(min(parts, len(episodes)))
+        Job(scene, tuple(tasks[part::parts]))
+        for scene, tasks in scenes.items()
+        for part in range(min(parts, len(tasks)))
     ]
 
 
-@contextmanager
-def _pool(evaluation: Evaluation, jobs: list[Job], target: Work) -> Iterator[Iterator[Message]]:
-    """Messages of at most `workers` processes; all have ended when the block is left."""
-    spawn = multiprocessing.get_context("spawn")
-    running: dict[connection.Connection, tuple[SpawnProcess, Job]] = {}
-    waiting = list(jobs)
+def _workers(
+    evaluation: Evaluation, jobs: list[Job], target: Work
+) -> AbstractContextManager[Iterator[Message]]:
+    if evaluation.ray:
+        from hil_sim.cluster import remote  # Ray is an extra
 
-    def start(job: Job) -> None:
-        ours, theirs = spawn.Pipe(duplex=False)
-        process = spawn.Process(target=target, args=(job, evaluation.settings, theirs))
-        # Ctrl-C reaches every process of the terminal; children inherit the block, so that only
-        # the parent acts on it.
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-        try:
-            process.start()
-        finally:
-            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
-        theirs.close()
-        running[ours] = (process, job)
-
-    def messages() -> Iterator[Message]:
-        while waiting or running:
-            while waiting and len(running) < evaluation.workers:
-                start(waiting.pop(0))
-            for ready in connection.wait(list(running)):
-                assert isinstance(ready, connection.Connection)
-                try:
-                    yield ready.recv()
-                except EOFError:
-                    process, job = running.pop(ready)
-                    process.join()
-                    if process.exitcode:
-                        yield Failure(
-                            f"the worker for {job.scene} ({job.method}) ended with status "
-                            f"{process.exitcode}; run again to go on"
-                        )
-
-    try:
-        yield messages()
-    finally:
-        for process, _ in running.values():
-            process.terminate()
-        for process, _ in running.values():
-            process.join(5.0)
-            if process.is_alive():
-                process.kill()
-                process.join()
+        return remote(jobs, evaluation.settings, evaluation.ray)
+    return local(jobs, evaluation.settings, evaluation.workers, target)
 
 
 def _take(message: Message, results: Results, bar: Any) -> None:
-    if isinstance(message, Failure):
-        raise HarnessError(message.text)
-    if isinstance(message, Note):
+    if isinstance(message, Note | Failure):
         _say(bar, message.text)
         return
     results.add(message)
@@ -181,7 +158,7 @@ def claim(evaluation: Evaluation) -> None:
     config = settings.config.read_text(encoding="utf-8") if settings.config else ""
     mine = {
         "suite": evaluation.suite,
-        "episodes": _digest(json.dumps([asdict(e) for e in evaluation.episodes])),
+        "episodes": _digest(json.dumps([asdict(e) for e in evaluation.all_episodes])),
         "protocol": settings.protocol,
         "config": _digest(config),
         "settings": list(settings.settings),
@@ -197,6 +174,7 @@ def claim(evaluation: Evaluation) -> None:
                     f"{settings.out}: holds results of another {different[0]}; choose another --out"
                 )
         path.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
+        save_suite(evaluation.all_episodes, settings.out / SUITE_FILE)
     except OSError as error:
         raise HarnessError(f"{settings.out}: cannot be written ({error.strerror})") from error
 
@@ -245,7 +223,7 @@ def eval_command(
     Finished episodes are kept in OUT: after Ctrl-C the same command goes on where it was.
     """
     for method in methods:
-        method_settings(method)
+        method_named(method)
     protocol_named(protocol)
     if config is not None and not config.is_file():
         raise RfNavError(f"{config}: no such configuration file")

@@ -1,14 +1,18 @@
 """Finished episodes on disk: nothing that was finished is ever lost."""
 
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
+from hil_sim.methods import METHODS
 
-RESULTS_FILE = "episodes.jsonl"
+RESULTS_FILE, SUITE_FILE = "episodes.jsonl", "suite.json"
+FRAMES = ("rendered", "recalled")
+"""Counts that stand among the wall times, since they depend on what ran together."""
 
 
 class Results:
@@ -35,6 +39,21 @@ class Results:
         result = self.by_key.get((method, episode.id))
         return result is not None and not result.ended.startswith("error")
 
+    def settle(self, episodes: Sequence[Episode]) -> None:
+        """Bring the file into one order, by episode and method, each result once: it no longer
+        tells which worker was first."""
+        place = {episode.id: number for number, episode in enumerate(episodes)}
+        rank = {name: number for number, name in enumerate(METHODS)}
+        keys = sorted(
+            self.by_key, key=lambda k: (place.get(k[1], len(place)), rank.get(k[0], len(rank)), k)
+        )
+        if not keys:
+            return
+        draft = self._path.with_suffix(".part")
+        lines = (json.dumps(asdict(self.by_key[key])) + "\n" for key in keys)
+        draft.write_text("".join(lines), encoding="utf-8")
+        os.replace(draft, self._path)
+
     def of(self, method: str, episodes: Sequence[Episode]) -> list[EpisodeResult]:
         """A method's results, in the suite's order."""
         keys = ((method, episode.id) for episode in episodes)
@@ -54,11 +73,18 @@ def errors(results: Sequence[EpisodeResult]) -> int:
 
 
 def stages(results: Sequence[EpisodeResult]) -> str:
-    """Mean wall seconds an episode by stage, as one line."""
+    """Mean wall seconds an episode by stage and how many frames were rendered, as one line."""
     if not results:
         return "no episodes"
-    names = list(dict.fromkeys(name for result in results for name in result.wall))
-    means = {n: sum(r.wall.get(n, 0.0) for r in results) / len(results) for n in names}
+    means = mean_wall(results)
     total = means.pop("total", 0.0)
+    rendered, recalled = (means.pop(name, 0.0) for name in FRAMES)
     parts = ", ".join(f"{name.removeprefix('runtime.')} {s:.1f}" for name, s in means.items())
-    return f"{total:.1f} s an episode: {parts}"
+    frames = f"{rendered:.0f} frames rendered, {recalled:.0f} recalled"
+    return f"{total:.1f} s an episode: {parts}; {frames}"
+
+
+def mean_wall(results: Sequence[EpisodeResult]) -> dict[str, float]:
+    """Mean of each wall figure over the episodes; one that an episode lacks is 0 there."""
+    names = list(dict.fromkeys(name for result in results for name in result.wall))
+    return {n: sum(r.wall.get(n, 0.0) for r in results) / len(results) for n in names}

@@ -73,6 +73,11 @@ class Truth:
         """(N, 2) success cells of a goal, by rendering; nothing is read from or kept in a file."""
         return success_cells(self.space, goal, self._footprints(), self._look)
 
+    def boxes(self, goal: str) -> dict[int, Points]:
+        """The goal's instances by their index in the scene: footprints (4, 2), m."""
+        scene = self._world.scene
+        return {i: self._box(scene, scene.objects[i]).corners() for i in instances(scene, goal)}
+
     def sees(self, goal: str) -> Sees:
         """Whether a pose has the goal in view, for choosing where episodes start."""
         wanted = instances(self._world.scene, goal)

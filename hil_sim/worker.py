@@ -1,10 +1,13 @@
-"""A process that drives episodes of one scene with one method, and tells its parent of each.
+"""A process that drives episodes of one scene with every method, and tells its parent of each.
 
-One scene a process: PyBullet's EGL renderer cannot draw a second one.
+One scene a process: PyBullet's EGL renderer cannot draw a second one. One runtime serves all
+methods; of one episode they share the frames that more than one of them looks at.
 """
 
+import math
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -12,19 +15,26 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.assets import Assets
-from hil_sim.episode_run import EpisodeResult, Home, run_episode
+from hil_sim.episode_run import EpisodeResult, Home, View, run_episode
 from hil_sim.episodes import Episode, check_start
-from hil_sim.link import HarnessError, Runtime, method_settings
+from hil_sim.homes import open_scene
+from hil_sim.link import HarnessError, Runtime
+from hil_sim.memo import FrameMemo
+from hil_sim.methods import Method, method_named
 from hil_sim.metrics import spl
+from hil_sim.oracle import ShortestPath
 from hil_sim.protocol import Protocol, protocol_named
 from hil_sim.quiet import hushed, keep_stdout_for_python
-from hil_sim.scene import Scene, load_scene
+from hil_sim.scene import Scene
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.truth import Truth
-    from hil_sim.world import World
+    from hil_sim.world import Camera, Frame, World
+
+LABELS_PX = (320, 240)
+"""Frame size of methods that get true labels: their colours are never looked at."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +49,29 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Job:
-    """Episodes of one scene for one method."""
+class Task:
+    """One episode and the methods that have not driven it yet."""
 
-    method: str
+    episode: Episode
+    methods: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Episodes of one scene."""
+
     scene: str
-    episodes: tuple[Episode, ...]
+    tasks: tuple[Task, ...]
+
+    @property
+    def name(self) -> str:
+        """For a log file: each episode begins in one job."""
+        return self.tasks[0].episode.id.replace("/", "_")
+
+    @property
+    def size(self) -> int:
+        """How many results it will have."""
+        return sum(len(task.methods) for task in self.tasks)
 
 
 @dataclass(frozen=True)
@@ -62,6 +89,7 @@ class Failure:
 
 
 Message = Note | Failure | EpisodeResult
+Send = Callable[[Message], None]
 
 
 def work(job: Job, settings: Settings, parent: Connection) -> None:
@@ -69,7 +97,7 @@ def work(job: Job, settings: Settings, parent: Connection) -> None:
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     keep_stdout_for_python()
     try:
-        _drive(job, settings, parent)
+        drive(job, settings, parent.send)
     except RfNavError as error:
         parent.send(Failure(str(error)))
     finally:
@@ -84,40 +112,122 @@ def open_world(scene: Scene, assets: Assets, renderer: str) -> "World":
         return World(scene, assets, renderer)
 
 
-def home_of(world: "World", truth: "Truth", protocol: Protocol, goal: str) -> Home:
-    """A world, seen through the protocol's camera, and the truth about one goal."""
+def camera_of(protocol: Protocol) -> "Camera":
+    """The protocol's camera."""
     from hil_sim.world import Camera
 
-    camera = Camera(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
+    return Camera(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
+
+
+def home_of(
+    world: "World",
+    truth: "Truth",
+    protocol: Protocol,
+    goal: str,
+    look: "Callable[[Pose], Frame] | None" = None,
+) -> Home:
+    """A world, seen through the protocol's camera, and the truth about one goal."""
+    camera, boxes = camera_of(protocol), truth.boxes(goal)
     return Home(
         ground=world,
-        look=lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera),
+        look=look or (lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera)),
         distance_m=lambda pose: truth.distance_m(goal, pose),
+        scene=world.scene,
+        wanted=tuple(boxes),
+        goal_boxes=tuple(boxes.values()),
     )
 
 
-def _drive(job: Job, settings: Settings, parent: Connection) -> None:
-    protocol = protocol_named(settings.protocol)
+def drive(job: Job, settings: Settings, send: Send) -> None:
+    """Every task of a job, one message for each that is done."""
     assets = Assets()
+    methods = {name for task in job.tasks for name in task.methods}
     with ExitStack() as stack:
-        runtime = stack.enter_context(_Standby(job, settings))
-        world = stack.enter_context(open_world(load_scene(job.scene), assets, settings.renderer))
-        runtime.ready()  # what it cannot do is said before slow work begins
+        standby = stack.enter_context(_Standby(job, settings))
+        needed = any(method_named(name).driver == "runtime" for name in methods)
+        if needed:
+            standby.spawn()  # it loads while the scene does
+        world = stack.enter_context(open_world(open_scene(job.scene), assets, settings.renderer))
+        if needed:
+            standby.ready()  # what it cannot do is said before slow work begins
         from hil_sim.truth import Truth
 
-        truth = Truth(world, assets, lambda text: parent.send(Note(text)))
-        for episode in job.episodes:
-            check_start(episode, truth.space)
-            home = home_of(world, truth, protocol, episode.goal)
-            home.distance_m(_start(episode))  # what is slow happens before the clock runs
-            log_dir = settings.out / job.method / episode.id
-            try:
-                result = run_episode(episode, home, runtime.ready(), protocol, job.method, log_dir)
-            except HarnessError as error:  # the goal was refused
-                result = refused(episode, protocol, job.method, str(error), home)
-            if result.ended.startswith("error"):
-                runtime.restart()
-            parent.send(result)
+        truth = Truth(world, assets, lambda text: send(Note(text)))
+        rig = _Rig(world, truth, standby, settings)
+        for task in job.tasks:
+            check_start(task.episode, truth.space)
+            rig.memo.clear()
+            for method in task.methods:
+                send(rig.run(task.episode, method))
+
+
+class _Rig:
+    """One scene with a robot in it, for one method's episode after another."""
+
+    def __init__(
+        self, world: "World", truth: "Truth", standby: "_Standby", settings: Settings
+    ) -> None:
+        self._world, self._truth, self._standby = world, truth, standby
+        self._settings = settings
+        self.memo = FrameMemo(world.render)
+
+    def run(self, episode: Episode, name: str) -> EpisodeResult:
+        """Drive one episode; what goes wrong with the runtime is in the result."""
+        method = method_named(name)
+        protocol = protocol_for(self._settings.protocol, method)
+        camera = camera_of(protocol)
+        home = home_of(
+            self._world, self._truth, protocol, episode.goal,
+            lambda pose: self.memo.look(pose, camera),
+        )  # fmt: skip
+        home.distance_m(_start(episode))  # what is slow happens before the clock runs
+        self.memo.reset()
+        try:
+            result = self._episode(episode, name, method, home, protocol)
+        except HarnessError as error:  # the goal was refused
+            result = refused(episode, protocol, name, str(error), home)
+        if result.ended.startswith("error"):
+            self._standby.close()
+        frames = {"rendered": self.memo.rendered, "recalled": self.memo.recalled}
+        return replace(result, wall={**result.wall, **frames})
+
+    def _episode(
+        self, episode: Episode, name: str, method: Method, home: Home, protocol: Protocol
+    ) -> EpisodeResult:
+        log_dir = self._settings.out / name / episode.id
+        if method.driver == "shortest":
+            shortest, home = _shortest(self._truth, home, episode, protocol)
+            return run_episode(episode, home, shortest, protocol, name, log_dir)
+        return run_episode(episode, home, self._standby.ready(), protocol, name, log_dir)
+
+
+def protocol_for(name: str, method: Method) -> Protocol:
+    """The protocol as a method sees it: those with true labels have smaller frames."""
+    protocol = protocol_named(name)
+    if method.labels:
+        width, height = LABELS_PX
+        protocol = replace(protocol, width=width, height=height)
+    return protocol
+
+
+def _shortest(
+    truth: "Truth", home: Home, episode: Episode, protocol: Protocol
+) -> tuple[ShortestPath, Home]:
+    """A driver that follows the shortest path, and a home that tells it where it is."""
+    here = [_start(episode)]
+
+    def look(pose: Pose) -> View:
+        here[0] = pose
+        return home.look(pose)
+
+    def aim(pose: Pose) -> float | None:
+        middles = [box.mean(axis=0) - (pose.x_m, pose.y_m) for box in home.goal_boxes]
+        x, y = min(middles, key=lambda d: float(d @ d))
+        return math.atan2(y, x)
+
+    cells = truth.success(episode.goal)
+    driver = ShortestPath(truth.space, cells, protocol, lambda: here[0], aim)
+    return driver, replace(home, look=look)
 
 
 def refused(
@@ -152,33 +262,36 @@ class _Standby:
     """A runtime that loads while the scene does, and comes back after it has failed."""
 
     def __init__(self, job: Job, settings: Settings) -> None:
-        name = f"runtime-{job.method}-{job.episodes[0].id}.log"
-        self._log = settings.out / "logs" / name
-        self._settings = (*settings.settings, *method_settings(job.method))
-        self._config = settings.config
-        self._runtime = self._spawn()
+        self._log = settings.out / "logs" / f"runtime-{job.name}.log"
+        self._settings, self._config = settings.settings, settings.config
+        self._runtime: Runtime | None = None
         self._entered = False
 
     def __enter__(self) -> "_Standby":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._runtime.close()
+        self.close()
+
+    def spawn(self) -> Runtime:
+        """Begin to load, if nothing is loaded."""
+        if self._runtime is None:
+            self._runtime = Runtime(self._log, self._config, self._settings)
+        return self._runtime
 
     def ready(self) -> Runtime:
-        """The runtime; HarnessError when it cannot start."""
+        """The runtime; RfNavError when it cannot start."""
+        runtime = self.spawn()
         if not self._entered:
             try:
-                self._runtime.__enter__()
+                runtime.__enter__()
             except HarnessError as error:
                 raise RfNavError(str(error)) from error
             self._entered = True
-        return self._runtime
+        return runtime
 
-    def restart(self) -> None:
-        self._runtime.close()
-        self._runtime = self._spawn()
-        self._entered = False
-
-    def _spawn(self) -> Runtime:
-        return Runtime(self._log, self._config, self._settings)
+    def close(self) -> None:
+        """End it, if it runs; the next `ready` starts another."""
+        if self._runtime is not None:
+            self._runtime.close()
+        self._runtime, self._entered = None, False

@@ -19,7 +19,7 @@ from hil_sim.evaluate import Evaluation, claim, plan, report, run, summaries
 from hil_sim.link import HarnessError
 from hil_sim.metrics import table
 from hil_sim.results import Results, stages
-from hil_sim.worker import Job, Settings
+from hil_sim.worker import Settings
 
 EPISODES = tuple(
     Episode(f"e{i}", "maple" if i < 4 else "cedar", Start(0, 0, 0), "bed", 4.0) for i in range(8)
@@ -40,10 +40,8 @@ def evaluation(out: Path, *settings: str, methods: tuple[str, ...] = ("rfnav",))
 def filled(worker: Any, out: Path, ended: str = "stop") -> Results:
     """Results without processes."""
     results = Results(out)
-    for scene in ("maple", "cedar"):
-        episodes = tuple(e for e in EPISODES if e.scene == scene)
-        for index in range(len(episodes)):
-            results.add(worker.result_of(Job("rfnav", scene, episodes), index, ended))
+    for episode in EPISODES:
+        results.add(worker.result_of("rfnav", episode, ended))
     return results
 
 
@@ -78,17 +76,17 @@ def test_figures_repeat_byte_for_byte_and_wall_times_stay_apart(
 def test_a_crashed_worker_is_an_error_and_what_was_finished_is_kept(
     worker: Any, tmp_path: Path
 ) -> None:
-    with pytest.raises(HarnessError, match=r"the worker for \w+ \(rfnav\) ended with status 3"):
+    with pytest.raises(
+        HarnessError, match=r"the worker for \w+ ended with status 3; .* \(and 1 more\)"
+    ):
         run(evaluation(tmp_path, "crash"), Results(tmp_path), worker.work)
     kept = Results(tmp_path)
-    assert 1 <= len(kept.by_key) <= 2
-    assert sum(len(job.episodes) for job in plan(evaluation(tmp_path), kept)) == 8 - len(
-        kept.by_key
-    )
+    assert set(kept.by_key) == {("rfnav", "e0"), ("rfnav", "e4")}
+    assert sum(job.size for job in plan(evaluation(tmp_path), kept)) == 6
 
 
 def test_a_workers_own_failure_is_passed_on(worker: Any, tmp_path: Path) -> None:
-    with pytest.raises(HarnessError, match=r"^furniture: none here; run `hil-sim assets pull`$"):
+    with pytest.raises(HarnessError, match=r"^furniture: none here; run `hil-sim assets pull` \("):
         run(evaluation(tmp_path, "fail"), Results(tmp_path), worker.work)
 
 
@@ -114,7 +112,7 @@ def test_ctrl_c_leaves_finished_work(worker: Any, tmp_path: Path) -> None:
 def test_episodes_that_ended_in_an_error_are_tried_again(worker: Any, tmp_path: Path) -> None:
     results = filled(worker, tmp_path, "error: late")
     assert report(evaluation(tmp_path), results, 0)["methods"]["rfnav"]["errors"] == 8
-    assert sum(len(job.episodes) for job in plan(evaluation(tmp_path), results)) == 8
+    assert sum(job.size for job in plan(evaluation(tmp_path), results)) == 8
     results = filled(worker, tmp_path)
     assert report(evaluation(tmp_path), results, 0)["methods"]["rfnav"]["errors"] == 0
     assert plan(evaluation(tmp_path), Results(tmp_path)) == []
@@ -129,15 +127,35 @@ def test_a_torn_last_line_is_cut_off(worker: Any, tmp_path: Path) -> None:
     assert path.read_text() == whole
 
 
-def test_jobs_are_of_one_scene_and_fill_the_workers(tmp_path: Path) -> None:
-    asked = evaluation(tmp_path)
+def test_jobs_are_of_one_scene_and_fill_the_workers(worker: Any, tmp_path: Path) -> None:
+    asked = evaluation(tmp_path, methods=("rfnav", "closest"))
     results = Results(tmp_path)
-    assert [(job.scene, len(job.episodes)) for job in plan(asked, results)] == [
-        ("maple", 4),
-        ("cedar", 4),
+    jobs = plan(asked, results)
+    assert [(job.scene, len(job.tasks), job.size) for job in jobs] == [
+        ("maple", 4, 8),
+        ("cedar", 4, 8),
     ]
-    alone = replace(asked, episodes=EPISODES[:3], workers=2)
-    assert [[e.id for e in job.episodes] for job in plan(alone, results)] == [["e0", "e2"], ["e1"]]
+    assert jobs[0].tasks[0].methods == ("rfnav", "closest")
+    alone = replace(asked, limit=3)
+    assert [[t.episode.id for t in job.tasks] for job in plan(alone, results)] == [
+        ["e0", "e2"],
+        ["e1"],
+    ]
+    results.add(worker.result_of("rfnav", EPISODES[1]))
+    assert plan(alone, results)[1].tasks[0].methods == ("closest",)
+
+
+def test_two_runs_leave_the_same_file_whoever_was_first(worker: Any, tmp_path: Path) -> None:
+    texts = []
+    for name in ("a", "b"):
+        (tmp_path / name).mkdir()
+        asked = evaluation(tmp_path / name, "shuffle", methods=("closest", "rfnav"))
+        assert run(asked, Results(tmp_path / name), worker.work)
+        lines = (tmp_path / name / "episodes.jsonl").read_text().splitlines()
+        rows = [json.loads(line) for line in lines]
+        texts.append(json.dumps([row | {"wall": {}} for row in rows]))
+    assert texts[0] == texts[1]
+    assert [row["method"] for row in json.loads(texts[0])[:2]] == ["rfnav", "closest"]
 
 
 def test_an_output_folder_belongs_to_one_configuration(tmp_path: Path) -> None:
