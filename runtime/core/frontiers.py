@@ -7,7 +7,7 @@ import numpy as np
 
 from runtime.core.geometry import GridFrame
 from runtime.core.map import NavigationMap
-from runtime.core.types import F64, I32, Mask
+from runtime.core.types import F64, Mask
 
 _EIGHT = np.ones((3, 3), np.uint8)
 
@@ -91,7 +91,9 @@ def _overlaps(
     """(part, earlier id, cells of the part within the dilated earlier frontier), only if > 0."""
     if not parts or not memory.cells_xy:
         return []
-    flats = [_flat(frame.cells(cells), frame) for cells in parts]
+    owner = np.full(frame.shape, -1, np.int32)
+    for part, cells in enumerate(parts):
+        owner[tuple(frame.cells(cells).T)] = part
     found = []
     size = 2 * dilation + 1
     kernel = np.ones((size, size), np.uint8)
@@ -101,16 +103,8 @@ def _overlaps(
         high = np.minimum(rc.max(axis=0) + dilation + 1, frame.shape)
         patch = np.zeros(high - low, np.uint8)
         patch[tuple((rc - low).T)] = 1
-        patch = cv2.dilate(patch, kernel)
-        for part, flat in enumerate(flats):
-            row, col = np.divmod(flat, frame.cols)
-            inside = (row >= low[0]) & (row < high[0]) & (col >= low[1]) & (col < high[1])
-            shared = int(patch[row[inside] - low[0], col[inside] - low[1]].sum())
-            if shared:
-                found.append((part, old, shared))
+        near = cv2.dilate(patch, kernel) > 0
+        claimed = owner[low[0] : high[0], low[1] : high[1]][near]
+        shared = np.bincount(claimed[claimed >= 0])
+        found += [(int(part), old, int(shared[part])) for part in np.flatnonzero(shared)]
     return found
-
-
-def _flat(cells: I32, frame: GridFrame) -> I32:
-    flat: I32 = cells[:, 0] * np.int32(frame.cols) + cells[:, 1]
-    return flat

@@ -136,15 +136,16 @@ def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.
     size = 2 * round(snap_m / frame.resolution_m) + 1
     found = []
     for id, cells_xy in cells_by_id.items():
-        near = np.zeros(frame.shape, np.uint8)
-        near[tuple(frame.cells(cells_xy).T)] = 1
-        direct = np.where(near > 0, arrival, np.inf)
-        if not np.isfinite(direct).any():  # the body does not fit onto it: stand close by
-            wider = cv2.dilate(near, np.ones((size, size), np.uint8))
-            direct = np.where(wider > 0, arrival, np.inf)
-        row, col = divmod(int(np.argmin(direct)), frame.cols)
-        x, y = frame.centres(np.array([row, col], np.int32))
-        found.append(Frontier(id, cells_xy, (float(x), float(y)), float(direct[row, col])))
+        cells = np.unique(frame.cells(cells_xy), axis=0)  # in scan order: ties go to the first
+        near = arrival[tuple(cells.T)]
+        if not np.isfinite(near).any():  # the body does not fit onto it: stand close by
+            mask = np.zeros(frame.shape, np.uint8)
+            mask[tuple(cells.T)] = 1
+            cells = np.argwhere(cv2.dilate(mask, np.ones((size, size), np.uint8))).astype(np.int32)
+            near = arrival[tuple(cells.T)]
+        best = int(np.argmin(near))
+        x, y = frame.centres(cells[best])
+        found.append(Frontier(id, cells_xy, (float(x), float(y)), float(near[best])))
     world.frontiers = tuple(found)
 
 
