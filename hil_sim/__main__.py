@@ -13,6 +13,11 @@ COMMANDS = {
     "episodes": ("hil_sim.sample", "episodes_command", "Sample episodes into a suite."),
     "eval": ("hil_sim.evaluate", "eval_command", "Drive a suite of episodes; print the table."),
     "frames": ("hil_sim.frames", "frames_command", "Render labelled frames for training."),
+    "import": (
+        "hil_sim.sweethome.command",
+        "import_command",
+        "A Sweet Home 3D drawing as a scene.",
+    ),
     "show": ("hil_sim.show", "show_command", "Draw a scene."),
 }
 ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}

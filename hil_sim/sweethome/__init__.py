@@ -1,0 +1,1 @@
+"""Sweet Home 3D drawings as scenes."""
