@@ -53,6 +53,7 @@ class Bus:
         self._lockstep = lockstep
         self._seen_frame = False
         self._delivered_ns = -1  # lockstep: the newest observation handed over
+        self._delivered_s: float | None = None  # when the newest one handed over had arrived
         self._answer: tuple[int, bytes] | None = None  # lockstep: the action that it got
         self._labels: dict[str, Any] = {}  # newest message on `detections`
         self._frame_without_info_s: float | None = None
@@ -68,7 +69,7 @@ class Bus:
         self._session: Any = open_session(config)
         self._declared: list[Any] = []
         self._publishers: dict[str, Any] = {}
-        for name in ("action", "cmd_vel", "state", "decision"):
+        for name in ("action", "cmd_vel", "state", "decision", "feedback"):
             self._publishers[name] = self._publisher(name, getattr(topics, name), lockstep)
         for stream, topic in inputs.items():
             self._subscribe(stream, topic)
@@ -103,6 +104,7 @@ class Bus:
             if observation is not None:
                 self._seen_frame = True
                 self._delivered_ns = match.stamp_ns
+                self._delivered_s = match.arrival_s
                 return observation
 
     def wait_first(self, timeout_s: float | None = None) -> Observation | None:
@@ -132,15 +134,34 @@ class Bus:
             return Request(kind, body, query, self._config.key(topic))
 
     def pose(self) -> tuple[wire.Stamped[Pose], float] | None:
-        """The newest odometry and its age in seconds; None before the first."""
+        """The odometry that came last and when it arrived (monotonic s); None before the first.
+        Any thread may ask."""
         while True:
             with self._changed:
-                raw = max(self._rings.odom, key=lambda raw: raw.stamp_ns, default=None)
+                raw = self._rings.odom[-1] if self._rings.odom else None
             if raw is None:
                 return None
             pose = self._pose(raw)
             if pose is not None:
-                return pose, self._clock.now_s() - raw.arrival_s
+                return pose, raw.arrival_s
+
+    def frame_arrival_s(self) -> float | None:
+        """When the newest matched frame arrived, handed over or not; None before the first. Any
+        thread may ask."""
+        with self._changed:
+            match = self._rings.peek() if self._intrinsics is not None else None
+            return match.arrival_s if match is not None else self._delivered_s
+
+    def delivered_s(self) -> float | None:
+        """When the observation that `next` returned last had arrived."""
+        return self._delivered_s
+
+    def wait_request(self, timeout_s: float) -> None:
+        """Return when a request waits, or after the timeout; frames are left alone."""
+        by = Deadline.after(timeout_s, self._clock)
+        with self._changed:
+            while not self._requests and not by.passed():
+                self._clock.wait(self._changed, by.at_s)
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
         """The message on `detections` of that stamp; None when it does not come in time."""
@@ -173,8 +194,17 @@ class Bus:
         self._answer = (stamp_ns, payload)
         self._put("action", payload)
 
-    def publish_twist(self, forward_mps: float, turn_radps: float) -> None:
-        self._put("cmd_vel", wire.encode_twist(forward_mps, turn_radps))
+    def publish_twist(self, forward_mps: float, turn_radps: float, stamp_ns: int = 0) -> None:
+        """A velocity for the base. The stamp, for a TwistStamped, is of the robot's own clock."""
+        if self._config.cmd_vel_type == "Twist":
+            payload = wire.encode_twist(forward_mps, turn_radps)
+        else:
+            frame = self._config.cmd_vel_frame
+            payload = wire.encode_twist_stamped(forward_mps, turn_radps, stamp_ns, frame)
+        self._put("cmd_vel", payload)
+
+    def publish_feedback(self, feedback: Mapping[str, object]) -> None:
+        self._put("feedback", wire.encode_json(plain(feedback)))
 
     def publish_state(self, state: Mapping[str, object]) -> None:
         self._put("state", wire.encode_json(plain(state)))
@@ -269,7 +299,7 @@ class Bus:
             if stream == "camera_info":
                 self._camera_info = raw
             else:
-                getattr(self._rings, stream).append(raw)
+                self._rings.file(stream, raw)
             self._changed.notify_all()
 
     def _wait_for_match(self, by: Deadline) -> Match | None:

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import dataclass, field
+from typing import Literal
 
 import zenoh
 
@@ -21,6 +22,7 @@ class TopicsConfig:
     action: str = "rfnav/action"
     state: str = "rfnav/state"
     decision: str = "rfnav/decision"
+    feedback: str = "rfnav/feedback"
     detections: str = "rfnav/detections"  # read when detector.source is "topic"
     goal: str = "rfnav/goal"
     cancel: str = "rfnav/cancel"
@@ -39,6 +41,8 @@ class BusConfig:
     pair_tolerance_s: float = 0.02  # between a colour image and its depth image
     odometry_gap_s: float = 0.25  # longest span that is interpolated over
     sensor_timeout_s: float = 5.0  # how long a stream may stay away before the first frame
+    cmd_vel_type: Literal["Twist", "TwistStamped"] = "Twist"
+    cmd_vel_frame: str = "base_link"  # of a TwistStamped
 
     def key(self, topic: str) -> str:
         """Zenoh key of a topic, in the ros2dds dialect."""

@@ -11,6 +11,7 @@ from runtime.edge.wire import Stamped
 IMAGES_KEPT = 10
 # Odometry comes at 20-200 Hz and must reach back to the oldest image in its ring.
 ODOMETRY_KEPT = 200
+CLOCK_BACK_NS = 1_000_000_000  # a stamp this much older than the one before: a clock was set back
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,11 @@ class Match:
     depth: Raw
     before: Raw
     after: Raw
+
+    @property
+    def arrival_s(self) -> float:
+        """When both images were there, monotonic."""
+        return max(self.color.arrival_s, self.depth.arrival_s)
 
     @property
     def stamp_ns(self) -> int:
@@ -55,6 +61,14 @@ class Rings:
     def clear(self) -> None:
         for ring in (self.color, self.depth, self.odom):
             ring.clear()
+
+    def file(self, stream: str, raw: Raw) -> None:
+        """Add a message. In real time one from a clock that was set back makes what came before it
+        worthless, in all streams."""
+        ring: deque[Raw] = getattr(self, stream)
+        if not self._lockstep and ring and raw.stamp_ns < ring[-1].stamp_ns - CLOCK_BACK_NS:
+            self.clear()
+        ring.append(raw)
 
     def peek(self) -> Match | None:
         """The next match, left in place."""

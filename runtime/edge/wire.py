@@ -29,6 +29,7 @@ ODOMETRY: Final = "nav_msgs/msg/Odometry"
 POSE_STAMPED: Final = "geometry_msgs/msg/PoseStamped"
 STRING: Final = "std_msgs/msg/String"
 TWIST: Final = "geometry_msgs/msg/Twist"
+TWIST_STAMPED: Final = "geometry_msgs/msg/TwistStamped"
 
 # What the CDR code raises on damaged bytes, besides its own errors.
 _DAMAGED: Final = (
@@ -141,7 +142,16 @@ def decode_json(payload: bytes, topic: str) -> dict[str, Any]:
 
 def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     """Twist -> (forward m/s, yaw rate rad/s)."""
-    message = _decode(payload, TWIST, topic)
+    return _velocity(_decode(payload, TWIST, topic), topic)
+
+
+def decode_twist_stamped(payload: bytes, topic: str) -> Stamped[tuple[float, float]]:
+    """TwistStamped -> (forward m/s, yaw rate rad/s)."""
+    message = _decode(payload, TWIST_STAMPED, topic)
+    return Stamped(_header_stamp(message, topic), _velocity(message.twist, topic))
+
+
+def _velocity(message: Any, topic: str) -> tuple[float, float]:
     forward, turn = float(message.linear.x), float(message.angular.z)
     if not math.isfinite(forward) or not math.isfinite(turn):
         raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
@@ -241,6 +251,14 @@ def encode_json(value: object) -> bytes:
 def encode_twist(forward_mps: float, turn_radps: float) -> bytes:
     """Forward speed and yaw rate of the base -> Twist."""
     return _encode(_ros_twist(forward_mps, turn_radps))
+
+
+def encode_twist_stamped(
+    forward_mps: float, turn_radps: float, stamp_ns: int, frame: str = "base_link"
+) -> bytes:
+    """Forward speed and yaw rate of the base -> TwistStamped."""
+    twist = _ros_twist(forward_mps, turn_radps)
+    return _encode(_T[TWIST_STAMPED](_header(stamp_ns, frame), twist))
 
 
 # -- CDR -----------------------------------------------------------------------------------------

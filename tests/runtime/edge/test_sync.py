@@ -110,3 +110,12 @@ def test_interpolation_stays_between_and_turns_the_shorter_way(a: float, b: floa
     assert -math.pi < pose.yaw_rad <= math.pi
     if t == 1000:
         assert abs(math.remainder(pose.yaw_rad - b, math.tau)) < 1e-9
+
+
+def test_a_clock_that_was_set_back_makes_what_came_before_worthless() -> None:
+    r = rings()
+    for stamp_ms in (10_000, 10_005, 9_995):  # a little late is not set back
+        r.file("odom", raw(stamp_ms))
+    assert len(r.odom) == 3
+    r.file("odom", raw(3))
+    assert [one.stamp_ns for one in r.odom] == [3 * MS]

@@ -205,3 +205,11 @@ def test_damaged_messages_raise_nothing_but_sensor_errors(
 def test_json_bytes_raise_nothing_but_sensor_errors(text: bytes) -> None:
     with suppress(SensorError):
         wire.parse_json(text, "goal")
+
+
+@given(v=st.floats(-2, 2), w=st.floats(-3, 3), stamp=st.integers(0, 2**60))
+def test_a_stamped_twist_survives_the_wire(v: float, w: float, stamp: int) -> None:
+    there = wire.decode_twist_stamped(wire.encode_twist_stamped(v, w, stamp), "cmd_vel")
+    assert there == wire.Stamped(stamp, (v, w))
+    with pytest.raises(SensorError):
+        wire.decode_twist_stamped(wire.encode_twist(v, w)[:20], "cmd_vel")

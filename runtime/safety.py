@@ -1,0 +1,101 @@
+"""When the base must stand still, whatever the other threads are doing. No clock, no thread: times
+are arguments, monotonic seconds of arrival."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+
+from runtime.core.geometry import wrap_angle
+from runtime.core.types import Pose
+
+
+@dataclass(frozen=True)
+class SafetyConfig:
+    """[safety]: what a moving robot does not drive on without."""
+
+    odom_stale_s: float = 0.3  # no newer odometry for so long
+    frame_stale_s: float = 1.0  # no matched colour and depth for so long
+    plan_stale_s: float = 2.0  # since the frame that the followed plan was made of
+    odom_jump_m: float = 0.5  # between two odometry messages
+    odom_jump_rad: float = 0.8
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """A pose of the base, its stamp, and when it arrived."""
+
+    pose: Pose
+    stamp_ns: int
+    arrival_s: float
+
+
+@dataclass(frozen=True)
+class Halt:
+    """Why the base is held: the kind is counted, the reason is for people."""
+
+    kind: str  # "odometry" | "clock" | "jump" | "frame" | "plan"
+    reason: str
+
+
+class Guard:
+    """Watches what the control loop lives on. After odometry jumped or its clock went back, only a
+    plan made of a later frame is driven: the old one lies elsewhere."""
+
+    def __init__(self, cfg: SafetyConfig) -> None:
+        self._cfg = cfg
+        self._last: Odometry | None = None
+        self._broken: Halt | None = None
+        self._broken_s = -math.inf
+        self._standing: str = ""
+        self.halts: Counter[str] = Counter()  # by kind
+
+    def check(
+        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
+    ) -> Halt | None:
+        """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
+        arrival of the frame that the plan was made of."""
+        if odometry is not None:
+            self._follow(odometry)
+        halt = self._judge(now_s, odometry, frame_s, plan_s)
+        kind = halt.kind if halt else ""
+        if kind and kind != self._standing:
+            self.halts[kind] += 1
+        self._standing = kind
+        return halt
+
+    def _follow(self, odometry: Odometry) -> None:
+        last, self._last = self._last, odometry
+        if last is None or odometry == last:
+            return
+        a, b = last.pose, odometry.pose
+        moved_m = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m)
+        turned_rad = abs(wrap_angle(b.yaw_rad - a.yaw_rad))
+        if odometry.stamp_ns < last.stamp_ns:
+            back_s = (last.stamp_ns - odometry.stamp_ns) / 1e9
+            self._break(odometry, Halt("clock", f"odometry's clock went back by {back_s:.2f} s"))
+        elif moved_m > self._cfg.odom_jump_m or turned_rad > self._cfg.odom_jump_rad:
+            what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
+            self._break(odometry, Halt("jump", what))
+
+    def _break(self, odometry: Odometry, halt: Halt) -> None:
+        self._broken, self._broken_s = halt, odometry.arrival_s
+
+    def _judge(
+        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
+    ) -> Halt | None:
+        cfg = self._cfg
+        if odometry is None:
+            return Halt("odometry", "no odometry yet")
+        if now_s - odometry.arrival_s > cfg.odom_stale_s:
+            return Halt("odometry", f"no odometry for {now_s - odometry.arrival_s:.1f} s")
+        if self._broken is not None:
+            if plan_s <= self._broken_s:
+                return self._broken
+            self._broken = None
+        if frame_s is None:
+            return Halt("frame", "no matched colour and depth yet")
+        if now_s - frame_s > cfg.frame_stale_s:
+            return Halt("frame", f"no matched colour and depth for {now_s - frame_s:.1f} s")
+        if now_s - plan_s > cfg.plan_stale_s:
+            return Halt("plan", f"the plan is {now_s - plan_s:.1f} s old")
+        return None
