@@ -1,22 +1,12 @@
-"""Floor plans for generated homes: a rectangle split into rooms, with doors between them."""
+"""Floor plans of generated homes: rooms as rectangles, walls between them, doors in the walls."""
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-from hil_sim.scene import Door, Wall
+from hil_sim.scene import Door, Point, Wall
 
 OUTER_M, INNER_M = 0.2, 0.12
-DOOR_END_M = 0.3
-"""Wall left standing between a door and a corner."""
-
-ROOM_WEIGHTS = {
-    "living room": 1.0,
-    "kitchen": 1.0,
-    "bedroom": 0.9,
-    "study": 0.8,
-    "dining room": 0.55,
-}
-"""How likely a home has a room of that type; the smallest room is always a bathroom."""
 
 
 @dataclass(frozen=True)
@@ -47,141 +37,160 @@ class Rect:
     def inset(self, by: float) -> "Rect":
         return Rect(self.x0 + by, self.y0 + by, self.x1 - by, self.y1 - by)
 
+    def edges(self) -> tuple[tuple[str, float, float, float], ...]:
+        """(axis the edge lies at, where, from, to) of the four sides."""
+        across = ((v, self.y0, self.y1) for v in (self.x0, self.x1))
+        along = ((v, self.x0, self.x1) for v in (self.y0, self.y1))
+        return (*(("x", *side) for side in across), *(("y", *side) for side in along))
+
+
+@dataclass(frozen=True)
+class PlanRoom:
+    """A room up to its walls' centre lines: one rectangle, or two that meet in an L."""
+
+    kind: str
+    rects: tuple[Rect, ...]
+
+    @property
+    def area(self) -> float:
+        return sum(rect.area for rect in self.rects)
+
+    def touches(self, x: float, y: float) -> bool:
+        return any(rect.touches(x, y) for rect in self.rects)
+
 
 @dataclass(frozen=True)
 class Plan:
-    """Rooms as (type, rectangle up to the walls' centre lines), walls and doors."""
-
-    rooms: tuple[tuple[str, Rect], ...]
+    rooms: tuple[PlanRoom, ...]
     walls: tuple[Wall, ...]
     doors: tuple[Door, ...]
 
-
-def draw_plan(rng: random.Random, rooms: int) -> Plan:
-    """A rectangular home of about 14 m² a room, all rooms reachable through doors."""
-    area = rooms * rng.uniform(11.0, 17.0)
-    width = (area * rng.uniform(0.8, 1.5)) ** 0.5
-    home = Rect(0.0, 0.0, round(width, 2), round(area / width, 2))
-    cells, walls = [home], _outer_walls(home)
-    corridor: Rect | None = None
-    if rooms >= 4 and rng.random() < 0.5:
-        cells, corridor, walls = _with_corridor(rng, home, walls)
-    while len(cells) + (corridor is not None) < rooms:
-        cells.sort(key=lambda cell: cell.area)
-        first, second, wall = _split(rng, cells.pop())
-        cells += [first, second]
-        walls.append(wall)
-    named = _name_rooms(rng, cells)
-    if corridor is not None:
-        named.append(("hallway", corridor))
-    return Plan(tuple(named), tuple(walls), tuple(_doors(rng, named)))
+    @property
+    def bounds(self) -> Rect:
+        return bounds([rect for room in self.rooms for rect in room.rects])
 
 
-def _outer_walls(home: Rect) -> list[Wall]:
-    corners = [
-        (home.x0, home.y0),
-        (home.x1, home.y0),
-        (home.x1, home.y1),
-        (home.x0, home.y1),
-    ]
-    pairs = zip(corners, corners[1:] + corners[:1], strict=True)
-    return [Wall(start, end, OUTER_M, "outer") for start, end in pairs]
+def bounds(rects: Sequence[Rect]) -> Rect:
+    """The smallest rectangle around all."""
+    return Rect(
+        min(r.x0 for r in rects),
+        min(r.y0 for r in rects),
+        max(r.x1 for r in rects),
+        max(r.y1 for r in rects),
+    )
 
 
-def _with_corridor(
-    rng: random.Random, home: Rect, walls: list[Wall]
-) -> tuple[list[Rect], Rect, list[Wall]]:
-    half, middle = rng.uniform(0.65, 0.9), rng.uniform(0.4, 0.6)
-    if home.width >= home.depth:
-        y = home.y0 + home.depth * middle
-        parts = [
-            Rect(home.x0, home.y0, home.x1, y - half),
-            Rect(home.x0, y + half, home.x1, home.y1),
-        ]
-        corridor = Rect(home.x0, y - half, home.x1, y + half)
-        lines = [((home.x0, v), (home.x1, v)) for v in (y - half, y + half)]
-    else:
-        x = home.x0 + home.width * middle
-        parts = [
-            Rect(home.x0, home.y0, x - half, home.y1),
-            Rect(x + half, home.y0, home.x1, home.y1),
-        ]
-        corridor = Rect(x - half, home.y0, x + half, home.y1)
-        lines = [((v, home.y0), (v, home.y1)) for v in (x - half, x + half)]
-    return parts, corridor, walls + [Wall(a, b, INNER_M) for a, b in lines]
+def turned(rng: random.Random, rooms: Sequence[PlanRoom]) -> tuple[PlanRoom, ...]:
+    """The rooms mirrored and turned at random, with a corner of the home at the origin, to 1 cm."""
+    swap, flip_x, flip_y = (rng.random() < 0.5 for _ in range(3))
+    home = bounds([rect for room in rooms for rect in room.rects])
+
+    def moved(r: Rect) -> Rect:
+        xs, ys = (r.x0 - home.x0, r.x1 - home.x0), (r.y0 - home.y0, r.y1 - home.y0)
+        xs = (home.width - xs[1], home.width - xs[0]) if flip_x else xs
+        ys = (home.depth - ys[1], home.depth - ys[0]) if flip_y else ys
+        xs, ys = (ys, xs) if swap else (xs, ys)
+        return Rect(round(xs[0], 2), round(ys[0], 2), round(xs[1], 2), round(ys[1], 2))
+
+    return tuple(PlanRoom(room.kind, tuple(moved(r) for r in room.rects)) for room in rooms)
 
 
-def _split(rng: random.Random, cell: Rect) -> tuple[Rect, Rect, Wall]:
-    at = rng.uniform(0.38, 0.62)
-    if cell.width >= cell.depth:
-        x = cell.x0 + cell.width * at
-        wall = Wall((x, cell.y0), (x, cell.y1), INNER_M)
-        return Rect(cell.x0, cell.y0, x, cell.y1), Rect(x, cell.y0, cell.x1, cell.y1), wall
-    y = cell.y0 + cell.depth * at
-    wall = Wall((cell.x0, y), (cell.x1, y), INNER_M)
-    return Rect(cell.x0, cell.y0, cell.x1, y), Rect(cell.x0, y, cell.x1, cell.y1), wall
+def walls_around(rooms: Sequence[PlanRoom]) -> tuple[Wall, ...]:
+    """Outer walls around the home and an inner one between any two rooms."""
+    home = bounds([rect for room in rooms for rect in room.rects])
+    lines: dict[tuple[str, float], list[tuple[float, float]]] = {}
+    open_: dict[tuple[str, float], list[tuple[float, float]]] = {}
+    for room in rooms:
+        for i, rect in enumerate(room.rects):
+            for axis, at, low, high in rect.edges():
+                lines.setdefault((axis, at), []).append((low, high))
+            for other in room.rects[:i]:
+                if (line := shared(rect, other, 0.0)) is not None:
+                    axis, at, low, high = line
+                    open_.setdefault((axis, at), []).append((low, high))
+    walls = []
+    for (axis, at), spans in sorted(lines.items()):
+        outer = at in ((home.x0, home.x1) if axis == "x" else (home.y0, home.y1))
+        for low, high in _without(_union(spans), open_.get((axis, at), [])):
+            ends = ((at, low), (at, high)) if axis == "x" else ((low, at), (high, at))
+            walls.append(Wall(*ends, OUTER_M if outer else INNER_M, "outer" if outer else "inner"))
+    return tuple(walls)
 
 
-def _name_rooms(rng: random.Random, cells: list[Rect]) -> list[tuple[str, Rect]]:
-    """The smallest room becomes the bathroom, the largest mostly the living room."""
-    by_area = sorted(cells, key=lambda cell: cell.area)
-    order = sorted(ROOM_WEIGHTS, key=lambda kind: rng.random() ** (1 / ROOM_WEIGHTS[kind]))[::-1]
-    types = (order + ["bedroom"] * len(cells))[: len(cells) - 1]
-    if "living room" in types and rng.random() < 0.7:
-        types.remove("living room")
-        types.append("living room")
-    return list(zip(["bathroom", *types], by_area, strict=True))
-
-
-def _doors(rng: random.Random, rooms: list[tuple[str, Rect]]) -> list[Door]:
-    """Doors along a random spanning tree of adjacent rooms, and a few more."""
-    edges = []
-    for i, (kind_a, a) in enumerate(rooms):
-        for j, (kind_b, b) in enumerate(rooms[:i]):
-            if (shared := _shared(a, b)) is not None:
-                bonus = -1.0 if "hallway" in (kind_a, kind_b) else 0.0
-                bonus += 0.6 if "bathroom" in (kind_a, kind_b) else 0.0
-                edges.append((rng.random() + bonus, j, i, shared))
-    group = list(range(len(rooms)))
-    doors = []
-    for _, i, j, (start, end) in sorted(edges):
-        joined = group[i] == group[j]
-        wet = "bathroom" in (rooms[i][0], rooms[j][0])
-        if joined and (wet or rng.random() > 0.3):
-            continue
-        group = [group[i] if g == group[j] else g for g in group]
-        doors.append(_door(rng, start, end, open_plan=not wet and rng.random() < 0.2))
-    return doors
-
-
-def _shared(
-    a: Rect, b: Rect, least: float = 1.65
-) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    for x in {a.x0, a.x1} & {b.x0, b.x1}:
-        y0, y1 = max(a.y0, b.y0), min(a.y1, b.y1)
-        if y1 - y0 >= least:
-            return (x, y0), (x, y1)
-    for y in {a.y0, a.y1} & {b.y0, b.y1}:
-        x0, x1 = max(a.x0, b.x0), min(a.x1, b.x1)
-        if x1 - x0 >= least:
-            return (x0, y), (x1, y)
+def shared(a: Rect, b: Rect, least: float) -> tuple[str, float, float, float] | None:
+    """The stretch along which two rectangles meet, (axis, where, from, to), if long enough."""
+    for axis, at, low, high in a.edges():
+        for axis_b, at_b, low_b, high_b in b.edges():
+            start, end = max(low, low_b), min(high, high_b)
+            if axis == axis_b and at == at_b and end - start > least:
+                return axis, at, start, end
     return None
 
 
-def _door(
-    rng: random.Random, start: tuple[float, float], end: tuple[float, float], open_plan: bool
-) -> Door:
-    length = abs(end[0] - start[0]) + abs(end[1] - start[1])
-    width = rng.uniform(0.85, 1.0)
-    if open_plan and length > 2.6:
-        width = rng.uniform(1.3, min(2.2, length - 1.0))
-    low, high = DOOR_END_M + width / 2, length - DOOR_END_M - width / 2
-    # Most doors stand near a corner, which leaves a wall for furniture.
-    middle = rng.choice([low, high]) if rng.random() < 0.6 else rng.uniform(low, high)
-    ux, uy = (end[0] - start[0]) / length, (end[1] - start[1]) / length
-    ends = [
-        (round(start[0] + ux * t, 3), round(start[1] + uy * t, 3))
-        for t in (middle - width / 2, middle + width / 2)
-    ]
-    height = 2.05 if width < 1.1 else rng.choice([2.05, 2.3])
-    return Door(ends[0], ends[1], height)
+def on_line(axis: str, at: float, along: float) -> Point:
+    """The point `along` a line that lies at `at` on that axis."""
+    return (at, along) if axis == "x" else (along, at)
+
+
+def polygon_of(room: PlanRoom) -> tuple[Point, ...]:
+    """The room's outline, counter-clockwise."""
+    if len(room.rects) == 1:
+        r = room.rects[0]
+        return (r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)
+    return _outline(room.rects)
+
+
+def _outline(rects: tuple[Rect, ...]) -> tuple[Point, ...]:
+    """The outline of rectangles that meet, walked along the cells of the grid they span."""
+    xs = sorted({v for r in rects for v in (r.x0, r.x1)})
+    ys = sorted({v for r in rects for v in (r.y0, r.y1)})
+
+    def filled(i: int, j: int) -> bool:
+        if not (0 <= i < len(xs) - 1 and 0 <= j < len(ys) - 1):
+            return False
+        x, y = (xs[i] + xs[i + 1]) / 2, (ys[j] + ys[j + 1]) / 2
+        return any(r.touches(x, y, 0.0) for r in rects)
+
+    follows: dict[Point, Point] = {}
+    for i in range(len(xs) - 1):
+        for j in range(len(ys) - 1):
+            if not filled(i, j):
+                continue
+            a, b = (xs[i], ys[j]), (xs[i + 1], ys[j])
+            c, d = (xs[i + 1], ys[j + 1]), (xs[i], ys[j + 1])
+            sides = ((a, b, i, j - 1), (b, c, i + 1, j), (c, d, i, j + 1), (d, a, i - 1, j))
+            follows.update({p: q for p, q, u, v in sides if not filled(u, v)})
+    start = min(follows)
+    ring = [start]
+    while (point := follows[ring[-1]]) != start:
+        ring.append(point)
+    return tuple(_without_straights(ring))
+
+
+def _without_straights(ring: list[Point]) -> list[Point]:
+    """The ring without points in the middle of a straight side."""
+    kept = []
+    for i, (x, y) in enumerate(ring):
+        (px, py), (nx, ny) = ring[i - 1], ring[(i + 1) % len(ring)]
+        if not (px == x == nx or py == y == ny):
+            kept.append((x, y))
+    return kept
+
+
+def _union(spans: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    merged: list[tuple[float, float]] = []
+    for low, high in sorted(spans):
+        if merged and low <= merged[-1][1]:
+            merged[-1] = (merged[-1][0], max(high, merged[-1][1]))
+        else:
+            merged.append((low, high))
+    return merged
+
+
+def _without(
+    spans: list[tuple[float, float]], holes: list[tuple[float, float]]
+) -> list[tuple[float, float]]:
+    for low, high in holes:
+        cut = [(s, min(e, low)) for s, e in spans] + [(max(s, high), e) for s, e in spans]
+        spans = sorted((s, e) for s, e in cut if e - s > 1e-6)
+    return spans

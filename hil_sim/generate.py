@@ -7,64 +7,60 @@ meshes that never appear in training homes.
 import random
 from collections import Counter
 
-from hil_sim.floorplan import Plan, draw_plan
-from hil_sim.furnish import Furnisher, hex_colour
+from hil_sim.floorplan import Plan, polygon_of
+from hil_sim.furnish import hex_colour
+from hil_sim.furnisher import Furnisher
+from hil_sim.layouts import FEWEST, MOST, LayoutError, draw_plan
 from hil_sim.recipes import furnish
 from hil_sim.scene import Room, Scene
+from hil_sim.valid import problems
 
+ATTEMPTS = 20
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#f2ead8", "#e8e8e6", "#d9dfe2")
 WOOD = ("#b58a5b", "#8a5f3c", "#caa472", "#6b4a31", "#a77b52", "#d6b98c")
 TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")
 
 
 def generate(seed: int, split: str = "train", rooms: int | None = None) -> Scene:
-    """The home of this seed: the same seed gives the same home."""
+    """The home of this seed: the same seed gives the same home, with `problems` none.
+
+    `rooms`: 4 to 9, hallway included; None lets the seed choose.
+    """
+    name = f"{split}-{seed}" + (f"-rooms{rooms}" if rooms else "")
     rng = random.Random(f"{split}/{seed}")
-    rooms = rooms or rng.randint(3, 6)
+    count = rooms or rng.randint(FEWEST, MOST)
+    for _ in range(ATTEMPTS):
+        scene = _draw(rng, name, split, count)
+        found = problems(scene)
+        if not found:
+            return scene
+    raise LayoutError(f"{name}: no good home in {ATTEMPTS} attempts; the last: {found[0]}")
+
+
+def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:
     plan = draw_plan(rng, rooms)
-    while not _livable(plan):
-        plan = draw_plan(rng, rooms)
-    home = Furnisher(rng, plan, split)
-    for kind, rect in plan.rooms:
-        home.enter(rect)
-        furnish(home, kind)
+    height = round(rng.uniform(2.4, 2.8), 2)
+    home = Furnisher(rng, plan, split, height)
+    for room in plan.rooms:
+        home.enter(room)
+        furnish(home, room.kind)
+    home.drop_unreachable()
     return Scene(
-        name=f"{split}-{seed}",
+        name=name,
         walls=plan.walls,
         doors=plan.doors,
         rooms=_rooms(rng, plan),
         objects=tuple(home.objects),
-        wall_height_m=round(rng.uniform(2.35, 2.8), 2),
+        wall_height_m=height,
     )
-
-
-def _livable(plan: Plan) -> bool:
-    least = {"bathroom": 1.75, "hallway": 1.2}
-    if any(min(r.width, r.depth) < least.get(kind, 2.5) for kind, r in plan.rooms):
-        return False
-    return _reachable(plan)
-
-
-def _reachable(plan: Plan) -> bool:
-    """Whether doors connect all rooms."""
-    seen, todo = {0}, [0]
-    while todo:
-        here = plan.rooms[todo.pop()][1]
-        for door in plan.doors:
-            x, y = (door.start[0] + door.end[0]) / 2, (door.start[1] + door.end[1]) / 2
-            if not here.touches(x, y):
-                continue
-            beyond = {j for j, (_, room) in enumerate(plan.rooms) if room.touches(x, y)} - seen
-            seen |= beyond
-            todo += sorted(beyond)
-    return len(seen) == len(plan.rooms)
 
 
 def _rooms(rng: random.Random, plan: Plan) -> tuple[Room, ...]:
     common_wall, common_floor = _wall_colour(rng), rng.choice(WOOD + TILES)
     rooms: list[Room] = []
     count: Counter[str] = Counter()
-    for kind, r in plan.rooms:
+    for place in plan.rooms:
+        kind = place.kind
         count[kind] += 1
         wet = kind in ("kitchen", "bathroom")
         floor = rng.choice(TILES + WOOD[:2] if wet else WOOD + TILES[:2])
@@ -74,7 +70,7 @@ def _rooms(rng: random.Random, plan: Plan) -> tuple[Room, ...]:
             Room(
                 name=f"{kind} {count[kind]}" if count[kind] > 1 else kind,
                 type=kind,
-                polygon=((r.x0, r.y0), (r.x1, r.y0), (r.x1, r.y1), (r.x0, r.y1)),
+                polygon=polygon_of(place),
                 floor=common_floor if rng.random() < 0.35 else floor,
                 wall=common_wall if rng.random() < 0.4 else _wall_colour(rng),
             )

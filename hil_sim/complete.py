@@ -1,0 +1,163 @@
+"""What a room still lacks, put where the statistics have it: on the floor, a wall, or a thing."""
+
+import random
+from dataclasses import dataclass, field
+
+from hil_sim.furnish import Mesh, has_top
+from hil_sim.furnisher import Furnisher
+from hil_sim.placement import Habit, Habits, habits
+from hil_sim.scene import SceneObject
+from hil_sim.wares import CLUTTER, RUGS, find
+
+HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),
+            "towel": (0.7, 1.2), "shelf": (1.3, 1.6), "toilet paper": (0.6, 0.75),
+            "television": (0.95, 1.1)}  # fmt: skip
+"""How high the underside of what hangs on a wall is."""
+MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counter": 4}
+FACING = ("television", "laptop", "alarm clock", "microwave", "coffee machine", "toaster",
+          "desk lamp", "statue", "radiator")  # fmt: skip
+"""Small things that look the same way as what they stand on."""
+ORDER = (
+    "bed", "sofa", "bathtub", "shower", "table", "desk", "wardrobe", "dresser", "tv stand",
+    "bookcase", "coffee table", "armchair", "chair", "nightstand", "counter", "shelf",
+    "television", "mirror", "picture", "floor lamp", "stool", "trash can", "laundry basket",
+    "plant", "laptop", "microwave", "coffee machine", "desk lamp", "alarm clock",
+)  # fmt: skip
+"""Large things are placed first, and what others stand on before those."""
+UNSEEN = {
+    "kitchen": {"washing machine": 0.35, "radiator": 0.25, "clock": 0.4},
+    "bathroom": {"washing machine": 0.3, "radiator": 0.4, "clock": 0.05},
+    "bedroom": {"wardrobe": 0.75, "radiator": 0.35, "clock": 0.15, "lamp": 0.1},
+    "living room": {"radiator": 0.35, "piano": 0.2, "fireplace": 0.2, "living cabinet": 0.35,
+                    "clock": 0.3},
+    "dining room": {"radiator": 0.3, "piano": 0.2, "fireplace": 0.2, "living cabinet": 0.35,
+                    "clock": 0.3},
+    "study": {"radiator": 0.35, "piano": 0.1, "bookcase": 0.4, "cabinet": 0.3, "clock": 0.2},
+    "hallway": {"radiator": 0.35, "wardrobe": 0.15, "clock": 0.2, "mirror": 0.3},
+}  # fmt: skip
+"""Chances of what homes have and iTHOR's rooms do not: set by hand, not counted."""
+
+
+@dataclass
+class Wanted:
+    """What a room shall hold: habits by category, and how many are still to be placed."""
+
+    habits: Habits
+    left: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def draw(cls, rng: random.Random, kind: str) -> "Wanted":
+        table = habits(kind)
+        left = {
+            name: min(habit.draw_count(rng), MOST.get(name, 9)) for name, habit in table.items()
+        }
+        return cls(table, left)
+
+    def take(self, name: str) -> int:
+        """How many of them; from now on none is left."""
+        return self.left.pop(name, 0)
+
+    def placed(self, name: str, count: int = 1) -> None:
+        self.left[name] = max(0, self.left.get(name, 0) - count)
+
+
+def complete(home: Furnisher, wanted: Wanted, kind: str) -> None:
+    """Place what is left: large furniture first, then what hangs, then what stands on things."""
+    _unseen(home, kind)
+    rows = [(name, count) for name, count in wanted.left.items() if count]
+    for name, count in sorted(rows, key=lambda row: (_turn(row[0]), row[0])):
+        habit = wanted.habits[name]
+        for _ in range(count):
+            place(home, name, habit)
+    if home.rng.random() < 0.35:
+        _clutter(home)
+
+
+def place(home: Furnisher, name: str, habit: Habit) -> SceneObject | None:
+    """One of them where the statistics have it, if that is to be had in this room."""
+    rng = home.rng
+    supports = [(on, share) for on, share in habit.on if _offers(home, name, on)]
+    if not supports:
+        return None
+    on = rng.choices([on for on, _ in supports], [share for _, share in supports])[0]
+    if on == "inside":
+        return None
+    mesh = find(home, name, on=on)
+    if mesh is None:
+        return None
+    if on == "floor":
+        return stand(home, mesh, name, habit)
+    if on == "wall":
+        return hang(home, mesh, name)
+    choices = home.named(on)
+    rng.shuffle(choices)
+    placed = (home.on_top(mesh, support, name in FACING, name) for support in choices)
+    return next((obj for obj in placed if obj), None)
+
+
+def stand(home: Furnisher, mesh: Mesh, name: str, habit: Habit) -> SceneObject | None:
+    """On the floor, against a wall or in the open, near what it is usually near."""
+    turned = 0.2 if max(mesh.size_m[:2]) < 0.7 else 0.0
+    at_wall = home.rng.random() < habit.wall
+    if at_wall or max(mesh.size_m[:2]) > 1.2:
+        return home.against_wall(mesh, jitter=turned, near=habit.near, name=name)
+    return home.in_the_open(mesh, near=habit.near, name=name)
+
+
+def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
+    """On a wall, at the height of such things."""
+    if mesh is None:
+        return None
+    low, high = HEIGHT_M.get(name, (1.1, 1.5))
+    z = home.rng.uniform(low, high)
+    return home.against_wall(mesh, z, name=name)
+
+
+def load(home: Furnisher, support: SceneObject | None, clutter: str, most: int) -> None:
+    """Things that no goal names on a support."""
+    for _ in range(home.rng.randint(0, most)):
+        mesh = home.pick("other", CLUTTER[clutter])
+        home.on_top(mesh, support, facing=home.rng.random() < 0.5)
+
+
+def rug(home: Furnisher, chance: float, under: SceneObject | None = None) -> None:
+    """A thin rug, under that thing or anywhere."""
+    if home.rng.random() >= chance:
+        return
+    mesh = home.pick("other", RUGS)
+    if under is None:
+        home.in_the_open(mesh, square=True, name="rug")
+    else:
+        home.beside(mesh, under, 0.0, 0.0, name="rug")
+
+
+def _offers(home: Furnisher, name: str, on: str) -> bool:
+    """Whether this room has that support, and it can bear things of that name."""
+    if on == "wall":
+        return name in HEIGHT_M
+    return on in ("floor", "inside") or any(has_top(obj) for obj in home.named(on))
+
+
+def _turn(name: str) -> int:
+    return ORDER.index(name) if name in ORDER else len(ORDER)
+
+
+def _unseen(home: Furnisher, kind: str) -> None:
+    for name, chance in UNSEEN[kind].items():
+        if home.rng.random() >= chance:
+            continue
+        mesh = find(home, name)
+        if mesh is None:
+            continue
+        if name in HEIGHT_M:
+            hang(home, mesh, name)
+        else:
+            home.against_wall(mesh, front_m=0.4 if name == "wardrobe" else 0.0, name=name)
+
+
+def _clutter(home: Furnisher) -> None:
+    mesh = home.pick("other", CLUTTER["floor"])
+    if home.rng.random() < 0.3:
+        home.in_the_open(mesh)
+    else:
+        home.against_wall(mesh, jitter=0.2)

@@ -1,0 +1,304 @@
+"""Placing furniture: against walls facing inward, beside and on top of other things.
+
+A placement is refused when it would cut into something, block a door, leave its room, or
+cut the home's floor in two for the robot.
+"""
+
+import itertools
+import math
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from hil_sim.floorplan import INNER_M, OUTER_M, Plan, PlanRoom, Rect, on_line, polygon_of, shared
+from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, has_top, hex_colour, offset
+from hil_sim.passage import Floor, Grid, door_zone, empty_floor, passage_zone
+from hil_sim.scene import SceneObject
+
+SIDES = ("south", "east", "north", "west")
+YAW = {"south": math.pi, "east": -math.pi / 2, "north": 0.0, "west": math.pi / 2}
+"""Yaw of an object whose back is to that wall (its front is local -y)."""
+PASSABLE_M = 0.03
+"""What is no higher than this is driven over."""
+BODY_M = 0.9
+NEAR_M = 1.0
+CHOICES = 3
+"""Free places that are compared by what is near them."""
+HELD_OUT = 0.5
+"""How often a val home uses a mesh kept out of train homes, where there is one."""
+TINTED = frozenset(
+    ("bed", "sofa", "chair", "armchair", "table", "coffee table", "desk", "wardrobe", "bookcase",
+     "cabinet", "nightstand", "dresser", "lamp", "stool", "trash can", "vase", "radiator", "piano",
+     "other", "pillow", "towel", "bowl", "mug", "book")
+)  # fmt: skip
+"""What comes in any colour."""
+
+Near = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A place that is free: the box, what stays clear in front, and the floor left."""
+
+    box: Box
+    front: Box | None = None
+    floor: Grid | None = None
+
+
+class Furnisher:
+    """A home being furnished: what stands where, and whether the floor still connects."""
+
+    def __init__(
+        self, rng: random.Random, plan: Plan, split: str = "train", high_m: float = 2.4
+    ) -> None:
+        self.rng, self.split, self.high_m = rng, split, high_m
+        self.objects: list[SceneObject] = []
+        self.names: dict[str, str] = {}
+        """What an object was placed as ("counter", "tv stand", ...), by id."""
+        self.home = plan.bounds
+        self._door_zones = [door_zone(door) for door in plan.doors]
+        for room in plan.rooms:
+            for a, b in itertools.combinations(room.rects, 2):
+                if line := shared(a, b, 0.0):
+                    axis, at, low, end = line
+                    self._door_zones.append(
+                        passage_zone(on_line(axis, at, low), on_line(axis, at, end))
+                    )
+        polygons = [polygon_of(room) for room in plan.rooms]
+        high = (self.home.x1, self.home.y1)
+        self._floor = Floor(empty_floor(polygons, plan.walls, plan.doors, high), plan.doors)
+        self.enter(plan.rooms[0])
+
+    def enter(self, room: PlanRoom) -> None:
+        """Furnish this room from now on; `self.room` is its floor between the wall faces."""
+        home, rect = self.home, max(room.rects, key=lambda rect: rect.area)
+
+        def half(side: float, outer: float) -> float:
+            return (OUTER_M if side == outer else INNER_M) / 2
+
+        self.room = Rect(
+            rect.x0 + half(rect.x0, home.x0),
+            rect.y0 + half(rect.y0, home.y0),
+            rect.x1 - half(rect.x1, home.x1),
+            rect.y1 - half(rect.y1, home.y1),
+        )
+        self.here: list[SceneObject] = []
+        self._boxes: list[Box] = []
+        self._fronts: list[Box] = []
+
+    def pick(self, category: str, only: tuple[str, ...] = (), longest: float = 9.0) -> Mesh | None:
+        """A random mesh of the category for this split, its size varied by up to 10 %."""
+        meshes = [m for m in furniture().get(category, ()) if not only or m.id in only]
+        held_out = [m for m in meshes if m.split == "val"]
+        if self.split == "val" and held_out and self.rng.random() < HELD_OUT:
+            meshes = held_out
+        else:
+            meshes = [m for m in meshes if m.split != "val"]
+        if not meshes:
+            return None
+        fitting = [m for m in meshes if max(m.size_m[:2]) <= longest]
+        mesh = self.rng.choice(fitting or sorted(meshes, key=lambda m: max(m.size_m[:2]))[:1])
+        scale = self.rng.uniform(0.92, 1.08)
+        w, d, h = (round(side * scale * self.rng.uniform(0.97, 1.03), 3) for side in mesh.size_m)
+        return replace(mesh, size_m=(w, d, h))
+
+    def spot(
+        self, mesh: Mesh, x: float, y: float, yaw: float, z: float | None = None,
+        front_m: float = 0.0, under: Box | None = None,
+    ) -> Spot | None:  # fmt: skip
+        """The place as a Spot if nothing is in the way; `front_m` must be clear in front of it.
+
+        `under`: the box of a thing it may lie in, as a pillow does in a sofa's.
+        """
+        z = mesh.z_m if z is None else z
+        w, d, h = mesh.size_m
+        box = Box(round(x, 4), round(y, 4), w, d, round(yaw, 4), round(z, 4), round(z, 4) + h)
+        if not self._inside(box) or box.z1 > self.high_m:
+            return None
+        if h <= PASSABLE_M and z == 0.0:
+            return Spot(box)
+        if any(box.overlaps(other) for other in self._boxes if other is not under):
+            return None
+        if z < 0.3 and any(box.overlaps(zone) for zone in self._fronts):
+            return None
+        if z < 2.1 and any(box.overlaps(zone) for zone in self._door_zones):
+            return None
+        front = _front(box, front_m) if front_m else None
+        if front and not (self._inside(front) and not any(front.overlaps(b) for b in self._boxes)):
+            return None
+        if z >= BODY_M or under is not None:
+            return Spot(box, front) if self._floor.reaches(box) else None
+        floor = self._floor.without(box)
+        return None if floor is None else Spot(box, front, floor)
+
+    def take(self, mesh: Mesh, spot: Spot | None, name: str = "") -> SceneObject | None:
+        """Place the mesh there."""
+        if spot is None:
+            return None
+        box = spot.box
+        obj = SceneObject(
+            id=f"{mesh.category.replace(' ', '-')}-{len(self.objects)}",
+            category=mesh.category,
+            mesh=mesh.id,
+            position_m=(box.x, box.y, box.z0),
+            yaw_rad=box.yaw,
+            size_m=mesh.size_m,
+            tint=self._tint(mesh),
+        )
+        if box.z1 > PASSABLE_M:
+            self._boxes.append(box)
+        if spot.front:
+            self._fronts.append(spot.front)
+        if spot.floor is not None:
+            self._floor.take(spot.floor)
+        self.objects.append(obj)
+        self.here.append(obj)
+        self.names[obj.id] = name or mesh.category
+        return obj
+
+    def release(self, obj: SceneObject) -> None:
+        """The space in front of it need no longer stay clear."""
+        box = box_of(obj)
+        self._fronts = [front for front in self._fronts if gap(front, box) > 0.02]
+
+    def drop_unreachable(self) -> None:
+        """Take away what later furniture has cut off, and what stands on it."""
+        cut = [box_of(o) for o in self.objects if o.category != "other"]
+        cut = [box for box in cut if not self._floor.reaches(box)]
+        self.objects = [
+            obj for obj in self.objects
+            if not any(box.holds(*obj.position_m[:2]) and obj.position_m[2] >= box.z0 - 1e-6
+                       for box in cut)
+        ]  # fmt: skip
+
+    def named(self, name: str) -> list[SceneObject]:
+        """What stands in this room under that name."""
+        return [obj for obj in self.here if self.names[obj.id] == name]
+
+    def against_wall(
+        self, mesh: Mesh | None, z: float | None = None, front_m: float = 0.0,
+        sides: tuple[str, ...] = SIDES, corner: bool = False, jitter: float = 0.0,
+        near: Near | None = None, name: str = "", middle: float = 1.0,
+    ) -> SceneObject | None:  # fmt: skip
+        """Back to a wall, facing the room. `near` weighs places by what is within 1 m of them;
+        `middle` < 1 keeps it from the wall's ends."""
+        if mesh is None:
+            return None
+        spots: list[Spot] = []
+        for _ in range(14):
+            side = self.rng.choice(sides)
+            slack = (self.wall_length(side) - mesh.size_m[0]) / 2
+            if slack < 0:
+                continue
+            along = self.rng.uniform(-slack, slack) * middle
+            if corner:
+                along = self.rng.choice([-1, 1]) * (slack - 0.01)
+            out = self.rng.uniform(0.005, 0.05) if z is None else 0.004
+            out += abs(math.sin(jitter)) * mesh.size_m[0] / 2
+            yaw = YAW[side] + self.rng.uniform(-jitter, jitter)
+            x, y = self.wall_point(side, along, mesh.size_m[1] / 2 + out)
+            if found := self.spot(mesh, x, y, yaw, z, front_m):
+                spots.append(found)
+            if len(spots) == (CHOICES if near else 1):
+                break
+        return self.take(mesh, self._liked(spots, near), name)
+
+    def in_the_open(
+        self, mesh: Mesh | None, margin: float = 0.0, square: bool = False,
+        near: Near | None = None, name: str = "",
+    ) -> SceneObject | None:  # fmt: skip
+        """Anywhere in the room, at least `margin` from its walls."""
+        if mesh is None:
+            return None
+        room = self.room.inset(margin + min(mesh.size_m[:2]) / 2)
+        if room.width <= 0 or room.depth <= 0:
+            return None
+        spots: list[Spot] = []
+        for _ in range(12):
+            x, y = self.rng.uniform(room.x0, room.x1), self.rng.uniform(room.y0, room.y1)
+            turns = self.rng.randrange(4) * math.pi / 2
+            twist = self.rng.gauss(0, 0.03) if square else self.rng.uniform(-0.8, 0.8)
+            if found := self.spot(mesh, x, y, turns + twist):
+                spots.append(found)
+            if len(spots) == (CHOICES if near else 1):
+                break
+        return self.take(mesh, self._liked(spots, near), name)
+
+    def on_top(
+        self, mesh: Mesh | None, support: SceneObject | None, facing: bool = False, name: str = ""
+    ) -> SceneObject | None:
+        """On the top of a supporting object; `facing`: the same way as the support."""
+        if mesh is None or support is None or support.size_m is None or not has_top(support):
+            return None
+        (w, d, h), (mw, md, _) = support.size_m, mesh.size_m
+        room_w, room_d = (w - mw) / 2 - 0.02, (d - md) / 2 - 0.01
+        if room_w < 0 or room_d < 0:
+            return None
+        top = support.position_m[2] + h
+        for _ in range(8):
+            turn = self.rng.gauss(0, 0.15) if facing else self.rng.uniform(-math.pi, math.pi)
+            u, v = self.rng.uniform(-room_w, room_w), self.rng.uniform(-room_d, room_d)
+            yaw = support.yaw_rad + turn
+            found = self.spot(mesh, *offset(support, u, v), yaw, top)
+            if found and _rests(found.box, box_of(support)):
+                return self.take(mesh, found, name)
+        return None
+
+    def beside(
+        self, mesh: Mesh | None, anchor: SceneObject, u: float, v: float, turn: float = 0.0,
+        z: float | None = None, name: str = "", front_m: float = 0.0,
+    ) -> SceneObject | None:  # fmt: skip
+        """At (u, v) in the anchor's own axes, turned by `turn` from it."""
+        if mesh is None:
+            return None
+        x, y = offset(anchor, u, v)
+        return self.take(mesh, self.spot(mesh, x, y, anchor.yaw_rad + turn, z, front_m), name)
+
+    def wall_length(self, side: str) -> float:
+        return self.room.width if side in ("south", "north") else self.room.depth
+
+    def wall_point(self, side: str, along: float, out: float) -> tuple[float, float]:
+        """The point `along` the wall from its middle and `out` from its face."""
+        r = self.room
+        mx, my = (r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2
+        return {
+            "south": (mx + along, r.y0 + out),
+            "north": (mx + along, r.y1 - out),
+            "west": (r.x0 + out, my + along),
+            "east": (r.x1 - out, my + along),
+        }[side]
+
+    def _liked(self, spots: list[Spot], near: Near | None) -> Spot | None:
+        """One of the spots, rather where there is near what is usually near."""
+        if not spots or near is None:
+            return spots[0] if spots else None
+        around = [(self.names[obj.id], box_of(obj)) for obj in self.here]
+        weights = [0.05 + sum(near.get(n, 0.0) for n in _within(around, s.box)) for s in spots]
+        return self.rng.choices(spots, weights)[0]
+
+    def _inside(self, box: Box) -> bool:
+        (x0, y0, x1, y1), r = box.span, self.room
+        return x0 >= r.x0 and y0 >= r.y0 and x1 <= r.x1 and y1 <= r.y1
+
+    def _tint(self, mesh: Mesh) -> str | None:
+        if self.rng.random() < 0.6 or mesh.category not in TINTED or mesh.id.startswith("builtin:"):
+            return None
+        strong = self.rng.random() < 0.4
+        saturation = self.rng.uniform(0.25, 0.75) if strong else self.rng.uniform(0.0, 0.25)
+        return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.6, 1.0))
+
+
+def _within(around: list[tuple[str, Box]], box: Box) -> list[str]:
+    """The names of what is within 1 m, each once; sorted, so that sums repeat to the last bit."""
+    return sorted({name for name, other in around if gap(other, box) <= NEAR_M})
+
+
+def _rests(box: Box, support: Box) -> bool:
+    """Whether the whole footprint lies on the support's."""
+    return all(support.holds(x, y) for x, y in box.outline)
+
+
+def _front(box: Box, depth: float) -> Box:
+    out = (box.depth + depth) / 2 + 0.01
+    x, y = box.x + math.sin(box.yaw) * out, box.y - math.cos(box.yaw) * out
+    return Box(x, y, box.width * 0.9, depth, box.yaw, 0.0, 0.8)

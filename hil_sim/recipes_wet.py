@@ -1,0 +1,92 @@
+"""Kitchens and bathrooms: what stands side by side along a wall."""
+
+from hil_sim.complete import Wanted, load
+from hil_sim.furnish import Mesh
+from hil_sim.furnisher import SIDES, YAW, Furnisher
+from hil_sim.scene import SceneObject
+from hil_sim.tables import arrange_table
+from hil_sim.wares import find
+
+SMALL_KITCHEN_M2 = 9.0
+MIRROR_M = 1.2
+
+
+def furnish_kitchen(home: Furnisher, wanted: Wanted) -> None:
+    counters = wanted.take("counter") + 1
+    for name in ("refrigerator", "sink", "stove"):
+        wanted.take(name)
+    _counter_run(home, counters)
+    if not home.named("refrigerator"):
+        home.against_wall(home.pick("refrigerator"), front_m=0.5, corner=home.rng.random() < 0.6)
+    if not home.named("stove"):
+        home.against_wall(home.pick("stove"), front_m=0.4)
+    if not home.named("sink"):
+        home.against_wall(find(home, "kitchen sink"), front_m=0.4)
+    for _ in range(counters - len(home.named("counter"))):
+        home.against_wall(find(home, "counter"), front_m=0.4, name="counter")
+    chairs, tables = wanted.take("chair"), wanted.take("table")
+    if tables and home.room.area > SMALL_KITCHEN_M2:
+        arrange_table(home, max(2, chairs), longest=1.3 if home.room.area < 14 else 1.7)
+
+
+def _counter_run(home: Furnisher, counters: int) -> None:
+    """Cabinets, sink, stove and refrigerator side by side along one wall."""
+    rng = home.rng
+    side = max(SIDES, key=lambda s: home.wall_length(s) * rng.random())
+    upper = find(home, "upper cabinet") if rng.random() < 0.7 else None
+    at = -home.wall_length(side) / 2 + rng.choice([0.01, rng.uniform(0.0, 0.5)])
+    for name, mesh in _modules(home, counters):
+        w, d, _ = mesh.size_m
+        if at + w > home.wall_length(side) / 2:
+            break
+        x, y = home.wall_point(side, at + w / 2, d / 2 + 0.006)
+        obj = home.take(mesh, home.spot(mesh, x, y, YAW[side], front_m=0.3), name)
+        if obj is None:
+            at += 0.2
+            continue
+        if upper and name in ("counter", "sink") and upper.size_m[0] <= w + 0.06:
+            x, y = home.wall_point(side, at + w / 2, upper.size_m[1] / 2 + 0.006)
+            home.take(upper, home.spot(upper, x, y, YAW[side]))
+        if name == "counter":
+            load(home, obj, "kitchen", 1)
+        at += w + 0.012
+
+
+def _modules(home: Furnisher, counters: int) -> list[tuple[str, Mesh]]:
+    """What stands in the run, in order; counters of one make."""
+    rng, counter = home.rng, find(home, "counter")
+    names = [("sink", find(home, "kitchen sink")), ("stove", home.pick("stove"))]
+    names += [("counter", counter)] * counters
+    rng.shuffle(names)
+    if rng.random() < 0.8:
+        names.insert(rng.choice([0, len(names)]), ("refrigerator", home.pick("refrigerator")))
+    return [(name, mesh) for name, mesh in names if mesh is not None]
+
+
+def furnish_bathroom(home: Furnisher, wanted: Wanted) -> None:
+    rng = home.rng
+    tub, shower = wanted.take("bathtub"), wanted.take("shower")
+    if tub:
+        home.against_wall(home.pick("bathtub"), corner=rng.random() < 0.8)
+    for _ in range(wanted.take("toilet")):
+        home.against_wall(home.pick("toilet"), front_m=0.4) or home.against_wall(
+            home.pick("toilet"), front_m=0.25
+        )
+    for _ in range(wanted.take("sink")):
+        sink = home.against_wall(find(home, "bathroom sink"), front_m=0.35)
+        if sink and _mirror_over(home, sink):
+            wanted.placed("mirror")
+    if shower or not tub:
+        home.against_wall(home.pick("shower"), corner=True)
+    if wanted.take("counter"):
+        home.against_wall(find(home, "counter"), near={"sink": 1.0}, name="counter")
+    if rng.random() < 0.15:
+        home.against_wall(home.pick("other", ("Blend Swap CC-0#bidet",)), near={"toilet": 1.0})
+
+
+def _mirror_over(home: Furnisher, sink: SceneObject) -> SceneObject | None:
+    """A mirror on the wall over a sink that has none of its own."""
+    mesh = home.pick("mirror")
+    if mesh is None or sink.size_m is None or sink.position_m[2] + sink.size_m[2] > MIRROR_M:
+        return None
+    return home.beside(mesh, sink, 0.0, (sink.size_m[1] - mesh.size_m[1]) / 2, z=MIRROR_M)
