@@ -1,4 +1,4 @@
-"""One episode in lockstep: render, publish, wait for the action, move; then judge."""
+"""One episode, from the goal to its result. `lockstep` drives it step by step."""
 
 import json
 import math
@@ -7,81 +7,23 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
-from typing import Protocol as Port
-
-import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.episodes import Episode
-from hil_sim.link import Answer, HarnessError
-from hil_sim.methods import Method, method_named
+from hil_sim.faults import Fault
+from hil_sim.link import HarnessError
+from hil_sim.lockstep import Run, Tally, drive
+from hil_sim.methods import method_named
 from hil_sim.metrics import Outcome, soft_spl, spl
+from hil_sim.mishaps import Mishaps
 from hil_sim.protocol import Ending, Protocol
-from hil_sim.robot import Ground, Robot, act
-from hil_sim.scene import Scene
-from hil_sim.sightings import true_labels
-from hil_sim.witness import TRACK_FILE, Facts, Footprint, Witness, to_scene
-from runtime.core.types import Intrinsics, Pose
+from hil_sim.robot import Robot
+from hil_sim.stage import Driver, Home, Step, View
+from hil_sim.witness import TRACK_FILE, Witness
+from runtime.core.types import Pose
 
-STEP_NS = 500_000_000  # simulated time between two observations
+__all__ = ["EpisodeResult", "Home", "Step", "View", "run_episode"]
+
 EPISODE_FILE = "episode.json"
-
-
-class View(Port):
-    """What a camera saw."""
-
-    @property
-    def rgb(self) -> NDArray[np.uint8]: ...  # (H, W, 3)
-
-    @property
-    def depth_m(self) -> NDArray[np.float32]: ...  # (H, W) true, 0 where nothing is
-
-    @property
-    def segmentation(self) -> NDArray[np.int32]: ...  # (H, W) index into scene.objects, or -1
-
-
-class Driver(Port):
-    """Whoever answers observations with actions: the runtime, or a bound that stands in for it."""
-
-    def ask(self, query: str, body: dict[str, object]) -> Any: ...
-
-    def forget(self) -> None: ...
-
-    def exchange(
-        self,
-        stamp_ns: int,
-        rgb: NDArray[np.uint8],
-        depth_m: NDArray[np.float32],
-        odometry: Pose,
-        intrinsics: Intrinsics,
-        labels: dict[str, Any] | None = None,
-    ) -> Answer: ...
-
-
-@dataclass(frozen=True)
-class Home:
-    """A scene that can be looked at and driven in, and the truth about one goal in it.
-
-    `wanted` are the indices of the goal's instances in `scene.objects` and in the segmentation,
-    `goal_boxes` their footprints.
-    """
-
-    ground: Ground
-    look: Callable[[Pose], View]  # scene frame
-    distance_m: Callable[[Pose], float]  # geodesic, to the goal's nearest success position
-    scene: Scene
-    wanted: tuple[int, ...]
-    goal_boxes: tuple[Footprint, ...]
-
-
-@dataclass(frozen=True)
-class Step:
-    """What happened in one step, for whoever watches."""
-
-    number: int
-    answer: Answer
-    robot: Robot  # after the action
-    distance_m: float
 
 
 @dataclass(frozen=True)
@@ -134,21 +76,6 @@ class EpisodeResult:
         return cls(**{**row, "frontier_m": tuple(row.get("frontier_m", ()))})
 
 
-@dataclass
-class _Tally:
-    """What adds up while an episode runs."""
-
-    robot: Robot
-    steps: int = 0
-    decisions: int = 0
-    reason: str = ""
-    halted: bool = True  # the base has nothing left to do
-    render_s: float = 0.0
-    answer_s: float = 0.0
-    thinking_s: float = 0.0  # of answer_s, by the runtime's own account
-    stages: dict[str, float] = field(default_factory=dict)
-
-
 def run_episode(
     episode: Episode,
     home: Home,
@@ -157,43 +84,43 @@ def run_episode(
     method: str,
     log_dir: Path,
     watch: Callable[[Step], None] = lambda step: None,
+    faults: tuple[Fault, ...] = (),
+    seed: int = 0,
+    play: Callable[[Run], None] = drive,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
-    raised only when it refuses the goal."""
+    raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
+    lockstep, or in real time (`realtime.drive`)."""
     began_s = time.monotonic()
     how = method_named(method)
     log_dir.mkdir(parents=True, exist_ok=True)
     (log_dir / EPISODE_FILE).write_text(json.dumps(asdict(episode), indent=1) + "\n")
-    _give_goal(episode, runtime, how, log_dir)
+    _give_goal(episode, runtime, (*protocol.settings, *how.settings), log_dir)
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
-    tally = _Tally(Robot(start))
     witness = Witness(home.wanted, home.goal_boxes, home.distance_m, log_dir / TRACK_FILE)
+    mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)
+    run = Run(
+        episode.id, start, home, runtime, protocol, how, witness, mishaps, seed, watch,
+        Tally(Robot(start)),
+    )  # fmt: skip
     try:
-        _drive(tally, start, home, runtime, protocol, how, witness, watch)
-        ended = "stop" if tally.robot.stopped else "steps"
+        play(run)
+        ended = "stop" if run.tally.robot.stopped else "steps"
     except HarnessError as error:
         ended = f"error: {error}"
     finally:
         witness.close()
-    try:
-        tally.stages = runtime.ask("cancel", {"reason": ended}).get("seconds", tally.stages)
-    except HarnessError as error:
-        ended = ended if ended.startswith("error") else f"error: {error}"
-    distance_m = home.distance_m(tally.robot.pose)
-    success = not ended.startswith("error") and protocol.success(
-        Ending(tally.robot.stopped, distance_m)
-    )
-    return _result(
-        episode, protocol, method, tally, witness.facts(), ended, success, distance_m, began_s
-    )
+        home.populate(())
+    ended = _take_back(run, ended)
+    return _result(episode, run, method, ended, time.monotonic() - began_s)
 
 
-def _give_goal(episode: Episode, runtime: Driver, how: Method, log_dir: Path) -> None:
+def _give_goal(episode: Episode, runtime: Driver, settings: tuple[str, ...], log_dir: Path) -> None:
     request: dict[str, object] = {
         "goal": episode.goal,
         "episode": episode.id,
         "log_dir": str(log_dir.resolve()),
-        "settings": list(how.settings),
+        "settings": list(settings),
     }
     reply = runtime.ask("goal", request)
     if not reply.get("accepted"):
@@ -201,70 +128,28 @@ def _give_goal(episode: Episode, runtime: Driver, how: Method, log_dir: Path) ->
     runtime.forget()
 
 
-def _drive(
-    tally: _Tally,
-    start: Pose,
-    home: Home,
-    runtime: Driver,
-    protocol: Protocol,
-    how: Method,
-    witness: Witness,
-    watch: Callable[[Step], None],
-) -> None:
-    while not tally.robot.stopped and tally.steps < protocol.max_steps:
-        tally.halted = True
-        before, number = tally.robot, tally.steps + 1
-        t0 = time.monotonic()
-        view = home.look(before.pose)
-        t1 = time.monotonic()
-        witness.look(number, before.pose, view.depth_m, view.segmentation)
-        reported = before.odometry(start)
-        answer = runtime.exchange(
-            number * STEP_NS,
-            view.rgb,
-            protocol.sensed(view.depth_m),
-            reported,
-            protocol.intrinsics,
-            true_labels(home.scene, before.pose, view.segmentation) if how.labels else None,
-        )
-        tally.render_s += t1 - t0
-        _note(tally, answer, time.monotonic() - t1)
-        witness.hear(number, answer.state, answer.decisions, to_scene(before.pose, reported))
-        tally.robot = act(before, answer.action, home.ground, protocol)
-        tally.halted = tally.robot.stopped
-        mode = str(answer.state.get("mode", ""))
-        collided = tally.robot.collisions > before.collisions
-        witness.moved(tally.robot, mode, answer.action.value, collided)
-        watch(Step(number, answer, tally.robot, home.distance_m(tally.robot.pose)))
+def _take_back(run: Run, ended: str) -> str:
+    """End the search; the reply holds the time by stage. Returns how the episode ended."""
+    try:
+        reply = run.driver.ask("cancel", {"reason": ended})
+        run.tally.stages = reply.get("seconds", run.tally.stages)
+    except HarnessError as error:
+        return ended if ended.startswith("error") else f"error: {error}"
+    return ended
 
 
-def _note(tally: _Tally, answer: Answer, took_s: float) -> None:
-    tally.answer_s += took_s
-    tally.thinking_s += float(answer.state.get("took_s", 0.0))
-    tally.stages = answer.state.get("seconds", tally.stages)
-    tally.reason = str(answer.state.get("reason", ""))
-    tally.decisions += len(answer.decisions)
-    tally.steps += 1
-
-
-def _result(
-    episode: Episode,
-    protocol: Protocol,
-    method: str,
-    tally: _Tally,
-    facts: Facts,
-    ended: str,
-    success: bool,
-    distance_m: float,
-    began_s: float,
-) -> EpisodeResult:
+def _result(episode: Episode, run: Run, method: str, ended: str, took_s: float) -> EpisodeResult:
+    tally, protocol = run.tally, run.protocol
+    distance_m = run.home.distance_m(tally.robot.pose)
+    end = Ending(tally.robot.stopped, distance_m, run.witness.sightings)
+    success = not ended.startswith("error") and protocol.success(end)
     shortest_m = episode.shortest_path_m
     outcome = Outcome(success, shortest_m, tally.robot.path_m, distance_m, tally.steps)
     wall = {
         "render": tally.render_s,
         "bus": max(0.0, tally.answer_s - tally.thinking_s),
         **{f"runtime.{stage}": float(s) for stage, s in sorted(tally.stages.items())},
-        "total": time.monotonic() - began_s,
+        "total": took_s,
     }
     return EpisodeResult(
         episode=episode.id,
@@ -283,8 +168,9 @@ def _result(
         spl=_rounded(spl(outcome)),
         soft_spl=_rounded(soft_spl(outcome)),
         reason=tally.reason,
-        **vars(facts),
+        **vars(run.witness.facts()),
         stopped=tally.halted,
+        fault="; ".join(fault.text for fault in run.mishaps.faults),
         wall={stage: round(seconds, 4) for stage, seconds in wall.items()},
     )
 

@@ -2,21 +2,23 @@
 
 import atexit
 import json
+import math
 import queue
 import socket
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
 import zenoh
 from numpy.typing import NDArray
 
-from runtime.core.types import Action, Intrinsics, Pose
+from runtime.core.types import Action, Intrinsics, Pose, Twist
 from runtime.edge import wire
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
 from runtime.errors import RfNavError, SensorError
@@ -28,6 +30,8 @@ POLL_S = 0.25
 RESEND_S = 5.0  # the bus of the runtime knows what it has seen: sending twice does no harm
 
 REQUIRED = ("camera_info", "odom", "depth", "color")  # what the runtime must listen to
+STILL = Twist()
+NOTHING: Mapping[str, bytes] = MappingProxyType({})
 DETECTIONS = "rfnav/detections"  # the truth's labels of a frame, for methods that ask for them
 
 # exec after asking Linux to kill the child when the harness dies, however it dies.
@@ -50,6 +54,7 @@ class Answer:
     action: Action
     state: dict[str, Any]  # empty if none came
     decisions: tuple[dict[str, Any], ...]
+    twist: Twist = STILL  # where the runtime commands velocities
 
 
 def free_port() -> int:
@@ -86,7 +91,7 @@ class Runtime:
             arguments += ["--config", str(config)]
         for setting in (*settings, *_bus_settings(endpoint)):
             arguments += ["--set", setting]
-        self._topics = bus.topics
+        self._bus, self._topics = bus, bus.topics
         self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
         self._log = log
         self._answer_s = answer_s
@@ -95,7 +100,7 @@ class Runtime:
         self._session: Any = open_session(bus)
         atexit.register(self.close)
         try:
-            self._declare(bus)
+            self._declare()
             log.parent.mkdir(parents=True, exist_ok=True)
             with log.open("wb") as file:
                 self._child = subprocess.Popen(
@@ -150,9 +155,13 @@ class Runtime:
         odometry: Pose,
         intrinsics: Intrinsics,
         labels: dict[str, Any] | None = None,
+        beside: Mapping[str, bytes] = NOTHING,
     ) -> Answer:
         """Publish one observation and wait for the action: one step of the lockstep. `labels`
-        (see `sightings.true_labels`) go ahead of the images that they belong to."""
+        (see `sightings.true_labels`) go ahead of the images that they belong to, and so does what
+        is published `beside` them (topic: CDR)."""
+        for topic, payload in beside.items():
+            self._session.put(topic, payload)
         observation = {
             **(
                 {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
@@ -183,7 +192,7 @@ class Runtime:
             elif topic == self._topics.decision:
                 decisions.append(value)
             elif topic == self._topics.action:
-                return Answer(_action(value), state, tuple(decisions))
+                return Answer(_action(value), state, tuple(decisions), _twist(value))
         raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
 
     def check_alive(self) -> None:
@@ -206,13 +215,26 @@ class Runtime:
             except subprocess.TimeoutExpired:
                 child.kill()
                 child.wait()
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Leave the bus; the runtime finds its harness gone. Idempotent."""
         declared, self._declared = self._declared, []
         for entity in declared:
             entity.undeclare()
         if not self._session.is_closed():
             self._session.close()
 
-    def _declare(self, bus: BusConfig) -> None:
+    def call_again(self) -> None:
+        """Come back to the bus, and wait until the runtime has noticed."""
+        if self._session.is_closed():
+            self._session = open_session(self._bus)
+            self._declare()
+            self._wait_ready(("ready", "searching"))
+
+    def _declare(self) -> None:
+        bus = self._bus
+
         def hear(sample: zenoh.Sample) -> None:
             topic = str(sample.key_expr)
             if topic not in (bus.topics.action, bus.topics.state, bus.topics.decision):
@@ -234,7 +256,7 @@ class Runtime:
             )
         self._declared += self._publish.values()
 
-    def _wait_ready(self) -> None:
+    def _wait_ready(self, states: tuple[str, ...] = ("ready",)) -> None:
         # Also for Zenoh's sake: what is sent in the first moments of a link can be lost, so the
         # status is asked until it is answered, and observations come after that.
         until_s = time.monotonic() + READY_S
@@ -246,7 +268,7 @@ class Runtime:
                 time.sleep(0.02)
                 continue
             heard = all(self._publish[name].matching_status for name in REQUIRED)
-            if status.get("state") == "ready" and heard:
+            if status.get("state") in states and heard:
                 return
             time.sleep(0.02)
         raise HarnessError(f"rfnav was not ready in {READY_S:g} s; its log is {self._log}")
@@ -273,3 +295,10 @@ def _action(value: dict[str, Any]) -> Action:
     except (KeyError, ValueError):
         known = ", ".join(action.value for action in Action)
         raise HarnessError(f"rfnav/action: {value.get('action')!r}: must be {known}") from None
+
+
+def _twist(value: dict[str, Any]) -> Twist:
+    speeds = (value.get("v_mps", 0.0), value.get("w_radps", 0.0))
+    if not all(isinstance(speed, int | float) and math.isfinite(speed) for speed in speeds):
+        raise HarnessError(f"rfnav/action: velocity {speeds}: must be two finite numbers")
+    return Twist(*(float(speed) for speed in speeds))

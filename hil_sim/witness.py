@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.protocol import Sighting
 from hil_sim.robot import Robot
 from runtime.core.types import Pose
 
@@ -22,15 +23,6 @@ TARGET_MODES = ("target", "face", "stop")
 TRACK_FILE = "track.jsonl"
 
 Footprint = NDArray[np.float64]  # (4, 2) m, scene frame, counter-clockwise
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """One instance of the goal, in one frame."""
-
-    pixels: int
-    depth_m: float  # median of its pixels; inf when none is seen
-    box_m: float  # from the robot to its footprint, on the plan
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,13 @@ from numpy.typing import NDArray
 
 from hil_sim import egl
 from hil_sim.assets import Assets
+from hil_sim.body import Body
 from hil_sim.meshes import Mesh
 from hil_sim.scene import Scene, SceneObject, check_meshes
+from hil_sim.sensors import BEAMS, LASER_M, LASER_Z_M
 from hil_sim.shell import ceiling, floor, rgb_of, wall_pieces, walls
+from hil_sim.visitors import Visitors
+from runtime.core.types import Pose
 from runtime.errors import RfNavError
 
 NEAR_M, FAR_M = 0.05, 25.0
@@ -92,6 +96,7 @@ class World:
         self._client = pybullet.connect(pybullet.DIRECT)
         self._scratch = Path(tempfile.mkdtemp(prefix="rf-nav-world-"))
         self._plugin = -1
+        self._visitors = Visitors(self._client)
         self._owner = np.full(0, -1, np.int32)  # body id -> index into scene.objects
         self._solid: set[int] = set()
         try:
@@ -160,6 +165,7 @@ class World:
         ids = np.reshape(np.asarray(bodies, np.int32), shape)
         ids = np.where(ids < 0, -1, ids & 0xFFFFFF)
         rgb = np.reshape(np.asarray(rgba, np.uint8), (*shape, 4))[..., :3]
+        ids[ids >= len(self._owner)] = -1  # a visitor
         owner = np.r_[self._owner, np.int32(-1)]  # index -1: no body
         return Frame(np.ascontiguousarray(rgb), metres, owner[ids])
 
@@ -174,6 +180,8 @@ class World:
             self._robot, (x_m, y_m, z), (0, 0, 0, 1), physicsClientId=client
         )
         r = BODY_RADIUS_M
+        if any(body.distance_m(x_m, y_m) <= BODY_RADIUS_M for body in self._visitors.present):
+            return True
         near = pybullet.getOverlappingObjects(
             (x_m - r, y_m - r, BODY_CLEARANCE_M), (x_m + r, y_m + r, BODY_HEIGHT_M), client
         )
@@ -185,9 +193,9 @@ class World:
     def move(
         self, x_m: float, y_m: float, yaw_rad: float, distance_m: float
     ) -> tuple[float, float, bool]:
-        """Sweep the body straight ahead; it stops before the first contact and does not slide.
-        Returns where it ends and whether something was hit."""
-        steps = max(1, math.ceil(distance_m / SWEEP_M))
+        """Sweep the body straight ahead, or back; it stops before the first contact and does not
+        slide. Returns where it ends and whether something was hit."""
+        steps = max(1, math.ceil(abs(distance_m) / SWEEP_M))
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         x, y = x_m, y_m
         for n in range(1, steps + 1):
@@ -197,6 +205,28 @@ class World:
                 return x, y, True
             x, y = ahead
         return x, y, False
+
+    def scan(self, pose: Pose) -> NDArray[np.float32]:
+        """(BEAMS,) m: a level laser scan around the base from straight behind it,
+        counter-clockwise; inf where nothing is in range."""
+        near, far = LASER_M
+        angles = pose.yaw_rad - math.pi + np.arange(BEAMS) * math.tau / BEAMS
+        rays = np.stack([np.cos(angles), np.sin(angles), np.zeros(BEAMS)], axis=1)
+        origin = np.array([pose.x_m, pose.y_m, LASER_Z_M])
+        pybullet.resetBasePositionAndOrientation(
+            self._robot, (0, 0, -5), (0, 0, 0, 1), physicsClientId=self._client
+        )
+        hits = pybullet.rayTestBatch(
+            (origin + near * rays).tolist(),
+            (origin + far * rays).tolist(),
+            physicsClientId=self._client,
+        )
+        ranges = np.array([near + hit[2] * (far - near) for hit in hits], np.float32)
+        return np.where(ranges < far, ranges, np.float32(np.inf))
+
+    def populate(self, bodies: tuple[Body, ...]) -> None:
+        """Have these people and closed doors in the home, and no others."""
+        self._visitors.set(bodies)
 
     def obstacle_triangles(self) -> NDArray[np.float64]:
         """(N, 3, 3) m in the scene frame: furniture and walls, whatever their height."""

@@ -120,7 +120,7 @@ def test_the_method_goes_along_with_the_goal(walker: Runtime, tmp_path: Path) ->
     )
     assert result.method == "oracle-perception/closest"
     asked = json.loads((tmp_path / "e" / "asked.json").read_text())
-    assert asked["settings"] == list(method_named(result.method).settings)
+    assert asked["settings"] == [*SMALL.settings, *method_named(result.method).settings]
     lines = (tmp_path / "e" / "labels.jsonl").read_text().splitlines()
     labels = [json.loads(line) for line in lines]
     assert [label["names"] for label in labels] == [[], [], ["toilet"], ["toilet"], ["toilet"]]
