@@ -1,101 +1,127 @@
-"""Meshes of simple geometry, for what no catalogue has."""
+"""Meshes of simple geometry, for what no catalogue has, by name; each comes in six variants."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from functools import partial
 
-import numpy as np
-
-from hil_sim.meshes import Material, Soup
-
-Rgb = tuple[float, float, float]
-WHITE, WOOD, DARK, STEEL = (
-    (0.92, 0.92, 0.9),
-    (0.55, 0.38, 0.22),
-    (0.06, 0.06, 0.07),
-    (0.6, 0.62, 0.65),
+from hil_sim import builtin_goals as goals
+from hil_sim import builtin_screens as screens
+from hil_sim.builtin_shapes import (
+    BLUE,
+    CREAM,
+    DARK,
+    DARK_WOOD,
+    GREEN,
+    GREY,
+    PALE_WOOD,
+    RED,
+    STEEL,
+    WHITE,
+    WOOD,
+    Part,
+    box,
+    pick,
 )
 
-
-def box(size: Sequence[float], at: Sequence[float], colour: Rgb) -> Soup:
-    """A cuboid of size (w, d, h) whose underside's centre is `at`, m."""
-    w, d, h = size
-    x, y, z = at
-    c = np.array(
-        [
-            [sx * w / 2 + x, sy * d / 2 + y, sz * h + z]
-            for sz in (0, 1)
-            for sy in (-1, 1)
-            for sx in (-1, 1)
-        ]
-    )
-    quads = [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)]
-    tris = [t for a, b, e, f in quads for t in ((a, b, e), (a, e, f))]
-    corners = c[np.array(tris)]
-    return Soup(Material(colour), corners, np.zeros((len(tris), 3, 2)))
+VARIANTS = 6
+HELD_OUT = (4, 5)
+"""Variants that no training home shows, in categories with fewer than three catalogue meshes."""
 
 
-def cylinder(radius: float, top: float, height: float, colour: Rgb, sides: int = 20) -> Soup:
-    """A (truncated) cone on the origin, closed at both ends."""
-    angle = np.linspace(0, 2 * np.pi, sides + 1)
-    low = np.stack([radius * np.cos(angle), radius * np.sin(angle), 0 * angle], axis=1)
-    high = np.stack([top * np.cos(angle), top * np.sin(angle), 0 * angle + height], axis=1)
-    tris = []
-    for i in range(sides):
-        tris += [(low[i], low[i + 1], high[i + 1]), (low[i], high[i + 1], high[i])]
-        tris += [(low[i + 1], low[i], [0, 0, 0]), (high[i], high[i + 1], [0, 0, height])]
-    corners = np.array([[np.asarray(v, float) for v in t] for t in tris])
-    return Soup(Material(colour), corners, np.zeros((len(corners), 3, 2)))
-
-
-def television() -> list[Soup]:
-    """A flat screen on a foot, facing -y."""
-    return [
-        box((1.0, 0.05, 0.58), (0, 0, 0.06), DARK),
-        box((0.94, 0.004, 0.52), (0, -0.027, 0.09), (0.12, 0.13, 0.16)),
-        box((0.4, 0.22, 0.02), (0, 0, 0), DARK),
-        box((0.08, 0.04, 0.06), (0, 0.01, 0.01), DARK),
-    ]
-
-
-def mirror() -> list[Soup]:
+def mirror(k: int) -> Part:
     """A framed pane."""
+    w, h = pick(k, (0.6, 0.9), (0.5, 1.4), (0.9, 0.7))
     return [
-        box((0.6, 0.03, 0.9), (0, 0, 0), WOOD),
-        box((0.52, 0.004, 0.82), (0, -0.017, 0.04), (0.72, 0.8, 0.85)),
+        box((w, 0.03, h), (0, 0, 0), pick(k, WOOD, WHITE, DARK, STEEL)),
+        box((w - 0.08, 0.008, h - 0.08), (0, -0.019, 0.04), (0.72, 0.8, 0.85)),
     ]
 
 
-def picture() -> list[Soup]:
+def picture(k: int) -> Part:
     """A framed painting."""
+    w, h = pick(k, (0.7, 0.5), (0.5, 0.7), (0.9, 0.6), (0.4, 0.4))
+    sky, land, sun = pick(
+        k,
+        ((0.85, 0.8, 0.66), (0.3, 0.45, 0.6), (0.75, 0.4, 0.25)),
+        ((0.55, 0.7, 0.85), (0.3, 0.5, 0.3), (0.9, 0.8, 0.4)),
+        ((0.9, 0.88, 0.84), (0.2, 0.2, 0.22), (0.7, 0.15, 0.15)),
+        ((0.2, 0.25, 0.4), (0.6, 0.6, 0.7), (0.95, 0.9, 0.7)),
+        ((0.88, 0.6, 0.45), (0.45, 0.25, 0.3), (0.95, 0.85, 0.5)),
+        ((0.75, 0.85, 0.75), (0.25, 0.4, 0.35), (0.85, 0.5, 0.55)),
+    )
     return [
-        box((0.7, 0.03, 0.5), (0, 0, 0), WOOD),
-        box((0.62, 0.004, 0.42), (0, -0.017, 0.04), (0.85, 0.8, 0.66)),
-        box((0.3, 0.004, 0.2), (-0.1, -0.02, 0.1), (0.3, 0.45, 0.6)),
-        box((0.2, 0.004, 0.12), (0.15, -0.02, 0.25), (0.75, 0.4, 0.25)),
+        box((w, 0.03, h), (0, 0, 0), pick(k, WOOD, DARK, WHITE, DARK_WOOD)),
+        box((w - 0.08, 0.012, h - 0.08), (0, -0.021, 0.04), sky),
+        box((w * 0.43, 0.012, h * 0.4), (-w * 0.14, -0.028, h * 0.2), land),
+        box((w * 0.28, 0.012, h * 0.24), (w * 0.2, -0.028, h * 0.5), sun),
     ]
 
 
-def kitchen_counter() -> list[Soup]:
+def kitchen_counter(k: int) -> Part:
     """A base cabinet with a worktop, 0.6 m wide."""
     return [
         box((0.6, 0.56, 0.1), (0, 0.02, 0), DARK),
-        box((0.6, 0.58, 0.76), (0, 0.01, 0.1), WHITE),
-        box((0.6, 0.6, 0.04), (0, 0, 0.86), (0.45, 0.42, 0.4)),
+        box((0.6, 0.58, 0.76), (0, 0.01, 0.1), pick(k, WHITE, PALE_WOOD, CREAM, GREY)),
+        box((0.6, 0.6, 0.04), (0, 0, 0.86), pick(k, (0.45, 0.42, 0.4), DARK, WOOD)),
         box((0.3, 0.02, 0.02), (0, -0.29, 0.75), STEEL),
     ]
 
 
-BUILTINS: dict[str, Callable[[], list[Soup]]] = {
-    "television": television,
-    "mirror": mirror,
-    "picture": picture,
-    "kitchen_counter": kitchen_counter,
-    "rug": lambda: [box((2.0, 1.4, 0.01), (0, 0, 0), (0.55, 0.3, 0.28))],
-    "bathmat": lambda: [box((0.8, 0.5, 0.01), (0, 0, 0), (0.5, 0.65, 0.7))],
-    "box": lambda: [box((0.4, 0.4, 0.4), (0, 0, 0), (0.7, 0.55, 0.38))],
-    "trash_can": lambda: [cylinder(0.12, 0.15, 0.35, STEEL)],
-    "door": lambda: [
-        box((0.85, 0.04, 2.0), (0, 0, 0), WOOD),
+def rug(k: int) -> Part:
+    """With a border and a field."""
+    w, d = pick(k, (2.0, 1.4), (1.6, 1.1), (2.4, 1.7))
+    edge, field = pick(k, ((0.55, 0.3, 0.28), (0.55, 0.3, 0.28)), (BLUE, CREAM), (DARK, GREY),
+                       (CREAM, RED), (GREEN, CREAM), (GREY, WHITE))  # fmt: skip
+    return [
+        box((w, d, 0.008), (0, 0, 0), edge),
+        box((w - 0.25, d - 0.25, 0.002), (0, 0, 0.008), field),
+        box((w * 0.4, d * 0.4, 0.002), (0, 0, 0.0095), edge),
+    ]
+
+
+def bathmat(k: int) -> Part:
+    """A plain mat."""
+    return [box((0.8, 0.5, 0.01), (0, 0, 0), pick(k, (0.5, 0.65, 0.7), WHITE, GREY, CREAM))]
+
+
+def door(k: int) -> Part:
+    """A door's leaf with a handle."""
+    return [
+        box((0.85, 0.04, 2.0), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, GREY)),
         box((0.12, 0.08, 0.03), (0.34, 0, 1.0), STEEL),
-    ],
-    "wall_shelf": lambda: [box((0.8, 0.22, 0.03), (0, 0, 0), WOOD)],
+    ]
+
+
+def wall_shelf(k: int) -> Part:
+    """A board."""
+    return [box((0.8, 0.22, 0.03), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, DARK))]
+
+
+SHAPES: dict[str, Callable[[int], Part]] = {
+    "alarm_clock": goals.alarm_clock,
+    "apple": goals.apple,
+    "baseball_bat": goals.baseball_bat,
+    "baseball_bat_standing": goals.baseball_bat_standing,
+    "basketball": goals.basketball,
+    "bathmat": bathmat,
+    "bowl": goals.bowl,
+    "box": lambda k: [box((0.4, 0.4, 0.4), (0, 0, 0), (0.7, 0.55, 0.38))],
+    "door": door,
+    "kitchen_counter": kitchen_counter,
+    "laptop": screens.laptop,
+    "mirror": mirror,
+    "mug": goals.mug,
+    "picture": picture,
+    "rug": rug,
+    "spray_bottle": goals.spray_bottle,
+    "television": screens.television,
+    "trash_can": goals.trash_can,
+    "vase": goals.vase,
+    "wall_shelf": wall_shelf,
 }
+"""Name -> what builds its variant k."""
+
+BUILTINS: dict[str, Callable[[], Part]] = {
+    **{name: partial(shape, 0) for name, shape in SHAPES.items()},
+    **{f"{n}.{k}": partial(shape, k) for n, shape in SHAPES.items() for k in range(VARIANTS)},
+}
+"""NAME is variant 0, NAME.K is variant K."""

@@ -91,20 +91,28 @@ def convert(
 
 
 def builtin(name: str, store: Path) -> Mesh:
-    """A mesh of simple geometry by name; CatalogError lists the known ones."""
-    from hil_sim.builtin_meshes import BUILTINS
+    """A mesh of simple geometry by name, stood on the origin; CatalogError lists the known ones."""
+    from hil_sim.builtin_meshes import BUILTINS, SHAPES
 
     if name not in BUILTINS:
-        raise CatalogError(f"builtin:{name}: unknown; known are {', '.join(sorted(BUILTINS))}")
+        raise CatalogError(
+            f"builtin:{name}: unknown; known are {', '.join(sorted(SHAPES))}; each as NAME.0 to 5"
+        )
+    soups = BUILTINS[name]()
+    _stand(soups, None)
+    # Named by content, not by name: an edited shape is never found under its old form.
+    digest = hashlib.sha256()
+    for soup in soups:
+        digest.update(repr(soup.material.colour).encode())
+        digest.update(np.round(soup.corners, 5).tobytes())
 
     def build(out: Path) -> tuple[float, float, float]:
-        soups = BUILTINS[name]()
         _write_parts(soups, out)
         low, high = _bounds(soups)
         width, depth, height = (high - low).tolist()
         return width, depth, height
 
-    return _cached(store, f"{VERSION}|builtin|{name}", build)
+    return _cached(store, f"{VERSION}|builtin|{digest.hexdigest()}", build)
 
 
 def _cached(store: Path, key: str, build: Callable[[Path], tuple[float, float, float]]) -> Mesh:
@@ -222,6 +230,11 @@ def _stand_up(
     up = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
     for soup in soups:
         soup.corners = soup.corners @ (up @ turn).T
+    _stand(soups, size_m)
+
+
+def _stand(soups: list[Soup], size_m: tuple[float, float, float] | None) -> None:
+    """Fit to the size, the centre of the footprint's underside on the origin."""
     low, high = _bounds(soups)
     scale = np.ones(3) if size_m is None else np.array(size_m) / np.maximum(high - low, 1e-9)
     origin = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])

@@ -29,7 +29,19 @@ CATEGORIES = (
     "shower", "sink", "refrigerator", "stove", "microwave", "television", "plant", "laptop",
     "wardrobe", "bookcase", "cabinet", "nightstand", "dresser", "lamp", "washing machine",
     "stool", "trash can", "vase", "clock", "radiator", "piano", "fireplace", "mirror",
-    "picture", "door", "other",
+    "picture", "alarm clock", "apple", "baseball bat", "basketball", "bowl", "mug",
+    "spray bottle", "pillow", "statue", "bottle", "cup", "remote control", "cell phone",
+    "pencil", "pen", "box", "book", "plate", "pot", "pan", "candle", "tennis racket",
+    "newspaper", "teddy bear", "salt shaker", "pepper shaker", "watch", "cd", "fork",
+    "butter knife", "knife", "spoon", "tv stand", "side table", "shelving unit", "shelf",
+    "toaster", "coffee machine", "kettle", "teapot", "dishwasher", "bread", "tomato", "lettuce",
+    "potato", "egg", "soap bottle", "toilet paper", "paper towel", "towel", "plunger",
+    "tissue box", "curtain", "desk lamp", "floor lamp", "ottoman", "bench", "safe",
+    "laundry basket", "dumbbell", "vacuum cleaner", "dog bed", "watering can", "boots",
+    "garbage bag", "suitcase", "backpack", "guitar", "printer", "computer monitor", "speaker",
+    "wine bottle", "wine glass", "aquarium", "clothes rack", "drying rack", "toy", "rug", "fan",
+    "radio", "blender", "soccer ball", "umbrella", "keyboard", "broom", "bucket", "game console",
+    "door", "other",
 )  # fmt: skip
 """`other` is furnishing that no goal names: it is drawn and collided with, never labelled."""
 SCENES_DIR = Path(__file__).parent / "scenes"
