@@ -130,11 +130,14 @@ def home_of(
     camera, boxes = camera_of(protocol), truth.boxes(goal)
     return Home(
         ground=world,
-        look=look or (lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera)),
+        look=look
+        or (lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera, protocol.tilt_rad)),
         distance_m=lambda pose: truth.distance_m(goal, pose),
         scene=world.scene,
         wanted=tuple(boxes),
         goal_boxes=tuple(boxes.values()),
+        populate=world.populate,
+        scan=world.scan,
     )
 
 
