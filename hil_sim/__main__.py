@@ -18,6 +18,7 @@ COMMANDS = {
         "import_command",
         "A Sweet Home 3D drawing as a scene.",
     ),
+    "generate": ("hil_sim.generated", "generate_command", "Draw furnished homes by seed."),
     "show": ("hil_sim.show", "show_command", "Draw a scene."),
 }
 ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}

@@ -14,6 +14,8 @@ HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),
             "television": (0.95, 1.1)}  # fmt: skip
 """How high the underside of what hangs on a wall is."""
 MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counter": 4}
+IN_THE_OPEN = ("chair", "armchair", "stool", "trash can", "box", "basketball")
+"""What may stand away from walls, where the statistics have it so."""
 FACING = ("television", "laptop", "alarm clock", "microwave", "coffee machine", "toaster",
           "desk lamp", "statue", "radiator")  # fmt: skip
 """Small things that look the same way as what they stand on."""
@@ -32,7 +34,7 @@ UNSEEN = {
                     "clock": 0.3},
     "dining room": {"radiator": 0.3, "piano": 0.2, "fireplace": 0.2, "living cabinet": 0.35,
                     "clock": 0.3},
-    "study": {"radiator": 0.35, "piano": 0.1, "bookcase": 0.4, "cabinet": 0.3, "clock": 0.2},
+    "study": {"radiator": 0.35, "piano": 0.1, "bookcase": 0.4, "low cabinet": 0.3, "clock": 0.2},
     "hallway": {"radiator": 0.35, "wardrobe": 0.15, "clock": 0.2, "mirror": 0.3},
 }  # fmt: skip
 """Chances of what homes have and iTHOR's rooms do not: set by hand, not counted."""
@@ -69,7 +71,7 @@ def complete(home: Furnisher, wanted: Wanted, kind: str) -> None:
         habit = wanted.habits[name]
         for _ in range(count):
             place(home, name, habit)
-    if home.rng.random() < 0.35:
+    if kind != "bathroom" and home.rng.random() < 0.35:
         _clutter(home)
 
 
@@ -89,19 +91,18 @@ def place(home: Furnisher, name: str, habit: Habit) -> SceneObject | None:
         return stand(home, mesh, name, habit)
     if on == "wall":
         return hang(home, mesh, name)
-    choices = home.named(on)
+    choices, facing = home.named(on), 0.12 if name in FACING else None
     rng.shuffle(choices)
-    placed = (home.on_top(mesh, support, name in FACING, name) for support in choices)
+    placed = (home.on_top(mesh, support, facing, name) for support in choices)
     return next((obj for obj in placed if obj), None)
 
 
 def stand(home: Furnisher, mesh: Mesh, name: str, habit: Habit) -> SceneObject | None:
     """On the floor, against a wall or in the open, near what it is usually near."""
-    turned = 0.2 if max(mesh.size_m[:2]) < 0.7 else 0.0
-    at_wall = home.rng.random() < habit.wall
-    if at_wall or max(mesh.size_m[:2]) > 1.2:
-        return home.against_wall(mesh, jitter=turned, near=habit.near, name=name)
-    return home.in_the_open(mesh, near=habit.near, name=name)
+    if name in IN_THE_OPEN and home.rng.random() >= habit.wall:
+        return home.in_the_open(mesh, near=habit.near, name=name)
+    jitter = 0.2 if name in IN_THE_OPEN else 0.0
+    return home.against_wall(mesh, jitter=jitter, near=habit.near, name=name)
 
 
 def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
@@ -117,7 +118,7 @@ def load(home: Furnisher, support: SceneObject | None, clutter: str, most: int) 
     """Things that no goal names on a support."""
     for _ in range(home.rng.randint(0, most)):
         mesh = home.pick("other", CLUTTER[clutter])
-        home.on_top(mesh, support, facing=home.rng.random() < 0.5)
+        home.on_top(mesh, support, facing=0.15)
 
 
 def rug(home: Furnisher, chance: float, under: SceneObject | None = None) -> None:
@@ -157,7 +158,4 @@ def _unseen(home: Furnisher, kind: str) -> None:
 
 def _clutter(home: Furnisher) -> None:
     mesh = home.pick("other", CLUTTER["floor"])
-    if home.rng.random() < 0.3:
-        home.in_the_open(mesh)
-    else:
-        home.against_wall(mesh, jitter=0.2)
+    home.against_wall(mesh, jitter=0.15)

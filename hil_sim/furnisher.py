@@ -216,18 +216,25 @@ class Furnisher:
         spots: list[Spot] = []
         for _ in range(12):
             x, y = self.rng.uniform(room.x0, room.x1), self.rng.uniform(room.y0, room.y1)
-            turns = self.rng.randrange(4) * math.pi / 2
-            twist = self.rng.gauss(0, 0.03) if square else self.rng.uniform(-0.8, 0.8)
-            if found := self.spot(mesh, x, y, turns + twist):
+            if square:
+                yaw = self.rng.randrange(4) * math.pi / 2 + self.rng.gauss(0, 0.03)
+            else:
+                yaw = self._inward(x, y) + self.rng.uniform(-0.8, 0.8)
+            if found := self.spot(mesh, x, y, yaw):
                 spots.append(found)
             if len(spots) == (CHOICES if near else 1):
                 break
         return self.take(mesh, self._liked(spots, near), name)
 
     def on_top(
-        self, mesh: Mesh | None, support: SceneObject | None, facing: bool = False, name: str = ""
+        self,
+        mesh: Mesh | None,
+        support: SceneObject | None,
+        facing: float | None = None,
+        name: str = "",
     ) -> SceneObject | None:
-        """On the top of a supporting object; `facing`: the same way as the support."""
+        """On the top of a supporting object; `facing`: the same way as the support, give or take
+        that many rad; None: any way."""
         if mesh is None or support is None or support.size_m is None or not has_top(support):
             return None
         (w, d, h), (mw, md, _) = support.size_m, mesh.size_m
@@ -236,7 +243,8 @@ class Furnisher:
             return None
         top = support.position_m[2] + h
         for _ in range(8):
-            turn = self.rng.gauss(0, 0.15) if facing else self.rng.uniform(-math.pi, math.pi)
+            twist = self.rng.uniform(-math.pi, math.pi)
+            turn = twist if facing is None else self.rng.gauss(0, facing)
             u, v = self.rng.uniform(-room_w, room_w), self.rng.uniform(-room_d, room_d)
             yaw = support.yaw_rad + turn
             found = self.spot(mesh, *offset(support, u, v), yaw, top)
@@ -275,6 +283,17 @@ class Furnisher:
         around = [(self.names[obj.id], box_of(obj)) for obj in self.here]
         weights = [0.05 + sum(near.get(n, 0.0) for n in _within(around, s.box)) for s in spots]
         return self.rng.choices(spots, weights)[0]
+
+    def _inward(self, x: float, y: float) -> float:
+        """The yaw of what stands there and faces the middle of the room."""
+        r = self.room
+        return math.atan2((r.x0 + r.x1) / 2 - x, y - (r.y0 + r.y1) / 2)
+
+    def keep_clear(self, a: tuple[float, float], b: tuple[float, float], wide_m: float) -> None:
+        """Nothing more may stand on the floor between the two points."""
+        yaw = math.atan2(b[1] - a[1], b[0] - a[0])
+        middle = ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2)
+        self._fronts.append(Box(*middle, math.dist(a, b), wide_m, yaw, 0.0, 1.0))
 
     def _inside(self, box: Box) -> bool:
         (x0, y0, x1, y1), r = box.span, self.room

@@ -24,17 +24,23 @@ TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")
 def generate(seed: int, split: str = "train", rooms: int | None = None) -> Scene:
     """The home of this seed: the same seed gives the same home, with `problems` none.
 
-    `rooms`: 4 to 9, hallway included; None lets the seed choose.
+    `rooms`: 4 to 9, hallway included; None lets the seed choose. LayoutError if it cannot be.
     """
-    name = f"{split}-{seed}" + (f"-rooms{rooms}" if rooms else "")
+    name = f"{split}-{seed}" + (f"-rooms{rooms}" if rooms is not None else "")
+    count = draw_rooms(seed, split) if rooms is None else rooms
     rng = random.Random(f"{split}/{seed}")
-    count = rooms or rng.randint(FEWEST, MOST)
+    found = [""]
     for _ in range(ATTEMPTS):
         scene = _draw(rng, name, split, count)
         found = problems(scene)
         if not found:
             return scene
     raise LayoutError(f"{name}: no good home in {ATTEMPTS} attempts; the last: {found[0]}")
+
+
+def draw_rooms(seed: int, split: str, low: int = FEWEST, high: int = MOST) -> int:
+    """How many rooms the home of this seed has, of a range."""
+    return random.Random(f"{split}/{seed}/rooms").randint(low, high)
 
 
 def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:

@@ -11,7 +11,7 @@ from hil_sim.furnish import box_of
 from hil_sim.furnisher import SIDES, YAW, Furnisher
 from hil_sim.recipes_wet import furnish_bathroom, furnish_kitchen
 from hil_sim.scene import SceneObject
-from hil_sim.tables import arrange_desk, arrange_table, nightstands
+from hil_sim.seating import arrange_desk, arrange_table, nightstands
 from hil_sim.wares import find
 
 TV_FAR_M = (2.0, 3.3)
@@ -63,6 +63,8 @@ def _living(home: Furnisher, wanted: Wanted) -> None:
             rug(home, 0.5, table or sofa)
             armchairs -= _armchairs(home, sofa, armchairs)
         nightstands(home, sofa, min(stands, rng.choice((1, 2))))
+        if television is not None and i == 0:
+            home.keep_clear(television.position_m[:2], sofa.position_m[:2], 0.9)
     for _ in range(max(0, armchairs)):
         home.against_wall(home.pick("armchair"), jitter=0.3)
     if home.room.area > DINING_M2 and wanted.take("table"):
@@ -126,7 +128,7 @@ def _television(home: Furnisher, wanted: Wanted) -> tuple[SceneObject | None, st
             )
             wanted.placed(name, 1 if stand else 0)
             mesh = find(home, "television", on=name)
-            shown = home.on_top(mesh, stand, facing=True) if stand else None
+            shown = home.on_top(mesh, stand, facing=0.04) if stand else None
         if shown:
             return shown, side
     return None, sides[0]

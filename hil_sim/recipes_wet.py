@@ -4,7 +4,7 @@ from hil_sim.complete import Wanted, load
 from hil_sim.furnish import Mesh
 from hil_sim.furnisher import SIDES, YAW, Furnisher
 from hil_sim.scene import SceneObject
-from hil_sim.tables import arrange_table
+from hil_sim.seating import arrange_table
 from hil_sim.wares import find
 
 SMALL_KITCHEN_M2 = 9.0

@@ -66,6 +66,7 @@ FINER: dict[str, tuple[str, tuple[str, ...]]] = {
     "kitchen sink": ("sink", KITCHEN_SINKS),
     "bathroom sink": ("sink", tuple(
         m.id for m in furniture()["sink"] if m.id not in KITCHEN_SINKS)),
+    "low cabinet": ("cabinet", tuple(m.id for m in furniture()["cabinet"] if m.z_m < 1)),
     "upper cabinet": ("cabinet", tuple(m.id for m in furniture()["cabinet"] if m.z_m > 1)),
     "living cabinet": ("cabinet", LIVING_CABINETS),
     "office chair": ("chair", OFFICE_CHAIRS),
