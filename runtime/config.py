@@ -18,7 +18,9 @@ from runtime.core.types import Mount
 from runtime.edge.bus import BusConfig
 from runtime.errors import ConfigError
 from runtime.navigate import NavigateConfig
+from runtime.safety import SafetyConfig
 
+_RATES = ("max_speed_mps", "max_turn_radps", "max_accel_mps2", "brake_mps2", "look_radps")
 EXPERTS = ("o2f", "r2f", "sle", "both")
 """`both`: one expert asked about objects and rooms together, to compare with."""
 SEATED = ("o2f", "r2f", "sle")
@@ -61,6 +63,16 @@ class GoalConfig:
     """[goal]"""
 
     same_as_similarity: float = 0.65  # MiniLM cosine from which a goal is taken for a known class
+    keep_map: bool = False  # in real time, a goal begins with the map of the one before
+
+
+@dataclass(frozen=True)
+class RealtimeConfig:
+    """[realtime]: rates of the loops that do not follow the camera's."""
+
+    control_hz: float = 20.0
+    state_hz: float = 5.0  # of rfnav/state, besides its changes
+    feedback_s: float = 1.0  # between messages on rfnav/feedback
 
 
 @dataclass(frozen=True)
@@ -75,6 +87,8 @@ class Config:
     detector: DetectorConfig = field(default_factory=DetectorConfig)
     goal: GoalConfig = field(default_factory=GoalConfig)
     bus: BusConfig = field(default_factory=BusConfig)
+    safety: SafetyConfig = field(default_factory=SafetyConfig)
+    realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
 
 
@@ -126,6 +140,10 @@ def _check(config: Config) -> None:
         "experts.temperature": config.experts.temperature,
         "panel.decide_budget_s": config.panel.decide_budget_s,
         "models.threads": config.models.threads,
+        "realtime.control_hz": config.realtime.control_hz,
+        "realtime.state_hz": config.realtime.state_hz,
+        **{f"safety.{key}": value for key, value in vars(config.safety).items()},
+        **{f"control.{key}": getattr(config.navigate.control, key) for key in _RATES},
     }
     for key, value in positive.items():
         if not value > 0:

@@ -49,21 +49,8 @@ class Guard:
         self._standing: str = ""
         self.halts: Counter[str] = Counter()  # by kind
 
-    def check(
-        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
-    ) -> Halt | None:
-        """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
-        arrival of the frame that the plan was made of."""
-        if odometry is not None:
-            self._follow(odometry)
-        halt = self._judge(now_s, odometry, frame_s, plan_s)
-        kind = halt.kind if halt else ""
-        if kind and kind != self._standing:
-            self.halts[kind] += 1
-        self._standing = kind
-        return halt
-
-    def _follow(self, odometry: Odometry) -> None:
+    def watch(self, odometry: Odometry) -> None:
+        """The newest odometry, driving or not; the same may be given again."""
         last, self._last = self._last, odometry
         if last is None or odometry == last:
             return
@@ -76,6 +63,18 @@ class Guard:
         elif moved_m > self._cfg.odom_jump_m or turned_rad > self._cfg.odom_jump_rad:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._break(odometry, Halt("jump", what))
+
+    def check(
+        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
+    ) -> Halt | None:
+        """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
+        arrival of the frame that the plan was made of."""
+        halt = self._judge(now_s, odometry, frame_s, plan_s)
+        kind = halt.kind if halt else ""
+        if kind and kind != self._standing:
+            self.halts[kind] += 1
+        self._standing = kind
+        return halt
 
     def _break(self, odometry: Odometry, halt: Halt) -> None:
         self._broken, self._broken_s = halt, odometry.arrival_s
