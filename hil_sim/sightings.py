@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from hil_sim.labels import LABELLED
 from hil_sim.scene import Scene, room_at
+from hil_sim.witness import FULL_PX
 from runtime.core.types import Pose
 
 LEAST_PIXELS = 100
+"""Of a 640x480 frame; of a smaller one as many fewer."""
 
 
 def true_labels(scene: Scene, pose: Pose, segmentation: NDArray[np.int32]) -> dict[str, Any]:
@@ -21,7 +23,7 @@ def true_labels(scene: Scene, pose: Pose, segmentation: NDArray[np.int32]) -> di
     flat = segmentation[segmentation >= 0]
     counts = np.bincount(flat, minlength=len(scene.objects))
     boxes, names = [], []
-    for index in np.flatnonzero(counts >= LEAST_PIXELS):
+    for index in np.flatnonzero(counts * (FULL_PX / segmentation.size) >= LEAST_PIXELS):
         category = scene.objects[index].category
         if category in LABELLED:
             mask = segmentation == index

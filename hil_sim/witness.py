@@ -15,6 +15,8 @@ from hil_sim.protocol import Sighting
 from hil_sim.robot import Robot
 from runtime.core.types import Pose
 
+FULL_PX = 640 * 480
+"""Pixels are counted as in a frame of this size."""
 LEAST_PIXELS, SEEN_M = 200, 5.0
 """The goal counts as seen with this many pixels of one instance, no further than this."""
 BELIEVED_M = 0.5
@@ -70,9 +72,10 @@ class Witness:
     ) -> None:
         """A frame, as it truly is, before anything is done about it."""
         found = []
+        scale = FULL_PX / segmentation.size
         for index, box in zip(self._wanted, self._boxes, strict=True):
             mask = segmentation == index
-            pixels = int(np.count_nonzero(mask))
+            pixels = round(scale * np.count_nonzero(mask))
             depth = float(np.median(depth_m[mask])) if pixels else math.inf
             found.append(Sighting(pixels, depth, box_distance_m(box, pose.x_m, pose.y_m)))
         self.sightings = tuple(found)
