@@ -4,7 +4,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import click
@@ -13,11 +13,17 @@ import cv2
 from models.command import models_command
 from models.errors import ModelError as ModelFileError
 from runtime import config as configuration
+from runtime.decider import lower_priority
 from runtime.edge.bus import Bus
 from runtime.edge.clock import SystemClock
-from runtime.errors import ConfigError, RfNavError
+from runtime.errors import InternalError, RfNavError
+from runtime.helm import Helm
 from runtime.lockstep import Lockstep
 from runtime.mind import LocalMind
+from runtime.realtime import RealTime
+
+SWITCH_S = 0.0005  # a thread that computes lets the helm in so soon
+WORKERS_NICE = 5
 
 
 @click.group(epilog="Exit status: 0 done, 1 the thing attempted failed, 2 an error.")
@@ -42,20 +48,42 @@ cli.add_command(models_command)
 @click.option("--lockstep", is_flag=True, help="Answer each observation once, under a harness.")
 def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
     """Load the models, join the bus and serve goals until SIGTERM or Ctrl-C."""
-    config = configuration.load(path, settings)
-    if not lockstep:
-        raise ConfigError("run: only --lockstep is built so far; real-time driving is not")
+    always = () if lockstep else ('control.mode="velocity"',)
 
     def configure(more: Sequence[str]) -> configuration.Config:
-        return configuration.load(path, (*settings, *more))
+        return configuration.load(path, (*settings, *more, *always))
 
+    config = configure(())
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
         signal.signal(name, lambda *_: ending.set())
     cv2.setNumThreads(1)
+    if not lockstep:
+        _drive(config, configure, clock, ending.is_set)
+        return
     with LocalMind(config, clock) as mind, Bus(config.bus, clock, lockstep=True) as bus:
         Lockstep(bus, mind, configure, clock).run(ending.is_set)
+
+
+def _drive(
+    config: configuration.Config,
+    configure: Callable[[Sequence[str]], configuration.Config],
+    clock: SystemClock,
+    ending: Callable[[], bool],
+) -> None:
+    """Real time. The bus and the helm start first, for every thread that the models start after
+    that inherits the lower priority."""
+    sys.setswitchinterval(SWITCH_S)
+    with Bus(config.bus, clock) as bus:
+        helm = Helm(bus, clock, config.safety, config.realtime, ending)
+        helm.start()
+        try:
+            lower_priority(WORKERS_NICE)
+            with LocalMind(config, clock) as mind:
+                RealTime(bus, helm, mind, configure, clock).run(ending)
+        finally:
+            helm.close()
 
 
 @cli.command(epilog="Example:  rfnav check --config robot.toml")
@@ -74,6 +102,9 @@ def main() -> None:
     except click.UsageError as error:
         error.show()
         sys.exit(2)
+    except InternalError as error:
+        click.echo(f"rfnav: {error}", err=True)
+        sys.exit(1)
     except (RfNavError, ModelFileError) as error:
         click.echo(f"rfnav: {error}", err=True)
         sys.exit(2)

@@ -23,3 +23,7 @@ class BusError(RfNavError):
 
 class BaseError(RfNavError):
     """The robot's base refused or lost a command."""
+
+
+class InternalError(RfNavError):
+    """A mistake of our own that ended a loop; the base was brought to rest first."""

@@ -103,6 +103,11 @@ class Helm:
             self._least_mps = math.inf
         return least
 
+    def halted(self) -> str:
+        """Why the base is held; "" when it is not."""
+        with self._changed:
+            return self._halt.reason if self._halt else ""
+
     def check(self) -> None:
         """Raise what ended the control loop, if anything did."""
         if self._error is not None:

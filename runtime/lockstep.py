@@ -10,13 +10,12 @@ from typing import Any
 
 from runtime import navigate
 from runtime.config import Config
-from runtime.core.types import Detections, Observation
+from runtime.core.types import Observation
 from runtime.core.world import Command, World
 from runtime.edge.bus import Bus, Request
 from runtime.edge.clock import Clock, Deadline
-from runtime.edge.labels import read_labels
 from runtime.errors import RfNavError, SensorError
-from runtime.search import Mind, Search, understand
+from runtime.search import Mind, Search, seen, understand
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
 
@@ -88,7 +87,9 @@ class Lockstep:
     def _step(self, search: Search, obs: Observation) -> None:
         cfg = search.config.navigate
         began_s = perf_counter()
-        detections = self._detect(search, obs)
+        detections = seen(search, obs, self._mind, self._bus, LABELS_S)
+        if detections is None:
+            raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")
         now_s = search.timed("detect", began_s)
         world = search.perceive(obs, detections, self._mind)
         now_s = search.timed("map", now_s)
@@ -105,14 +106,6 @@ class Lockstep:
         snap = navigate.snapshot(world, why, cfg)
         decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
-
-    def _detect(self, search: Search, obs: Observation) -> Detections:
-        if search.config.detector.source == "model":
-            return self._mind.detect(obs.rgb)
-        labels = self._bus.labels(obs.stamp_ns, LABELS_S)
-        if labels is None:
-            raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")
-        return read_labels(labels, search.order.names, self._mind.rooms)
 
     def _deadline(self, search: Search) -> Deadline:
         """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`

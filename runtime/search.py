@@ -2,7 +2,7 @@
 lockstep and in real time, are made of it."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Protocol
@@ -13,7 +13,9 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core.types import U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.world import Command, World
+from runtime.edge.bus import Bus
 from runtime.edge.journal import Journal, write_map
+from runtime.edge.labels import read_labels
 from runtime.edge.panel import Panel
 from runtime.errors import ConfigError
 from runtime.goal import Goal
@@ -119,6 +121,19 @@ class Search:
             mind.notice(self.goal.name, tuple(names))
         return self.world
 
+    def inherit(self, before: World) -> None:
+        """Begin with another search's map and memory, of the same odometry frame."""
+        cfg = self.config.navigate
+        names, rooms = self.order.names, self.order.rooms
+        world = World.begin(
+            self.goal.name, names, rooms, before.pose, 0, cfg.robot.radius_m, cfg.map
+        )
+        world.map, world.memory, world.keyframes = before.map, before.memory, before.keyframes
+        world.semantic = replace(before.semantic, names=names)
+        world.given_up = np.zeros_like(before.given_up)
+        world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
+        self.world = world
+
     def decided(self, decision: Decision, brief: Brief, world: World) -> dict[str, object]:
         """Adopt a decision and journal it; returns what is to be published."""
         navigate.adopt(world, decision, self.config.navigate)
@@ -175,6 +190,17 @@ class Search:
             cfg.robot.radius_m,
             cfg.map,
         )
+
+
+def seen(
+    search: Search, obs: Observation, mind: Mind, bus: Bus, labels_s: float
+) -> Detections | None:
+    """What is in the image, by the detector or by labels from the bus; None when those do not come
+    in time."""
+    if search.config.detector.source == "model":
+        return mind.detect(obs.rgb)
+    labels = bus.labels(obs.stamp_ns, labels_s)
+    return None if labels is None else read_labels(labels, search.order.names, mind.rooms)
 
 
 def _text(body: Mapping[str, Any], key: str) -> str:

@@ -1,0 +1,261 @@
+"""The loop on a robot: three rates in one process. The helm drives 20 times a second, this thread
+perceives every newest frame and plans, and a worker decides while the robot keeps going.
+
+This thread owns the world. A search begins with a request on `goal` and ends when it is found, when
+nothing is left to explore, or by a request on `cancel`.
+"""
+
+import os
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from runtime import navigate
+from runtime.config import Config
+from runtime.core.types import Action, Ballot, Brief, Observation
+from runtime.core.world import Command, World
+from runtime.decider import Decider, Question
+from runtime.edge.bus import Bus, Request
+from runtime.edge.clock import Clock, Deadline
+from runtime.errors import InternalError, RfNavError
+from runtime.helm import Helm, Plan
+from runtime.search import Mind, Search, seen, understand
+
+IDLE_S = 0.2  # how often the loop looks at what is not the bus
+LABELS_S = 0.2  # labels of an image, where they come over the bus
+DECIDER_NICE = 10
+
+
+class _Nobody:
+    """The panel before any expert was asked: the fallback decides."""
+
+    def ask(self, brief: Brief, by: None) -> Ballot:
+        return Ballot()
+
+
+@dataclass
+class _Drive:
+    """A search on the road."""
+
+    search: Search
+    began_s: float
+    halt: str = ""  # the reason that was journaled last
+    told_s: float = -1e9  # when feedback was published last
+    told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
+
+
+class RealTime:
+    """Serves goals until it is told to end. Whatever ends it, the base is brought to rest first."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        helm: Helm,
+        mind: Mind,
+        configure: Callable[[Sequence[str]], Config],
+        clock: Clock,
+    ) -> None:
+        self._bus, self._helm, self._mind = bus, helm, mind
+        self._configure, self._clock = configure, clock
+        self._drive: _Drive | None = None
+        self._last: tuple[Search, dict[str, object]] | None = None  # ended, and its summary
+        self._decider = Decider(DECIDER_NICE)
+
+    def run(self, until: Callable[[], bool]) -> None:
+        """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
+        reason, trace = "the runtime ends", {}
+        try:
+            while not until():
+                self._helm.check()
+                self._turn()
+        except RfNavError as error:
+            reason = str(error)
+            raise
+        except Exception as error:
+            reason, trace = f"internal error: {error!r}", {"traceback": traceback.format_exc()}
+            at = traceback.extract_tb(error.__traceback__)[-1]
+            place = f"{Path(at.filename).name}:{at.lineno}"
+            raise InternalError(f"internal error: {error!r} at {place}") from error
+        finally:
+            self._helm.close()
+            self._end("ended", reason, **trace)
+            self._decider.close()
+
+    def _turn(self) -> None:
+        request = self._bus.request()
+        if request is not None:
+            self._answer(request)
+            return
+        if self._drive is None:
+            self._bus.wait_request(IDLE_S)
+            return
+        obs = self._bus.next(IDLE_S)
+        self._note_halt(self._drive)
+        if obs is not None:
+            self._see(self._drive, obs)
+
+    # -- requests ------------------------------------------------------------------------------
+
+    def _answer(self, request: Request) -> None:
+        if request.kind == "status":
+            request.reply(self._status())
+        elif request.kind == "goal":
+            request.reply(self._accept(request.body))
+        elif request.kind == "cancel":
+            request.reply(self._cancel(str(request.body.get("reason", "cancelled"))))
+
+    def _status(self) -> dict[str, object]:
+        search = self._drive.search if self._drive else None
+        health = self._bus.health()
+        return {
+            **self._helm.status(),
+            "goal": search.goal.text if search else None,
+            "decisions": search.decisions if search else 0,
+            "rung": self._mind.rung(),
+            "streams": {t: vars(h) for t, h in health.items()},
+        }
+
+    def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
+        try:
+            order = understand(body, self._mind, self._configure, _default_dir())
+            before = self._drive.search if self._drive else None
+            if self._drive is not None:
+                self._end("preempted", "preempted")
+            before = before or (self._last[0] if self._last else None)
+            search = Search.begin(order)
+        except RfNavError as error:
+            return {"accepted": False, "error": str(error)}
+        if order.config.goal.keep_map and before is not None and before.world is not None:
+            search.inherit(before.world)
+        now_s = self._clock.now_s()
+        self._drive = _Drive(search, now_s)
+        self._follow(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
+        return {
+            "accepted": True,
+            "name": order.goal.name,
+            "how": order.goal.how,
+            "log_dir": str(order.log_dir),
+        }
+
+    def _cancel(self, reason: str) -> dict[str, object]:
+        if self._drive is not None:
+            return self._end("cancelled", reason)
+        if self._last is not None:
+            return self._last[1]
+        return {"ended": False, "error": "no search is under way"}
+
+    def _end(self, state: str, reason: str, **extra: object) -> dict[str, object]:
+        """The base to rest, then everything written; the summary."""
+        drive, self._drive = self._drive, None
+        if drive is None:
+            return {}
+        goal = drive.search.goal.text
+        facts = {"halts": self._helm.status()["halts"], "state": state}
+        try:
+            self._helm.rest(state, {"goal": goal, "reason": reason})
+            self._tell(drive, state, reason, always=True)
+        finally:
+            summary = drive.search.end(reason, **facts, **extra) | facts
+        summary["elapsed_s"] = round(self._clock.now_s() - drive.began_s, 3)
+        self._last = drive.search, summary
+        return summary
+
+    # -- one frame -----------------------------------------------------------------------------
+
+    def _see(self, drive: _Drive, obs: Observation) -> None:
+        search, frame_s = drive.search, self._bus.delivered_s() or self._clock.now_s()
+        cfg, began_s = search.config.navigate, perf_counter()
+        detections = seen(search, obs, self._mind, self._bus, LABELS_S)
+        if detections is None:
+            return
+        now_s = search.timed("detect", began_s)
+        if search.world is not None:
+            search.world.asked_mps = self._helm.asked_mps()
+        world = search.perceive(obs, detections, self._mind)
+        now_s = search.timed("map", now_s)
+        self._decide(search, world)
+        now_s = search.timed("decide", now_s)
+        command = navigate.act(world, cfg)
+        search.timed("plan", now_s)
+        self._steer(drive, world, command, frame_s)
+
+    def _decide(self, search: Search, world: World) -> None:
+        """Adopt what was decided meanwhile, and begin to decide when that is due. The robot does
+        not wait for the first vote: the fallback's choice is followed until it comes."""
+        cfg = search.config
+        answer = self._decider.take()
+        if answer is not None and answer[0].asker is search:
+            question, decision = answer
+            report = search.decided(decision, question.snapshot.brief, world)
+            self._bus.publish_decision(report)
+        why = "" if self._decider.busy else navigate.due(world, cfg.navigate)
+        if not why:
+            return
+        snap = navigate.snapshot(world, why, cfg.navigate)
+        if world.decision is None:
+            first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
+            navigate.adopt(world, first, cfg.navigate)
+        by = Deadline.after(cfg.panel.decide_budget_s, self._clock)
+        self._decider.ask(Question(search, snap, search.order.panel, by, cfg.navigate))
+
+    def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
+        report = drive.search.stepped(world, command, self._mind.rung())
+        if command.action is Action.STOP:
+            state = "found" if command.toward_xy is not None else "not_found"
+            self._end(state, command.reason)
+            return
+        goal = {"goal": drive.search.goal.text, "seconds": drive.search.seconds}
+        self._follow(drive.search, command, frame_s, report | goal)
+        self._tell(drive, "searching", command.reason)
+
+    def _follow(
+        self, search: Search, command: Command | None, frame_s: float, report: dict[str, object]
+    ) -> None:
+        cfg = search.config.navigate
+        course = command.course if command else None
+        self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, cfg.control, report))
+
+    # -- what others hear ----------------------------------------------------------------------
+
+    def _tell(self, drive: _Drive, state: str, reason: str, always: bool = False) -> None:
+        """Feedback on the goal: at changes, and every now and then."""
+        now_s, world = self._clock.now_s(), drive.search.world
+        command = world.last if world else None
+        told = state, command.mode if command else "", command.toward_xy if command else None
+        rested = now_s - drive.told_s >= drive.search.config.realtime.feedback_s
+        if not (always or rested or told[:2] != drive.told[:2]):
+            return
+        drive.told, drive.told_s = told, now_s
+        track = np.array(world.visited_xy) if world else np.zeros((0, 2))
+        driven_m = float(np.hypot(*np.diff(track, axis=0).T).sum()) if len(track) > 1 else 0.0
+        self._bus.publish_feedback(
+            {
+                "goal": drive.search.goal.text,
+                "state": state,
+                "mode": told[1],
+                "reason": reason,
+                "toward_xy": told[2],
+                "elapsed_s": round(now_s - drive.began_s, 3),
+                "driven_m": round(driven_m, 3),
+                "decisions": drive.search.decisions,
+            }
+        )
+
+    def _note_halt(self, drive: _Drive) -> None:
+        """Journal when the base begins and ceases to be held."""
+        reason = self._helm.halted()
+        if bool(reason) != bool(drive.halt):
+            drive.search.journal.write("halt", reason=reason)
+        drive.halt = reason
+
+
+def _default_dir() -> Path:
+    """Where a search that names no log_dir leaves its journal and map."""
+    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    return state / "rf-nav" / "searches" / time.strftime("%Y%m%d-%H%M%S")
