@@ -13,6 +13,8 @@ HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),
             "towel": (0.7, 1.2), "shelf": (1.3, 1.6), "toilet paper": (0.6, 0.75),
             "television": (0.95, 1.1)}  # fmt: skip
 """How high the underside of what hangs on a wall is."""
+TALL_M = 2.1
+"""How high what hangs on a wall reaches at most."""
 MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counter": 4}
 IN_THE_OPEN = ("chair", "armchair", "stool", "trash can", "box", "basketball")
 """What may stand away from walls, where the statistics have it so."""
@@ -76,23 +78,25 @@ def complete(home: Furnisher, wanted: Wanted, kind: str) -> None:
 
 
 def place(home: Furnisher, name: str, habit: Habit) -> SceneObject | None:
-    """One of them where the statistics have it, if that is to be had in this room."""
-    rng = home.rng
-    supports = [(on, share) for on, share in habit.on if _offers(home, name, on)]
-    if not supports:
-        return None
-    on = rng.choices([on for on, _ in supports], [share for _, share in supports])[0]
-    if on == "inside":
-        return None
-    mesh = find(home, name, on=on)
-    if mesh is None:
-        return None
+    """One of them where the statistics have it, else where else they have it in this room."""
+    chances = dict(row for row in habit.on if _offers(home, name, row[0]))
+    while chances:
+        on = home.rng.choices(list(chances), list(chances.values()))[0]
+        if on == "inside":
+            return None
+        del chances[on]
+        if (mesh := find(home, name, on=on)) and (obj := _put(home, mesh, name, on, habit)):
+            return obj
+    return None
+
+
+def _put(home: Furnisher, mesh: Mesh, name: str, on: str, habit: Habit) -> SceneObject | None:
     if on == "floor":
         return stand(home, mesh, name, habit)
     if on == "wall":
         return hang(home, mesh, name)
     choices, facing = home.named(on), 0.12 if name in FACING else None
-    rng.shuffle(choices)
+    home.rng.shuffle(choices)
     placed = (home.on_top(mesh, support, facing, name) for support in choices)
     return next((obj for obj in placed if obj), None)
 
@@ -110,7 +114,7 @@ def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
     if mesh is None:
         return None
     low, high = HEIGHT_M.get(name, (1.1, 1.5))
-    z = home.rng.uniform(low, high)
+    z = min(home.rng.uniform(low, high), TALL_M - mesh.size_m[2])
     return home.against_wall(mesh, z, name=name)
 
 

@@ -4,6 +4,7 @@ A placement is refused when it would cut into something, block a door, leave its
 cut the home's floor in two for the robot.
 """
 
+import copy
 import itertools
 import math
 import random
@@ -82,9 +83,15 @@ class Furnisher:
             rect.x1 - half(rect.x1, home.x1),
             rect.y1 - half(rect.y1, home.y1),
         )
+        self._before = (len(self.objects), copy.copy(self._floor))
         self.here: list[SceneObject] = []
         self._boxes: list[Box] = []
         self._fronts: list[Box] = []
+
+    def clear(self) -> None:
+        """Take away what was placed since this room was entered."""
+        count, self._floor = self._before
+        del self.objects[count:]
 
     def pick(self, category: str, only: tuple[str, ...] = (), longest: float = 9.0) -> Mesh | None:
         """A random mesh of the category for this split, its size varied by up to 10 %."""

@@ -11,11 +11,11 @@ from hil_sim.floorplan import Plan, polygon_of
 from hil_sim.furnish import hex_colour
 from hil_sim.furnisher import Furnisher
 from hil_sim.layouts import FEWEST, MOST, LayoutError, draw_plan
-from hil_sim.recipes import furnish
-from hil_sim.scene import Room, Scene
+from hil_sim.recipes import furnish, lacks
+from hil_sim.scene import Room, Scene, contains
 from hil_sim.valid import problems
 
-ATTEMPTS = 20
+ATTEMPTS, ROOM_ATTEMPTS = 20, 4
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#f2ead8", "#e8e8e6", "#d9dfe2")
 WOOD = ("#b58a5b", "#8a5f3c", "#caa472", "#6b4a31", "#a77b52", "#d6b98c")
 TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")
@@ -32,7 +32,7 @@ def generate(seed: int, split: str = "train", rooms: int | None = None) -> Scene
     found = [""]
     for _ in range(ATTEMPTS):
         scene = _draw(rng, name, split, count)
-        found = problems(scene)
+        found = [*_lacking(scene), *problems(scene)]
         if not found:
             return scene
     raise LayoutError(f"{name}: no good home in {ATTEMPTS} attempts; the last: {found[0]}")
@@ -48,8 +48,12 @@ def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:
     height = round(rng.uniform(2.4, 2.8), 2)
     home = Furnisher(rng, plan, split, height)
     for room in plan.rooms:
-        home.enter(room)
-        furnish(home, room.kind)
+        for left in reversed(range(ROOM_ATTEMPTS)):
+            home.enter(room)
+            furnish(home, room.kind)
+            if not left or not lacks(room.kind, {obj.category for obj in home.here}):
+                break
+            home.clear()
     home.drop_unreachable()
     return Scene(
         name=name,
@@ -59,6 +63,16 @@ def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:
         objects=tuple(home.objects),
         wall_height_m=height,
     )
+
+
+def _lacking(scene: Scene) -> list[str]:
+    """Rooms without what makes them such rooms."""
+    found = []
+    for room in scene.rooms:
+        here = {o.category for o in scene.objects if contains(room.polygon, *o.position_m[:2])}
+        if missing := lacks(room.type, here):
+            found.append(f"room {room.name}: has no {missing}")
+    return found
 
 
 def _rooms(rng: random.Random, plan: Plan) -> tuple[Room, ...]:

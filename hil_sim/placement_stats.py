@@ -24,13 +24,13 @@ SOURCE = {
 }
 NAMES = {
     "Bed": "bed", "Sofa": "sofa", "ArmChair": "armchair", "Chair": "chair", "Stool": "stool",
-    "Footstool": "stool", "Ottoman": "stool", "DiningTable": "table",
+    "Footstool": "stool", "Ottoman": "ottoman", "DiningTable": "table",
     "CoffeeTable": "coffee table", "SideTable": "nightstand", "Desk": "desk",
     "Dresser": "dresser", "ShelvingUnit": "bookcase", "Shelf": "shelf", "TVStand": "tv stand",
     "CounterTop": "counter", "Fridge": "refrigerator", "Microwave": "microwave",
     "CoffeeMachine": "coffee machine", "Toaster": "toaster", "Kettle": "kettle", "Pot": "pot",
-    "Pan": "pan", "Bowl": "bowl", "Mug": "mug", "Cup": "mug", "Apple": "apple", "Plate": "plate",
-    "Bottle": "bottle", "WineBottle": "bottle", "SoapBottle": "bottle", "Book": "book",
+    "Pan": "pan", "Bowl": "bowl", "Mug": "mug", "Cup": "cup", "Apple": "apple", "Plate": "plate",
+    "Bottle": "bottle", "WineBottle": "wine bottle", "SoapBottle": "soap bottle", "Book": "book",
     "CellPhone": "cell phone", "RemoteControl": "remote control", "Laptop": "laptop",
     "Television": "television", "HousePlant": "plant", "Vase": "vase", "Statue": "statue",
     "Box": "box", "Pillow": "pillow", "GarbageCan": "trash can", "FloorLamp": "floor lamp",
@@ -38,6 +38,11 @@ NAMES = {
     "AlarmClock": "alarm clock", "BaseballBat": "baseball bat", "BasketBall": "basketball",
     "TeddyBear": "teddy bear", "LaundryHamper": "laundry basket", "Toilet": "toilet",
     "Sink": "sink", "Bathtub": "bathtub", "ShowerDoor": "shower", "SprayBottle": "spray bottle",
+    "Candle": "candle", "TennisRacket": "tennis racket", "Newspaper": "newspaper",
+    "Bread": "bread", "Tomato": "tomato", "Lettuce": "lettuce", "Potato": "potato",
+    "PaperTowelRoll": "paper towel", "TissueBox": "tissue box", "Plunger": "plunger",
+    "Dumbbell": "dumbbell", "DogBed": "dog bed", "WateringCan": "watering can", "Boots": "boots",
+    "SaltShaker": "salt shaker", "PepperShaker": "pepper shaker", "VacuumCleaner": "vacuum cleaner",
     "ToiletPaper": "toilet paper", "Towel": "towel", "HandTowel": "towel",
 }  # fmt: skip
 """AI2-THOR types -> our categories, and a few finer names (counter, shelf, floor lamp, ...)."""
@@ -52,7 +57,19 @@ NEAR_M = 1.0
 RARE = 0.03
 LEAST = 3
 """What fewer instances say about walls and neighbours is left out."""
-SMALL = ("shelf", "pillow", "remote control", "toilet paper", "spray bottle", "towel", "laptop")
+SMALL = (
+    "shelf",
+    "newspaper",
+    "candle",
+    "boots",
+    "plunger",
+    "pillow",
+    "remote control",
+    "toilet paper",
+    "spray bottle",
+    "towel",
+    "laptop",
+)
 """Nobody is placed because these are near."""
 MOST = 6
 

@@ -4,7 +4,7 @@ How many of what comes from the placement statistics (`hil_sim/placement.py`).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 from hil_sim.complete import Wanted, complete, load, rug
 from hil_sim.furnish import box_of
@@ -14,6 +14,14 @@ from hil_sim.scene import SceneObject
 from hil_sim.seating import arrange_desk, arrange_table, nightstands
 from hil_sim.wares import find
 
+ESSENTIAL = {
+    "bathroom": ("toilet", "sink"),
+    "bedroom": ("bed",),
+    "dining room": ("table", "chair"),
+    "kitchen": ("refrigerator", "sink", "stove"),
+    "living room": ("sofa", "television"),
+    "study": ("desk", "chair"),
+}
 TV_FAR_M = (2.0, 3.3)
 """From a television to the front of the sofa."""
 OPPOSITE = {"south": "north", "north": "south", "east": "west", "west": "east"}
@@ -26,6 +34,11 @@ def furnish(home: Furnisher, kind: str) -> None:
     wanted = Wanted.draw(home.rng, kind)
     RECIPES[kind](home, wanted)
     complete(home, wanted, kind)
+
+
+def lacks(kind: str, present: Collection[str]) -> str:
+    """A category without which a room is not of that type, and that is not present; else ""."""
+    return next((name for name in ESSENTIAL.get(kind, ()) if name not in present), "")
 
 
 def _bedroom(home: Furnisher, wanted: Wanted) -> None:

@@ -49,7 +49,7 @@ def _sized(category: str, low: float, high: float, widest: float = 9.0) -> tuple
 
 FINER: dict[str, tuple[str, tuple[str, ...]]] = {
     "counter": ("cabinet", LOW_CABINETS),
-    "shelf": ("other", ("builtin:wall_shelf",)),
+    "shelf": ("other", tuple(m.id for m in furniture()["other"] if "wall_shelf" in m.id)),
     "tv stand": ("other", ("Blend Swap CC-BY#tvStand",)),
     "floor lamp": ("lamp", _sized("lamp", 1.0, 3.0)),
     "desk lamp": ("lamp", _sized("lamp", 0.0, 0.75, 0.45)),
@@ -79,11 +79,17 @@ HUNG = {"television": "hung television"}
 LARGER = {"plant": "big plant", "vase": "floor vase"}
 
 
+LIKE = {"cup": "mug", "wine bottle": "bottle", "soap bottle": "bottle", "ottoman": "stool"}
+"""What stands in for a category of which there is no mesh."""
+
+
 def find(home: Furnisher, word: str, longest: float = 9.0, on: str = "floor") -> Mesh | None:
     """A mesh for the word that suits where it is to stand; None if there is none."""
     kinds = {"floor": LARGER, "wall": HUNG}.get(on, SMALLER)
     word = kinds.get(word, word)
-    category, only = FINER.get(word, (word, ()))
+    if word in furniture():
+        return home.pick(word, (), longest)
+    category, only = FINER.get(word, (LIKE.get(word, word), ()))
     if word in FINER and not only:
         return None
     return home.pick(category, only, longest)
