@@ -102,6 +102,7 @@ class World:
         try:
             self.renderer = self._start_renderer(renderer)
             self._build()
+            self._settle()
         except BaseException:
             self.close()
             raise
@@ -290,6 +291,12 @@ class World:
             physicsClientId=self._client,
         )
         self._robot = self._body(unseen, shape, (0, 0, -5), 0.0)
+
+    def _settle(self) -> None:
+        """EGL draws the first two frames of a process without shadows, and all others with."""
+        if self.renderer == "egl":
+            for _ in range(2):
+                self.render(0.0, 0.0, 0.0, Camera(64, 48))
 
     def _place(self, index: int, obj: SceneObject) -> None:
         mesh, scale = self._mesh(obj)
