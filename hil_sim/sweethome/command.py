@@ -13,6 +13,8 @@ from hil_sim.scene import Scene, SceneError, contains, load_scene, save_scene
 from hil_sim.sweethome.importer import Report, import_home
 
 SCENE_FILE = "scene.json"
+GOALS = ("bed", "toilet", "sofa", "television", "plant", "chair")
+"""Suggested first."""
 
 
 @click.command(
@@ -53,7 +55,7 @@ def import_command(
             _write(Scene(**{**vars(scene), "spawn": spawn}), path)
     click.echo("\n".join(lines))
     click.echo(f"written: {path}\nnext:    hil-sim show {path} --out {folder}")
-    goal = next((c for c in report.categories if c not in ("other", "door")), "toilet")
+    goal = next((c for c in (*GOALS, *report.categories) if c in report.categories), "bed")
     click.echo(f'         hil-sim demo --scene {path} --goal "{goal}"')
     if json_file:
         _write_json(json_file, path, report, reached)

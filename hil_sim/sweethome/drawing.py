@@ -15,7 +15,7 @@ Numbers = tuple[float, ...]
 UNIT: Numbers = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 FAR_CM = 1e6
 LARGE_CM = 1e4
-MAX_ITEMS = 20_000
+MAX_ITEMS = 5_000
 MAX_NESTING = 40
 _FURNITURE = ("pieceOfFurniture", "doorOrWindow", "light", "furnitureGroup", "shelfUnit")
 

@@ -22,11 +22,8 @@ from hil_sim.scene import (
 )
 from hil_sim.sweethome.archive import Archive
 from hil_sim.sweethome.drawing import (
-    Drawing,
-    Drawn,
     DrawnRoom,
     DrawnWall,
-    Level,
     read_drawing,
     usable,
 )
@@ -42,12 +39,11 @@ from hil_sim.sweethome.plan import (
     to_middles,
     undrawn_rooms,
 )
-from hil_sim.sweethome.words import category_of, room_type
+from hil_sim.sweethome.storey import LARGEST_M, Storey, check_extent, pick_storey
+from hil_sim.sweethome.words import category_of, is_outdoors, room_type
 
-LARGEST_M = 100.0
 LOW_WALL = 0.7
 """Walls lower than this share of the home's height become pieces of furnishing."""
-SAME_FLOOR_M = 0.05
 
 
 @dataclass
@@ -59,16 +55,6 @@ class Report:
     rooms: dict[str, str] = field(default_factory=dict)
     """Name -> type."""
     notes: list[str] = field(default_factory=list)
-
-
-@dataclass(frozen=True)
-class Storey:
-    """What of the drawing is on the storey that is imported."""
-
-    walls: tuple[DrawnWall, ...]
-    rooms: tuple[DrawnRoom, ...]
-    pieces: tuple[Drawn, ...]
-    height_m: float
 
 
 def import_home(
@@ -83,7 +69,7 @@ def import_home(
     with Archive(path) as archive:
         label = f"{path}: Home.xml"
         drawing = read_drawing(archive.home_xml(), label)
-        storey = _storey(drawing, level, label, report)
+        storey = pick_storey(drawing, level, label, report.notes)
         models = Models(archive, out, known)
         scene = _scene(path.stem or "home", storey, models, label, report)
     report.notes += models.boxed
@@ -93,52 +79,12 @@ def import_home(
     return scene, report
 
 
-def _storey(drawing: Drawing, name: str | None, label: str, report: Report) -> Storey:
-    """The named storey, or the ground floor: the level with walls whose floor is nearest to 0."""
-    height = drawing.wall_height_m
-    if not drawing.levels:
-        if name is not None:
-            raise SceneError(f"{label}: level {name!r}: the drawing has no levels")
-        return Storey(drawing.walls, drawing.rooms, drawing.pieces, height)
-    walled = {wall.level for wall in drawing.walls}
-    chosen = _level(drawing.levels, walled, name, label)
-    here = {
-        level.id
-        for level in drawing.levels
-        if abs(level.elevation_m - chosen.elevation_m) <= SAME_FLOOR_M
-    }
-    if len(here) < len(drawing.levels):
-        others = sorted({level.name for level in drawing.levels if level.id not in here})
-        report.notes.append(
-            f"level {chosen.name!r} is imported; others are not: {', '.join(others)} (see --level)"
-        )
-    return Storey(
-        tuple(wall for wall in drawing.walls if wall.level in here),
-        tuple(room for room in drawing.rooms if room.level in here),
-        tuple(piece for piece in drawing.pieces if piece.level in here),
-        chosen.height_m if chosen.height_m > 1 else height,
-    )
-
-
-def _level(
-    levels: tuple[Level, ...], walled: set[str | None], name: str | None, label: str
-) -> Level:
-    if name is not None:
-        found = [level for level in levels if level.name == name]
-        if not found:
-            known = ", ".join(repr(level.name) for level in levels)
-            raise SceneError(f"{label}: level {name!r}: no such level; there are: {known}")
-        return found[0]
-    candidates = [level for level in levels if level.id in walled] or list(levels)
-    return min(candidates, key=lambda level: abs(level.elevation_m))
-
-
 def _scene(name: str, storey: Storey, models: Models, label: str, report: Report) -> Scene:
     sides, low = _walls(storey, report)
     if not sides:
         raise SceneError(f"{label}: wall: none on this level; draw the home's walls")
     walls = [side.wall for side in sides]
-    _check_extent(storey, label)
+    check_extent(storey, label)
     outlines = _outlines(storey, walls, report)
     polygons = [polygon for _, polygon in outlines]
     doors = _doors(storey, walls, polygons, report)
@@ -168,17 +114,6 @@ def _walls(storey: Storey, report: Report) -> tuple[list[Side], list[DrawnWall]]
     return sides, low
 
 
-def _check_extent(storey: Storey, label: str) -> None:
-    for wall in storey.walls:
-        for mine, at in ((wall.start, "Start"), (wall.end, "End")):
-            far = math.dist(mine, storey.walls[0].start)
-            if far > LARGEST_M:
-                raise SceneError(
-                    f"{label}: {wall.place}: x{at}, y{at}: {far:.0f} m from the first wall; a home "
-                    f"may be {LARGEST_M:.0f} m wide"
-                )
-
-
 def _outlines(
     storey: Storey, walls: list[Wall], report: Report
 ) -> list[tuple[DrawnRoom | None, Polygon]]:
@@ -186,12 +121,15 @@ def _outlines(
     found: list[tuple[DrawnRoom | None, Polygon]] = []
     first = storey.walls[0].start
     for room in storey.rooms:
+        why = ""
         if not usable(room):
-            report.notes.append(
-                f"{room.place} ({room.name or 'unnamed'}): left out: it has no area"
-            )
+            why = "it has no area"
         elif max(math.dist(p, first) for p in room.polygon) > LARGEST_M:
-            report.notes.append(f"{room.place} ({room.name or 'unnamed'}): left out: far from home")
+            why = f"it lies more than {LARGEST_M:.0f} m away"
+        elif is_outdoors(room.name):
+            why = "its name says that it lies outdoors"
+        if why:
+            report.notes.append(f"{room.place} ({room.name or 'unnamed'}): left out: {why}")
         else:
             found.append((room, to_middles(room.polygon, walls)))
     extra = undrawn_rooms(walls, [polygon for _, polygon in found])

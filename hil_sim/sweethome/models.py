@@ -4,6 +4,7 @@ Only names made here are written; what the archive's entries are called never is
 """
 
 import hashlib
+import math
 import re
 import tempfile
 from dataclasses import dataclass, field
@@ -125,12 +126,13 @@ class Models:
     def _write_obj(self, name: str, soups: list[Soup]) -> None:
         lines, mtl, count = [f"mtllib {name}.mtl"], [], 0
         for n, soup in enumerate(soups):
-            corners, uv = soup.corners.reshape(-1, 3), soup.uv.reshape(-1, 2)
-            lines += [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in corners]
-            lines += [f"vt {u:.6g} {v:.6g}" for u, v in uv] + [f"usemtl m{n}"]
-            for i in range(count + 1, count + len(corners) + 1, 3):
-                lines.append(f"f {i}/{i} {i + 1}/{i + 1} {i + 2}/{i + 2}")
-            count += len(corners)
+            corners = np.concatenate([soup.corners.reshape(-1, 3), soup.uv.reshape(-1, 2)], axis=1)
+            rows, index = np.unique(np.round(corners, 5), axis=0, return_inverse=True)
+            lines += [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in rows[:, :3]]
+            lines += [f"vt {u:.6g} {v:.6g}" for u, v in rows[:, 3:]] + [f"usemtl m{n}"]
+            for a, b, c in index.reshape(-1, 3) + count + 1:
+                lines.append(f"f {a}/{a} {b}/{b} {c}/{c}")
+            count += len(rows)
             mtl += [f"newmtl m{n}", f"Kd {_kd(soup.material.colour)}", f"d {soup.material.opacity}"]
             if soup.material.texture:
                 mtl.append(f"map_Kd {self._texture(soup.material.texture)}")
@@ -247,12 +249,13 @@ def _shape(soups: list[Soup], piece: Drawn) -> tuple[float, float, float]:
 
 
 def _lean(pitch: float, roll: float) -> Array:
-    """Sweet Home 3D leans a piece by its pitch, or where that is 0 by its roll."""
-    angle = pitch or roll
-    c, s = float(np.cos(angle)), float(np.sin(angle))
-    if pitch:
-        return np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-    return np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    """Turns about x, then z (Y up), clockwise as Sweet Home 3D counts them."""
+    c, s = math.cos(pitch), math.sin(pitch)
+    about_x = np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
+    c, s = math.cos(roll), math.sin(roll)
+    about_z = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
+    leaning: Array = about_z @ about_x
+    return leaning
 
 
 def _bounds(soups: list[Soup]) -> tuple[Array, Array]:

@@ -122,6 +122,12 @@ VOTES = {
 }  # fmt: skip
 """What a piece of furniture says of the room that it stands in, and how loudly."""
 
+OUTDOORS = (
+    "terrace patio balcony garden yard driveway lawn pool terrasse balkon garten hof jardin cour "
+    "balcon terraza patio terrazza balcone giardino cortile tuin terras terraco varanda loggia"
+)
+"""Rooms of these names are not of the home's inside."""
+
 _CUT = re.compile(
     r" (?:de|di|da|do|du|for|with|without|of|on|in|mit|fur|avec|pour|con|para|per|met|com|a|et|and)"
     r" .*"
@@ -160,6 +166,11 @@ def room_type(name: str, categories: Iterable[str]) -> tuple[str, str]:
         votes[kind] += weight
     best = max(ROOM_TYPES, key=lambda kind: votes[kind])
     return (best, "furniture") if votes[best] >= 1 else ("hallway", "guess")
+
+
+def is_outdoors(name: str) -> bool:
+    """Whether a room's name says that it lies outside."""
+    return bool({*plain(name).split()} & {*OUTDOORS.split()})
 
 
 def is_window(catalog_id: str, name: str) -> bool:
