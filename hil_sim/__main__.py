@@ -11,7 +11,7 @@ from runtime.errors import RfNavError
 COMMANDS = {
     "demo": ("hil_sim.demo", "demo_command", "One episode in a furnished home, told as it goes."),
     "episodes": ("hil_sim.sample", "episodes_command", "Sample episodes into a suite."),
-    "eval": ("hil_sim.evaluate", "eval_command", "Drive a suite of episodes; print the table."),
+    "eval": ("hil_sim.eval_command", "eval_command", "Drive a suite of episodes; print the table."),
     "frames": ("hil_sim.frames", "frames_command", "Render labelled frames for training."),
     "import": (
         "hil_sim.sweethome.command",

@@ -14,12 +14,12 @@ from hil_sim.assets import Assets
 from hil_sim.episode_run import EpisodeResult, Step, run_episode
 from hil_sim.episodes import Episode, sample_episode
 from hil_sim.freespace import instances
+from hil_sim.homes import open_scene
 from hil_sim.link import HarnessError, Runtime
 from hil_sim.methods import SINGLE, method_named
 from hil_sim.protocol import HM3D
 from hil_sim.quiet import keep_stdout_for_python
-from hil_sim.scene import load_scene
-from hil_sim.worker import home_of, open_world
+from hil_sim.rig import home_of, open_world
 from runtime.edge.journal import MAP_FILE
 from runtime.errors import ConfigError
 
@@ -60,7 +60,7 @@ def demo_command(
     goal = " ".join(goal.split())
     if not goal:
         raise ConfigError("goal: is empty; say what to find, e.g. --goal toilet")
-    home = load_scene(scene)
+    home = open_scene(scene)
     instances(home, goal)  # an error that names what there is, before anything slow
     method_named(method)
     run_dir = out or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
@@ -111,17 +111,19 @@ def _announce(episode: Episode, method: str, setup_s: float) -> None:
 
 def _tell(step: Step) -> None:
     """A line a step, and a few more when there was a decision."""
-    for decision in step.answer.decisions:
+    answer = step.answer
+    if answer is None:
+        click.echo(f"{step.number:4}  nothing was asked")
+        return
+    for decision in answer.decisions:
         for line in vote_lines(decision):
             click.echo(line)
-    state = step.answer.state
+    state = answer.state
     frontier = state.get("frontier")
     aim = f"frontier {frontier}" if frontier is not None else "no frontier"
     if state.get("mode") in ("target", "face", "stop", "look"):
         aim = str(state["mode"])
-    click.echo(
-        f"{step.number:4}  {step.answer.action.value:12}  {aim:12}  {state.get('reason', '')}"
-    )
+    click.echo(f"{step.number:4}  {answer.action.value:12}  {aim:12}  {state.get('reason', '')}")
 
 
 def vote_lines(decision: dict[str, Any]) -> list[str]:

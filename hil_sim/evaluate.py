@@ -1,4 +1,4 @@
-"""`hil-sim eval`: episodes of a suite, in worker processes, resumable, as one table."""
+"""Episodes of a suite with every method, in worker processes, resumable. `eval_command` asks."""
 
 import hashlib
 import json
@@ -7,23 +7,18 @@ import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
-import click
 from tqdm import tqdm
 
 from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode, load_suite, save_suite
+from hil_sim.episodes import Episode, save_suite
 from hil_sim.link import HarnessError
-from hil_sim.methods import METHODS, method_named
-from hil_sim.metrics import Summary, summarise, table
+from hil_sim.metrics import Summary, summarise
 from hil_sim.pool import Work, local
-from hil_sim.protocol import protocol_named
-from hil_sim.results import SUITE_FILE, Results, errors, stages
+from hil_sim.results import SUITE_FILE, Results, errors
 from hil_sim.worker import Failure, Job, Message, Note, Settings, Task, work
 from runtime.edge.journal import plain
-from runtime.errors import RfNavError
 
 RUN_FILE = "run.json"
 
@@ -50,25 +45,29 @@ class Evaluation:
 def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
     """Drive what is not finished; True unless interrupted. What goes wrong in a worker is raised
     when the others are done, at once when nothing has been finished before."""
+    began_s = time.monotonic()
     jobs = plan(evaluation, results)
     total = len(evaluation.methods) * len(evaluation.episodes)
     todo = sum(job.size for job in jobs)
     failures: list[str] = []
-    begun = False
+    done = 0
     with (
         tqdm(total=total, initial=total - todo, unit="episode", disable=None) as bar,
         _workers(evaluation, jobs, target) as messages,
     ):
         try:
             for message in messages:
+                done += isinstance(message, EpisodeResult)
+                _take(message, results, bar)
                 if isinstance(message, Failure):
                     failures.append(message.text)
-                    if not begun:
+                    if not done:
                         break
-                begun = begun or isinstance(message, EpisodeResult)
-                _take(message, results, bar)
         except KeyboardInterrupt:
             return False
+        finally:
+            if done:
+                results.timed(done, time.monotonic() - began_s, evaluation.workers)
     results.settle(evaluation.all_episodes)
     if failures:
         more = f" (and {len(failures) - 1} more)" if len(failures) > 1 else ""
@@ -137,6 +136,8 @@ def report(evaluation: Evaluation, results: Results, seed: int) -> dict[str, Any
     return {
         "suite": evaluation.suite,
         "protocol": evaluation.settings.protocol,
+        "faults": list(evaluation.settings.faults),
+        "noise": list(evaluation.settings.noise),
         "seed": seed,
         "methods": methods,
         "episodes": rows,
@@ -162,6 +163,11 @@ def claim(evaluation: Evaluation) -> None:
         "protocol": settings.protocol,
         "config": _digest(config),
         "settings": list(settings.settings),
+        "faults": list(settings.faults),
+        "noise": list(settings.noise),
+        "sensors": list(settings.sensors),
+        "tilt": settings.tilt,
+        "seed": settings.seed,
     }
     path = settings.out / RUN_FILE
     try:
@@ -181,83 +187,3 @@ def claim(evaluation: Evaluation) -> None:
 
 def _digest(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
-
-
-@click.command(
-    "eval",
-    epilog="Example:  hil-sim eval --suite smoke --method rfnav --method closest --json eval.json",
-)
-@click.option("--suite", default="smoke", show_default=True, help="Bundled name, or a suite file.")
-@click.option(
-    "--method",
-    "methods",
-    multiple=True,
-    default=("rfnav",),
-    show_default=True,
-    help=f"{', '.join(METHODS)}; may be given more than once.",
-)
-@click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
-@click.option("--protocol", default="hm3d", show_default=True)
-@click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
-@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
-@click.option("--out", type=click.Path(path_type=Path), help="Default: out/eval-SUITE.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="All figures as JSON.")
-@click.option("--seed", default=0, show_default=True, help="Of the bootstrap intervals.")
-@click.option(
-    "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
-)
-def eval_command(
-    suite: str,
-    methods: tuple[str, ...],
-    workers: int,
-    protocol: str,
-    config: Path | None,
-    sets: tuple[str, ...],
-    out: Path | None,
-    json_file: Path | None,
-    seed: int,
-    renderer: str,
-) -> None:
-    """Drive every episode of a suite with each method and print the table.
-
-    Finished episodes are kept in OUT: after Ctrl-C the same command goes on where it was.
-    """
-    for method in methods:
-        method_named(method)
-    protocol_named(protocol)
-    if config is not None and not config.is_file():
-        raise RfNavError(f"{config}: no such configuration file")
-    if workers > 1:
-        sets = ("models.threads=1", *sets)
-    settings = Settings(
-        out or Path("out") / f"eval-{Path(suite).stem}", protocol, config, sets, renderer
-    )
-    evaluation = Evaluation(
-        suite, load_suite(suite), tuple(dict.fromkeys(methods)), workers, settings
-    )
-    claim(evaluation)
-    results = Results(settings.out)
-    began_s = time.monotonic()
-    complete = run(evaluation, results)
-    _print(evaluation, results, seed, time.monotonic() - began_s)
-    if json_file is not None:
-        figures = report(evaluation, results, seed)
-        json_file.write_text(json.dumps(plain(figures), indent=1) + "\n", encoding="utf-8")
-    if not complete:
-        click.echo("interrupted; the same command goes on where it was", err=True)
-    failed = any(errors(results.of(m, evaluation.episodes)) for m in evaluation.methods)
-    sys.exit(0 if complete and not failed else 1)
-
-
-def _print(evaluation: Evaluation, results: Results, seed: int, took_s: float) -> None:
-    click.echo(f"\n{evaluation.suite}, protocol {evaluation.settings.protocol}; "
-               "95 % bootstrap intervals\n")  # fmt: skip
-    click.echo(table(summaries(evaluation, results, seed)))
-    click.echo("")
-    for method in evaluation.methods:
-        done = results.of(method, evaluation.episodes)
-        line = f"{method}: {stages(done)}"
-        if errors(done):
-            line += f"; {errors(done)} ended in an error and count as failures"
-        click.echo(line)
-    click.echo(f"took {took_s:.0f} s; episodes in {evaluation.settings.out}")

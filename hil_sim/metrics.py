@@ -90,6 +90,12 @@ def bootstrap(values: Sequence[float], seed: int = 0) -> Figure:
     return Figure(float(sample.mean()), float(low), float(high), len(sample))
 
 
+def difference(ours: Sequence[float], theirs: Sequence[float], seed: int = 0) -> Figure:
+    """Mean of ours minus theirs, episode by episode, with its 95 % interval: paired, so that what
+    makes an episode hard for both does not widen it."""
+    return bootstrap([a - b for a, b in zip(ours, theirs, strict=True)], seed)
+
+
 def table(rows: Sequence[tuple[str, Summary]]) -> str:
     """Markdown: one line a method, means with their 95 % intervals."""
     lines = [
@@ -98,11 +104,11 @@ def table(rows: Sequence[tuple[str, Summary]]) -> str:
     ]
     for name, s in rows:
         cells = (
-            _cell(s.success, 100, 1),
-            _cell(s.spl, 100, 1),
-            _cell(s.soft_spl, 100, 1),
-            _cell(s.distance_m, 1, 2),
-            _cell(s.steps, 1, 0),
+            cell(s.success, 100, 1),
+            cell(s.spl, 100, 1),
+            cell(s.soft_spl, 100, 1),
+            cell(s.distance_m, 1, 2),
+            cell(s.steps, 1, 0),
         )
         lines.append(f"| {name} | {s.episodes} | {' | '.join(cells)} |")
     for name, s in rows:
@@ -114,7 +120,8 @@ def table(rows: Sequence[tuple[str, Summary]]) -> str:
     return "\n".join(lines)
 
 
-def _cell(figure: Figure, scale: float, digits: int) -> str:
+def cell(figure: Figure, scale: float = 1.0, digits: int = 2) -> str:
+    """A table's cell: mean [low, high]."""
     if figure.n == 0:
         return "–"
     mean, low, high = (scale * x for x in (figure.mean, figure.low, figure.high))

@@ -56,9 +56,8 @@ class ShortestPath:
     def forget(self) -> None:
         """Nothing is remembered between episodes."""
 
-    def exchange(self, *seen: object, **more: object) -> Answer:
-        """The next action; HarnessError when no way leads to success."""
-        pose = self.where()
+    def next_action(self, pose: Pose) -> Action:
+        """What it will do at a pose; HarnessError when no way leads to success."""
         if not self._way or not _same(self._way[0][0], pose):  # off the way: find another
             if self._field is None:
                 inner = _inner(self.success, self.space.free.shape)
@@ -66,7 +65,12 @@ class ShortestPath:
             self._way = shortest_way(self.space, self._field, pose, self.protocol)
             last, _ = self._way.pop()
             self._way += _facing(last, self.aim(last), self.protocol.turn_rad)
-        _, action = self._way.pop(0)
+        return self._way[0][1]
+
+    def exchange(self, *seen: object, **more: object) -> Answer:
+        """The next action, as a runtime says it."""
+        action = self.next_action(self.where())
+        self._way.pop(0)
         mode = "stop" if action is Action.STOP else "target"
         return Answer(action, {"mode": mode, "reason": "the shortest path"}, ())
 

@@ -10,7 +10,7 @@ from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
 from hil_sim.methods import METHODS
 
-RESULTS_FILE, SUITE_FILE = "episodes.jsonl", "suite.json"
+RESULTS_FILE, SUITE_FILE, TIMES_FILE = "episodes.jsonl", "suite.json", "times.jsonl"
 FRAMES = ("rendered", "recalled")
 """Counts that stand among the wall times, since they depend on what ran together."""
 
@@ -38,6 +38,12 @@ class Results:
         """An episode that ended in an error is tried again."""
         result = self.by_key.get((method, episode.id))
         return result is not None and not result.ended.startswith("error")
+
+    def timed(self, episodes: int, seconds: float, workers: int) -> None:
+        """Note how long a run took, in a file of wall times."""
+        row = {"episodes": episodes, "seconds": round(seconds, 1), "workers": workers}
+        with self._path.with_name(TIMES_FILE).open("a", encoding="utf-8") as file:
+            file.write(json.dumps({**row, "cores": os.cpu_count()}) + "\n")
 
     def settle(self, episodes: Sequence[Episode]) -> None:
         """Bring the file into one order, by episode and method, each result once: it no longer

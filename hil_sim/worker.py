@@ -4,7 +4,6 @@ One scene a process: PyBullet's EGL renderer cannot draw a second one. One runti
 methods; of one episode they share the frames that more than one of them looks at.
 """
 
-import math
 import signal
 import sys
 from collections.abc import Callable
@@ -15,23 +14,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.assets import Assets
-from hil_sim.episode_run import EpisodeResult, Home, View, run_episode
+from hil_sim.episode_run import EpisodeResult, run_episode
 from hil_sim.episodes import Episode, check_start
+from hil_sim.faults import model_fault, parse_faults
 from hil_sim.homes import open_scene
 from hil_sim.link import HarnessError, Runtime
-from hil_sim.memo import FrameMemo
+from hil_sim.memo import LIMIT_BYTES, FrameMemo
 from hil_sim.methods import Method, method_named
 from hil_sim.metrics import spl
-from hil_sim.oracle import ShortestPath
 from hil_sim.protocol import Protocol, protocol_named
-from hil_sim.quiet import hushed, keep_stdout_for_python
-from hil_sim.scene import Scene
-from runtime.core.types import Pose
+from hil_sim.quiet import keep_stdout_for_python
+from hil_sim.rig import camera_of, home_of, open_world, shortest, start_of
+from hil_sim.stage import Driver, Home
 from runtime.errors import RfNavError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.truth import Truth
-    from hil_sim.world import Camera, Frame, World
+    from hil_sim.world import World
 
 LABELS_PX = (320, 240)
 """Frame size of methods that get true labels: their colours are never looked at."""
@@ -46,6 +45,11 @@ class Settings:
     config: Path | None = None
     settings: tuple[str, ...] = ()  # `--set` for the runtime
     renderer: str = "auto"
+    faults: tuple[str, ...] = ()
+    noise: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()  # beside the camera
+    tilt: str = "level"
+    seed: int = 0  # of noise and faults
 
 
 @dataclass(frozen=True)
@@ -104,43 +108,6 @@ def work(job: Job, settings: Settings, parent: Connection) -> None:
         parent.close()
 
 
-def open_world(scene: Scene, assets: Assets, renderer: str) -> "World":
-    """A scene in PyBullet, without the lines that PyBullet and EGL print when they start."""
-    with hushed():
-        from hil_sim.world import World
-
-        return World(scene, assets, renderer)
-
-
-def camera_of(protocol: Protocol) -> "Camera":
-    """The protocol's camera."""
-    from hil_sim.world import Camera
-
-    return Camera(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
-
-
-def home_of(
-    world: "World",
-    truth: "Truth",
-    protocol: Protocol,
-    goal: str,
-    look: "Callable[[Pose], Frame] | None" = None,
-) -> Home:
-    """A world, seen through the protocol's camera, and the truth about one goal."""
-    camera, boxes = camera_of(protocol), truth.boxes(goal)
-    return Home(
-        ground=world,
-        look=look
-        or (lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera, protocol.tilt_rad)),
-        distance_m=lambda pose: truth.distance_m(goal, pose),
-        scene=world.scene,
-        wanted=tuple(boxes),
-        goal_boxes=tuple(boxes.values()),
-        populate=world.populate,
-        scan=world.scan,
-    )
-
-
 def drive(job: Job, settings: Settings, send: Send) -> None:
     """Every task of a job, one message for each that is done."""
     assets = Assets()
@@ -172,18 +139,20 @@ class _Rig:
     ) -> None:
         self._world, self._truth, self._standby = world, truth, standby
         self._settings = settings
-        self.memo = FrameMemo(world.render)
+        self._faults = parse_faults(settings.faults)
+        # Who walks in front of the camera must be in every frame.
+        self.memo = FrameMemo(world.render, 0 if self._faults else LIMIT_BYTES)
 
     def run(self, episode: Episode, name: str) -> EpisodeResult:
         """Drive one episode; what goes wrong with the runtime is in the result."""
         method = method_named(name)
-        protocol = protocol_for(self._settings.protocol, method)
-        camera = camera_of(protocol)
+        protocol = protocol_for(self._settings, method)
+        camera, tilt = camera_of(protocol), protocol.tilt_rad
         home = home_of(
             self._world, self._truth, protocol, episode.goal,
-            lambda pose: self.memo.look(pose, camera),
+            lambda pose: self.memo.look(pose, camera, tilt),
         )  # fmt: skip
-        home.distance_m(_start(episode))  # what is slow happens before the clock runs
+        home.distance_m(start_of(episode))  # what is slow happens before the clock runs
         self.memo.reset()
         try:
             result = self._episode(episode, name, method, home, protocol)
@@ -197,40 +166,26 @@ class _Rig:
     def _episode(
         self, episode: Episode, name: str, method: Method, home: Home, protocol: Protocol
     ) -> EpisodeResult:
-        log_dir = self._settings.out / name / episode.id
+        driver: Driver
         if method.driver == "shortest":
-            shortest, home = _shortest(self._truth, home, episode, protocol)
-            return run_episode(episode, home, shortest, protocol, name, log_dir)
-        return run_episode(episode, home, self._standby.ready(), protocol, name, log_dir)
+            driver, home = shortest(self._truth, home, episode, protocol)
+        else:
+            driver = self._standby.ready()
+        return run_episode(
+            episode, home, driver, protocol, name, self._settings.out / name / episode.id,
+            faults=self._faults, seed=self._settings.seed,
+        )  # fmt: skip
 
 
-def protocol_for(name: str, method: Method) -> Protocol:
+def protocol_for(settings: Settings, method: Method) -> Protocol:
     """The protocol as a method sees it: those with true labels have smaller frames."""
-    protocol = protocol_named(name)
+    protocol = protocol_named(settings.protocol, settings.tilt, settings.noise, settings.sensors)
+    if method.driver == "shortest" and protocol.base is not None:
+        raise HarnessError(f"oracle-goal: takes steps and turns; protocol {protocol.name} has none")
     if method.labels:
         width, height = LABELS_PX
         protocol = replace(protocol, width=width, height=height)
     return protocol
-
-
-def _shortest(
-    truth: "Truth", home: Home, episode: Episode, protocol: Protocol
-) -> tuple[ShortestPath, Home]:
-    """A driver that follows the shortest path, and a home that tells it where it is."""
-    here = [_start(episode)]
-
-    def look(pose: Pose) -> View:
-        here[0] = pose
-        return home.look(pose)
-
-    def aim(pose: Pose) -> float | None:
-        middles = [box.mean(axis=0) - (pose.x_m, pose.y_m) for box in home.goal_boxes]
-        x, y = min(middles, key=lambda d: float(d @ d))
-        return math.atan2(y, x)
-
-    cells = truth.success(episode.goal)
-    driver = ShortestPath(truth.space, cells, protocol, lambda: here[0], aim)
-    return driver, replace(home, look=look)
 
 
 def refused(
@@ -250,15 +205,11 @@ def refused(
         decisions=0,
         shortest_path_m=episode.shortest_path_m,
         path_m=0.0,
-        distance_m=home.distance_m(_start(episode)),
+        distance_m=home.distance_m(start_of(episode)),
         spl=None,
         soft_spl=0.0,
     )
     return replace(blank, spl=spl(blank.outcome))
-
-
-def _start(episode: Episode) -> Pose:
-    return Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
 
 
 class _Standby:
@@ -266,7 +217,8 @@ class _Standby:
 
     def __init__(self, job: Job, settings: Settings) -> None:
         self._log = settings.out / "logs" / f"runtime-{job.name}.log"
-        self._settings, self._config = settings.settings, settings.config
+        self._command, more = model_fault(parse_faults(settings.faults))
+        self._settings, self._config = (*settings.settings, *more), settings.config
         self._runtime: Runtime | None = None
         self._entered = False
 
@@ -279,7 +231,7 @@ class _Standby:
     def spawn(self) -> Runtime:
         """Begin to load, if nothing is loaded."""
         if self._runtime is None:
-            self._runtime = Runtime(self._log, self._config, self._settings)
+            self._runtime = Runtime(self._log, self._config, self._settings, self._command)
         return self._runtime
 
     def ready(self) -> Runtime:

@@ -7,7 +7,7 @@ from multiprocessing.connection import Connection
 
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
-from hil_sim.worker import Failure, Job, Note, Send, Settings
+from hil_sim.worker import Failure, Job, Message, Note, Send, Settings
 
 
 def result_of(method: str, episode: Episode, ended: str = "stop") -> EpisodeResult:
@@ -37,7 +37,8 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
     (mode,) = settings.settings or ("well",)
     send(Note(f"{job.scene}: looking around"))
     for index, task in enumerate(job.tasks):
-        if mode == "crash" and index == 1:
+        if mode.startswith("crash") and index == 1:
+            time.sleep(1.0 if mode == "crash late" else 0.0)
             os._exit(3)
         if mode == "fail" and index == 1:
             send(Failure("furniture: none here; run `hil-sim assets pull`"))
@@ -52,3 +53,14 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
 
 def work(job: Job, settings: Settings, parent: Connection) -> None:
     drive(job, settings, parent.send)
+
+
+def drive_with_files(job: Job, settings: Settings, send: Send) -> None:
+    def keep(message: Message) -> None:
+        if isinstance(message, EpisodeResult):
+            folder = settings.out / message.method / message.episode
+            folder.mkdir(parents=True)
+            (folder / "track.jsonl").write_text(f"{message.method} {message.episode}\n")
+        send(message)
+
+    drive(job, settings, keep)
