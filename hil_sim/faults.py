@@ -8,10 +8,8 @@ runtime is told; in lockstep a frame that is dropped is not sent, and the robot 
 import math
 import re
 import sys
-import tempfile
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,7 +69,7 @@ KINDS: dict[str, Kind] = {
         lambda now, then, size: replace(now, odometry=_shifted(now.odometry, size)),
     ),
     "odometry-stop": Kind(
-        "the reported pose no longer changes",
+        "the reported pose no longer changes; in real time none is reported",
         spoil=lambda now, then, _: replace(now, odometry=then.odometry),
     ),
     "clock-step": Kind(
@@ -181,14 +179,14 @@ def _size(name: str, text: str, kind: Kind) -> float:
     return value
 
 
-def model_fault(faults: Iterable[Fault]) -> tuple[list[str] | None, tuple[str, ...]]:
+def model_fault(
+    faults: Iterable[Fault], mode: tuple[str, ...] = ("--lockstep",)
+) -> tuple[list[str] | None, tuple[str, ...]]:
     """The command that starts a runtime whose language model is at fault (None: the usual one),
-    and the `--set` values it needs. Its scores are kept apart from the good ones."""
+    and the `--set` values it needs."""
     for fault in faults:
         if fault.kind.model:
             module = [sys.executable, "-m", "hil_sim.faulty_runtime", fault.kind.model]
-            scores = Path(tempfile.mkdtemp(prefix="rf-nav-fault-")) / "scores.sqlite"
-            settings = ["panel.budget_in_lockstep=true"] if fault.name == "llm-hang" else []
-            keep = f'models.score_file="{scores}"'
-            return [*module, "run", "--lockstep"], (*settings, keep)
+            settings = ("panel.budget_in_lockstep=true",) if fault.name == "llm-hang" else ()
+            return [*module, "run", *mode], settings
     return None, ()

@@ -8,7 +8,8 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -64,9 +65,9 @@ def free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def rfnav_command() -> list[str]:
-    """This installation's `rfnav run --lockstep`."""
-    return [sys.executable, "-m", "runtime", "run", "--lockstep"]
+def rfnav_command(mode: Sequence[str] = ("--lockstep",)) -> list[str]:
+    """This installation's `rfnav run`; without a mode it drives in real time."""
+    return [sys.executable, "-m", "runtime", "run", *mode]
 
 
 class Runtime:
@@ -96,6 +97,7 @@ class Runtime:
         self._log = log
         self._answer_s = answer_s
         self._declared: list[Any] = []
+        self._command: Twist | None = None
         self._child: subprocess.Popen[bytes] | None = None
         self._session: Any = open_session(bus)
         atexit.register(self.close)
@@ -161,7 +163,7 @@ class Runtime:
         (see `sightings.true_labels`) go ahead of the images that they belong to, and so does what
         is published `beside` them (topic: CDR)."""
         for topic, payload in beside.items():
-            self._session.put(topic, payload)
+            self.publish(topic, payload)
         observation = {
             **(
                 {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
@@ -195,6 +197,28 @@ class Runtime:
                 return Answer(_action(value), state, tuple(decisions), _twist(value))
         raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
 
+    def publish(self, stream: str, payload: bytes) -> None:
+        """One message of "color", "depth", "camera_info", "odom" or "detections", or on another
+        topic by its name."""
+        publisher = self._publish.get(stream)
+        if publisher is not None:
+            publisher.put(payload)
+        else:
+            self._session.put(stream, payload)
+
+    def hear(self) -> Iterator[tuple[str, dict[str, Any]]]:
+        """What was said since, as ("state" | "decision" | ..., message)."""
+        names = {self._topics.state: "state", self._topics.decision: "decision"}
+        while not self._heard.empty():
+            topic, value = self._heard.get_nowait()
+            if topic in names and "error" not in value:
+                yield names[topic], value
+
+    def command(self) -> Twist | None:
+        """The newest velocity on cmd_vel, once; None when there is no newer one."""
+        command, self._command = self._command, None
+        return command
+
     def check_alive(self) -> None:
         """HarnessError with the child's last line when it has ended."""
         child = self._child
@@ -225,12 +249,13 @@ class Runtime:
         if not self._session.is_closed():
             self._session.close()
 
-    def call_again(self) -> None:
-        """Come back to the bus, and wait until the runtime has noticed."""
+    def call_again(self, wait: bool = True) -> None:
+        """Come back to the bus, and perhaps wait until the runtime has noticed."""
         if self._session.is_closed():
             self._session = open_session(self._bus)
             self._declare()
-            self._wait_ready(("ready", "searching"))
+            if wait:
+                self._wait_ready(("ready", "searching"))
 
     def _declare(self) -> None:
         bus = self._bus
@@ -244,6 +269,12 @@ class Runtime:
             except SensorError as error:
                 self._heard.put((topic, {"error": str(error)}))
 
+        def obey(sample: zenoh.Sample) -> None:
+            with suppress(SensorError):
+                speeds = wire.decode_twist(sample.payload.to_bytes(), bus.topics.cmd_vel)
+                self._command = Twist(*speeds)
+
+        self._declared.append(self._session.declare_subscriber(bus.key(bus.topics.cmd_vel), obey))
         # One subscriber for all three, so that they come in the order they were sent.
         self._declared.append(self._session.declare_subscriber("rfnav/*", hear))
         self._publish: dict[str, Any] = {}

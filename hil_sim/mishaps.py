@@ -4,6 +4,8 @@ the link and at the base."""
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from hil_sim.body import Body, closed_door, person_near, walk
 from hil_sim.faults import Fault, Sensed, When
 from hil_sim.noise import generator
@@ -12,6 +14,8 @@ from hil_sim.scene import Scene
 from runtime.core.types import Pose
 
 DOOR_CLEAR_M = 0.3
+SILENT, SHIFTED = ("odometry-stop", "link-lost"), ("odometry-jump", "clock-step")
+NO_IMAGE, NO_DEPTH = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
 Populate = Callable[[tuple[Body, ...]], None]
 
 
@@ -26,6 +30,7 @@ class Mishaps:
     ground: Ground
     populate: Populate
     _since: dict[str, When] = field(default_factory=dict)
+    bodies: tuple[Body, ...] = ()  # in the world now
     _began: dict[str, Sensed] = field(default_factory=dict)
     _person: Body | None = None
     _door: Body | None = None
@@ -56,18 +61,33 @@ class Mishaps:
             way_m = person.size * max(0.0, when.now_s - self._walked_s)
             self._person = walk(self._person, way_m, self.ground, robot, rng)
         self._walked_s = when.now_s
-        self.populate((*others, self._person) if self._person else others)
+        self.bodies = (*others, self._person) if self._person else others
+        self.populate(self.bodies)
 
     def sense(self, when: When, sensed: Sensed) -> Sensed | None:
         """What is sent instead; None when nothing is."""
         found: Sensed | None = sensed
         for fault in self.faults:
-            if fault.kind.spoil is None or not self._lasts(fault, when):
+            if fault.kind.spoil is None:
+                continue
+            if not self._lasts(fault, when):
                 self._began.pop(fault.text, None)
                 continue
             then = self._began.setdefault(fault.text, sensed)
             found = fault.kind.spoil(found, then, fault.size) if found is not None else None
         return found
+
+    def odometry(self, when: When, pose: Pose, stamp_ns: int) -> tuple[Pose, int] | None:
+        """An odometry message of its own, as real time has them; None when none is sent."""
+        for fault in self.faults:
+            if fault.name in SILENT and self._lasts(fault, when):
+                return None
+            if fault.name in SHIFTED and fault.kind.spoil and self._lasts(fault, when):
+                now = Sensed(NO_IMAGE, NO_DEPTH, pose, stamp_ns)
+                told = fault.kind.spoil(now, now, fault.size)
+                assert told is not None
+                pose, stamp_ns = told.odometry, told.stamp_ns
+        return pose, stamp_ns
 
     def deaf(self, when: When) -> bool:
         """Whether the base ignores its command."""

@@ -104,6 +104,14 @@ EPISODE_TILT_RAD = math.radians(30)
 EXTRAS = ("laser", "bumper")
 
 
+def _near(end: Ending) -> bool:
+    return end.stopped and end.distance_m <= SUCCESS_M
+
+
+def _about_near(end: Ending) -> bool:
+    return end.stopped and end.distance_m <= ONROBOT_SUCCESS_M
+
+
 def _visible(end: Ending) -> bool:
     return end.stopped and any(
         s.pixels >= VISIBLE_PIXELS and s.box_m <= VISIBLE_M for s in end.sightings
@@ -112,7 +120,7 @@ def _visible(end: Ending) -> bool:
 
 HM3D = Protocol(
     name="hm3d",
-    success=lambda end: end.stopped and end.distance_m <= SUCCESS_M,
+    success=_near,
     depth_min_m=0.5,
     depth_max_m=5.0,
 )
@@ -122,7 +130,7 @@ ROBOTHOR = Protocol(
 ONROBOT = replace(
     HM3D,
     name="onrobot",
-    success=lambda end: end.stopped and end.distance_m <= ONROBOT_SUCCESS_M,
+    success=_about_near,
     max_steps=1500,
     observe_s=0.2,
     base=Base(),
