@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from hil_sim.floorplan import INNER_M, OUTER_M, Plan, PlanRoom, Rect, on_line, polygon_of, shared
 from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, has_top, hex_colour, offset
-from hil_sim.passage import Floor, Grid, door_zone, empty_floor, passage_zone
+from hil_sim.passage import Floor, Left, door_zone, empty_floor, passage_zone
 from hil_sim.scene import SceneObject
 
 SIDES = ("south", "east", "north", "west")
@@ -43,7 +43,7 @@ class Spot:
 
     box: Box
     front: Box | None = None
-    floor: Grid | None = None
+    floor: Left | None = None
 
 
 class Furnisher:
@@ -135,7 +135,7 @@ class Furnisher:
             return None
         if z >= BODY_M or under is not None:
             return Spot(box, front) if self._floor.reaches(box) else None
-        floor = self._floor.without(box)
+        floor = self._floor.without(box, self.room)
         return None if floor is None else Spot(box, front, floor)
 
     def take(self, mesh: Mesh, spot: Spot | None, name: str = "") -> SceneObject | None:

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.floorplan import Rect
 from hil_sim.furnish import ROBOT_M, Box
 from hil_sim.scene import Door, Point, Polygon, Wall, on_wall
 
@@ -78,51 +80,72 @@ def door_zone(door: Door, deep_m: float = DOOR_ZONE_M) -> Box:
     return passage_zone(door.start, door.end, deep_m)
 
 
+@dataclass(frozen=True)
+class Left:
+    """Floor where the robot fits, the largest connected part of it, and how many cells are not in
+    that part."""
+
+    free: Grid
+    main: NDArray[np.bool_]
+    lost: int
+
+
 class Floor:
     """The floor that is left, while furniture is put on it."""
 
     def __init__(self, free: Grid, doors: Sequence[Door]) -> None:
-        self._free, self._cut_off = free, 0
-        self._main = _largest(free)[0]
+        self._left = _largest(free)
         self._doors = [
             (int((d.start[1] + d.end[1]) / 2 / CELL_M), int((d.start[0] + d.end[0]) / 2 / CELL_M))
             for d in doors
         ]
 
-    def without(self, box: Box) -> Grid | None:
+    def without(self, box: Box, room: Rect) -> Left | None:
         """The floor without the box and the robot's radius around it; None if that would cut off
-        a door, the box itself, or more than a pocket."""
-        trial = self._free.copy()
+        a door, the box itself, or more than a pocket. The box stands in that room."""
+        trial = self._left.free.copy()
         fill(trial, box.corners(ROBOT_M), 0)
-        main, lost = _largest(trial)
-        if (lost - self._cut_off) * CELL_M**2 > POCKET_M2 or not _beside(main, box):
+        left = self._still_whole(trial, room) or _largest(trial)
+        if (left.lost - self._left.lost) * CELL_M**2 > POCKET_M2 or not _beside(left.main, box):
             return None
-        return trial if all(main[cell] for cell in self._doors) else None
+        return left if all(left.main[cell] for cell in self._doors) else None
 
-    def take(self, free: Grid) -> None:
+    def take(self, left: Left) -> None:
         """Accept what `without` returned."""
-        self._free = free
-        self._main, self._cut_off = _largest(free)
+        self._left = left
 
     def reaches(self, box: Box) -> bool:
         """Whether the robot can come near the box."""
-        return _beside(self._main, box)
+        return _beside(self._left.main, box)
+
+    def _still_whole(self, trial: Grid, room: Rect) -> Left | None:
+        """A quick yes: whatever led through the room still does if the room's part is whole."""
+        main = self._left.main & (trial > 0)
+        window = _cells(room, 0.0)
+        inside = main[window].astype(np.uint8)
+        gone = np.count_nonzero(self._left.main) - np.count_nonzero(main)
+        gone -= np.count_nonzero(self._left.main[window]) - np.count_nonzero(inside)
+        if gone or cv2.connectedComponents(inside, connectivity=4)[0] != 2:
+            return None
+        return Left(trial, main, self._left.lost)
 
 
-def _largest(free: Grid) -> tuple[NDArray[np.bool_], int]:
-    """The largest connected part, and how many cells the others have."""
+def _largest(free: Grid) -> Left:
     _, labels, stats, _ = cv2.connectedComponentsWithStats(free, connectivity=4)
     if len(stats) < 2:
-        return np.zeros(free.shape, bool), 0
+        return Left(free, np.zeros(free.shape, bool), 0)
     main = 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
     lost = int(stats[1:, cv2.CC_STAT_AREA].sum() - stats[main, cv2.CC_STAT_AREA])
-    return labels == main, lost
+    return Left(free, labels == main, lost)
 
 
 def _beside(main: NDArray[np.bool_], box: Box) -> bool:
     """Whether some of that floor is within reach of the box."""
-    x0, y0, x1, y1 = ((v / CELL_M) for v in box.span)
-    near = REACH_M / CELL_M
-    rows = slice(max(0, int(y0 - near)), int(y1 + near) + 1)
-    cols = slice(max(0, int(x0 - near)), int(x1 + near) + 1)
-    return bool(main[rows, cols].any())
+    return bool(main[_cells(Rect(*box.span), REACH_M)].any())
+
+
+def _cells(rect: Rect, grow_m: float) -> tuple[slice, slice]:
+    """Rows and columns of the cells in a rectangle grown on all sides."""
+    x0, x1 = (rect.x0 - grow_m) / CELL_M, (rect.x1 + grow_m) / CELL_M
+    y0, y1 = (rect.y0 - grow_m) / CELL_M, (rect.y1 + grow_m) / CELL_M
+    return slice(max(0, int(y0)), int(y1) + 1), slice(max(0, int(x0)), int(x1) + 1)

@@ -10,56 +10,50 @@ from hil_sim.wares import find
 SMALL_KITCHEN_M2 = 9.0
 MIRROR_M = 1.2
 
+Modules = list[tuple[str, Mesh]]
+
 
 def furnish_kitchen(home: Furnisher, wanted: Wanted) -> None:
     counters = wanted.take("counter") + 1
     for name in ("refrigerator", "sink", "stove"):
         wanted.take(name)
-    _counter_run(home, counters)
-    if not home.named("refrigerator"):
-        home.against_wall(home.pick("refrigerator"), front_m=0.5, corner=home.rng.random() < 0.6)
-    if not home.named("stove"):
-        home.against_wall(home.pick("stove"), front_m=0.4)
-    if not home.named("sink"):
-        home.against_wall(find(home, "kitchen sink"), front_m=0.4)
-    for _ in range(counters - len(home.named("counter"))):
-        home.against_wall(find(home, "counter"), front_m=0.4, name="counter")
+    modules, upper = _modules(home, counters), find(home, "upper cabinet")
+    sides = sorted(SIDES, key=lambda s: -home.wall_length(s) * home.rng.uniform(0.3, 1.0))
+    for side in sides:
+        modules = _run(home, side, modules, upper if home.rng.random() < 0.7 else None)
     chairs, tables = wanted.take("chair"), wanted.take("table")
     if tables and home.room.area > SMALL_KITCHEN_M2:
         arrange_table(home, max(2, chairs), longest=1.3 if home.room.area < 14 else 1.7)
 
 
-def _counter_run(home: Furnisher, counters: int) -> None:
-    """Cabinets, sink, stove and refrigerator side by side along one wall."""
-    rng = home.rng
-    side = max(SIDES, key=lambda s: home.wall_length(s) * rng.random())
-    upper = find(home, "upper cabinet") if rng.random() < 0.7 else None
-    at = -home.wall_length(side) / 2 + rng.choice([0.01, rng.uniform(0.0, 0.5)])
-    for name, mesh in _modules(home, counters):
+def _run(home: Furnisher, side: str, modules: Modules, upper: Mesh | None) -> Modules:
+    """What stands side by side along one wall, as far as it goes; returns what is left."""
+    rng, end = home.rng, home.wall_length(side) / 2
+    at, left = -end + rng.choice([0.01, rng.uniform(0.0, 0.4)]), list(modules)
+    while left and at + left[0][1].size_m[0] < end:
+        name, mesh = left[0]
         w, d, _ = mesh.size_m
-        if at + w > home.wall_length(side) / 2:
-            break
         x, y = home.wall_point(side, at + w / 2, d / 2 + 0.006)
-        obj = home.take(mesh, home.spot(mesh, x, y, YAW[side], front_m=0.3), name)
+        obj = home.take(mesh, home.spot(mesh, x, y, YAW[side], front_m=0.35), name)
         if obj is None:
-            at += 0.2
+            at += 0.15
             continue
         if upper and name in ("counter", "sink") and upper.size_m[0] <= w + 0.06:
             x, y = home.wall_point(side, at + w / 2, upper.size_m[1] / 2 + 0.006)
             home.take(upper, home.spot(upper, x, y, YAW[side]))
         if name == "counter":
             load(home, obj, "kitchen", 1)
-        at += w + 0.012
+        left, at = left[1:], at + w + 0.012
+    return left
 
 
-def _modules(home: Furnisher, counters: int) -> list[tuple[str, Mesh]]:
+def _modules(home: Furnisher, counters: int) -> Modules:
     """What stands in the run, in order; counters of one make."""
     rng, counter = home.rng, find(home, "counter")
     names = [("sink", find(home, "kitchen sink")), ("stove", home.pick("stove"))]
     names += [("counter", counter)] * counters
     rng.shuffle(names)
-    if rng.random() < 0.8:
-        names.insert(rng.choice([0, len(names)]), ("refrigerator", home.pick("refrigerator")))
+    names.insert(rng.choice([0, len(names)]), ("refrigerator", home.pick("refrigerator")))
     return [(name, mesh) for name, mesh in names if mesh is not None]
 
 
@@ -73,7 +67,8 @@ def furnish_bathroom(home: Furnisher, wanted: Wanted) -> None:
             home.pick("toilet"), front_m=0.25
         )
     for _ in range(wanted.take("sink")):
-        sink = home.against_wall(find(home, "bathroom sink"), front_m=0.35)
+        mesh = find(home, "bathroom sink")
+        sink = home.against_wall(mesh, front_m=0.35, near={"sink": 1.0})
         if sink and _mirror_over(home, sink):
             wanted.placed("mirror")
     if shower or not tub:

@@ -57,10 +57,13 @@ def arrange_desk(home: Furnisher) -> SceneObject | None:
         return None
     home.release(desk)
     chair = find(home, "office chair" if rng.random() < 0.6 else "dining chair")
-    if chair is not None:
-        out = -(desk.size_m[1] + chair.size_m[1]) / 2 - rng.uniform(0.02, 0.25)
+    for _ in range(6 if chair else 0):
+        assert chair is not None
+        u = rng.uniform(-0.3, 0.3) * desk.size_m[0]
+        v = -(desk.size_m[1] + chair.size_m[1]) / 2 - rng.uniform(0.02, 0.2)
         # A chair in use faces the desk, whose own front faces the room.
-        home.beside(chair, desk, rng.uniform(-0.15, 0.15), out, math.pi + rng.gauss(0, 0.25))
+        if home.beside(chair, desk, u, v, math.pi + rng.gauss(0, 0.2)):
+            break
     load(home, desk, "desk", 1)
     return desk
 
