@@ -16,6 +16,9 @@ NEAR_RIGHT_RAD = math.radians(4)
 SOLVABLE = 0.35
 """|cos 2θ| above which a turned box's sides follow from its axis-aligned box."""
 LEAST_M = 0.01
+WIDEST_M = {"ArmChair": 1.05}
+"""The longest side of a type whose unnamed assets have boxes inflated at right angles too: a part
+of them is turned inside."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,9 @@ def footprint(thing: Thing) -> Footprint:
     else:
         x, y = thing.middle_m[:2]
         width, depth = _sides(thing, yaw)
+    if thing.type in WIDEST_M and not thing.asset:
+        shrunk = min(1.0, WIDEST_M[thing.type] / max(width, depth))
+        width, depth = width * shrunk, depth * shrunk
     sides = max(width, LEAST_M), max(depth, LEAST_M)
     return Footprint(x, y, *sides, yaw, thing.low_m[2], max(thing.size_m[2], LEAST_M))
 

@@ -90,6 +90,11 @@ def apartment(name: str) -> tuple[Thing, ...]:
     return _metadata()["robothor"][APARTMENTS.index(name)]
 
 
+def layout_of(name: str) -> str:
+    """Train1 for FloorPlan_Train1_4: five scenes share their walls."""
+    return name.split("_")[1]
+
+
 def rooms(kind: str) -> tuple[tuple[Thing, ...], ...]:
     """The 30 single rooms of a kind (kitchen, living room, bedroom, bathroom), their objects."""
     if kind not in ROOM_LISTS:

@@ -1,28 +1,22 @@
 """RoboTHOR's apartments as scenes: the same layout, other meshes (README.md says what is real)."""
 
 import hashlib
-import json
 import math
 import random
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
-from pathlib import Path
-from typing import Any
 
 from hil_sim.furnish import Mesh, furniture, hex_colour
+from hil_sim.robothor.evidence import OUTER
 from hil_sim.robothor.facing import TABLES, faced
 from hil_sim.robothor.footprints import LEAST_M, Footprint, footprint
-from hil_sim.robothor.metadata import MetadataError, Thing, apartment
-from hil_sim.robothor.regions import Rectangle, Segment, regions, room_type
+from hil_sim.robothor.metadata import Thing, apartment, layout_of
+from hil_sim.robothor.regions import Segment, regions, room_type
+from hil_sim.robothor.walls import layouts
 from hil_sim.scene import CATEGORIES, Room, Scene, SceneObject, Wall, contains
 
-OUTER: Rectangle = (1.01, -4.9, 9.79, -1.01)
-"""The apartment between its walls' inner faces: x0, y0, x1, y1."""
 WALL_HEIGHT_M = 2.44
-OUTER_M, INNER_M = 0.12, 0.05
-"""Thickness of walls; furniture stands 6 cm apart on both sides of inner ones."""
-WALLS_FILE = Path(__file__).parent / "walls.json"
+OUTER_M, INNER_M = 0.12, 0.03
+"""Thickness of walls: paintings on both sides of an inner one are 2.5 cm apart."""
 CATEGORY: dict[str, tuple[str, ...]] = {
     "AlarmClock": ("alarm clock",),
     "Apple": ("apple",),
@@ -95,14 +89,6 @@ FLOORS = ("#b58a5b", "#8a5f3c", "#caa472", "#a77b52", "#bfc3c4", "#9aa0a3", "#c9
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#e8e8e6", "#d9dfe2", "#dfe6da")
 
 
-@dataclass(frozen=True)
-class Layout:
-    """Interior walls of a layout, and where they come from."""
-
-    walls: tuple[Segment, ...]
-    source: str
-
-
 def robothor_scene(name: str) -> Scene:
     """The replica of a RoboTHOR scene, e.g. FloorPlan_Val1_1; MetadataError if there is none."""
     things = [thing for thing in apartment(name) if thing.type not in PARTS]
@@ -122,24 +108,6 @@ def robothor_scene(name: str) -> Scene:
         objects=_numbered(objects),
         wall_height_m=WALL_HEIGHT_M,
     )
-
-
-def layout_of(name: str) -> str:
-    """Train1 for FloorPlan_Train1_4: five scenes share their walls."""
-    return name.split("_")[1]
-
-
-@cache
-def layouts() -> dict[str, Layout]:
-    """Interior walls by layout (Train1 ... Val3), from walls.json beside this file."""
-    try:
-        rows: dict[str, Any] = json.loads(WALLS_FILE.read_text(encoding="utf-8"))["layouts"]
-    except (OSError, ValueError, KeyError) as error:
-        raise MetadataError(f"{WALLS_FILE}: cannot be read: {error}") from None
-    return {
-        name: Layout(tuple(((a, b), (c, d)) for (a, b), (c, d) in row["walls"]), row["source"])
-        for name, row in rows.items()
-    }
 
 
 def _outer_walls() -> tuple[Wall, ...]:
