@@ -42,7 +42,8 @@ def import_command(
     folder = out or Path("out") / (home.stem or "home")
     assets = Assets()
     known = frozenset(assets.catalog.models) if assets.present else frozenset[str]()
-    scene, report = import_home(home, folder, level, known)
+    with hushed():  # OpenCV comments on damaged textures
+        scene, report = import_home(home, folder, level, known)
     path = folder / SCENE_FILE
     _write(scene, path)
     lines = _told(report)

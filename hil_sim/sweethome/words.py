@@ -34,7 +34,7 @@ ETEKS = {
 WORDS = {
     "bed": "bed cot crib lit berceau bett kinderbett doppelbett cama cuna letto culla",
     "sofa": "sofa couch settee loveseat canape sofá divano bank sofabed",
-    "chair": "chair chaise stuhl silla sedia stoel cadeira",
+    "chair": "chair chaise stuhl stuhle silla sedia stoel cadeira",
     "armchair": "armchair recliner fauteuil sessel sillon butaca poltrona",
     "table": "table tisch esstisch mesa tavolo tafel dining_table kitchen_table "
     "table_a_manger mesa_de_comedor",
@@ -44,7 +44,7 @@ WORDS = {
     "bathtub": "bathtub bath tub baignoire badewanne banera vasca bad banheira jacuzzi",
     "shower": "shower douche dusche ducha doccia chuveiro shower_cabin shower_tray",
     "sink": "sink washbasin basin lavabo evier waschbecken spule spulbecken fregadero lavandino "
-    "lavello wastafel gootsteen pia handbasin",
+    "waschtisch lavello wastafel gootsteen pia handbasin",
     "refrigerator": "refrigerator fridge freezer refrigerateur frigo kuhlschrank gefrierschrank "
     "nevera frigorifico frigorifero koelkast geladeira",
     "stove": "stove cooker oven range hob cooktop cuisiniere four herd backofen estufa horno "
@@ -96,7 +96,7 @@ WORDS = {
 ROOMS = {
     "kitchen": "kitchen kitchenette cuisine kuche cocina cucina keuken cozinha pantry",
     "bathroom": "bathroom bath toilet toilets wc shower restroom ensuite en_suite salle_de_bain "
-    "salle_de_bains salle_d_eau toilettes bad badezimmer gastewc bano aseo bagno badkamer "
+    "salle_de_bains salle_d_eau toilettes bad badezimmer gastebad gastewc bano aseo bagno badkamer "
     "banheiro lavabo laundry powder_room",
     "bedroom": "bedroom nursery bed chambre schlafzimmer kinderzimmer gastezimmer dormitorio "
     "habitacion alcoba camera camera_da_letto slaapkamer quarto guest_room kids_room master",
@@ -199,10 +199,13 @@ def _first(text: str, words: dict[str, str]) -> str | None:
 
 
 def _singular(word: str, words: dict[str, str]) -> str:
-    """The word as it is known: without a number ("bedroom2") or a plural ending; "" if unknown."""
+    """The word as it is known: without a number ("bedroom2") or a plural ending, or the end of a
+    German compound ("Einzelbett"); "" if unknown."""
     word = word.rstrip("0123456789")
-    stems = (word.removesuffix(end) for end in ("", "s", "es", "n", "en", "e"))
-    return next((stem for stem in stems if stem in words), "")
+    stems = [word.removesuffix(end) for end in ("", "s", "es", "n", "en", "e")]
+    whole = next((stem for stem in stems if stem in words), "")
+    ends = (known for known in words if len(known) >= 4 and word.endswith(known))
+    return whole or max(ends, key=len, default="")
 
 
 @cache

@@ -11,7 +11,7 @@ from drawn import CUBE, MTL, ROOMS, WALLS, door, piece, room, save, tag, wall, x
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hil_sim.scene import Scene, SceneError, load_scene
+from hil_sim.scene import Scene, SceneError, load_scene, parse_scene
 from hil_sim.sweethome.importer import Report, import_home
 
 REAL = Path(__file__).parents[2] / "refs" / "sweethome7.sh3d"
@@ -261,3 +261,10 @@ def test_an_error_is_one_line_and_exit_2(tmp_path: Path) -> None:
     done = run(REAL, "--out", path / "below-a-file")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
+
+
+def test_the_scene_in_the_documentation_can_be_read() -> None:
+    text = (Path(__file__).parents[3] / "docs" / "own-home.md").read_text(encoding="utf-8")
+    block = text.split("```json\n")[1].split("```")[0]
+    scene = parse_scene(json.loads(block), "own-home.md", {"builtin:box"})
+    assert (len(scene.walls), len(scene.rooms), len(scene.doors)) == (5, 2, 1)
