@@ -1,16 +1,24 @@
 """People and closed doors in PyBullet: made when first needed, out of sight when not."""
 
 import math
+from pathlib import Path
 
+import cv2
+import numpy as np
 import pybullet
 
 from hil_sim.body import Body
+from hil_sim.builtin_shapes import ball, box, cylinder
+from hil_sim.meshes import Soup
+from hil_sim.raster import Raster
+from hil_sim.shell import Surface, rgb_of
 
 HIDDEN_M = -40.0
 SKIN, SHIRT, TROUSERS, DOOR = "#c79a7b", "#3f6d8e", "#3a3f4b", "#b08a5c"
 HEAD_RADIUS_M = 0.11
 
 Part = tuple[int, float]  # body id, height of its middle
+Key = tuple[str, tuple[float, float, float]]  # kind and size
 
 
 class Visitors:
@@ -19,12 +27,12 @@ class Visitors:
 
     def __init__(self, client: int) -> None:
         self._client = client
-        self._parts: dict[tuple[str, tuple[float, float, float]], list[Part]] = {}
+        self._parts: dict[Key, list[Part]] = {}
         self.present: tuple[Body, ...] = ()
 
     def set(self, bodies: tuple[Body, ...]) -> None:
         """Show these and no others. Two of one kind and size cannot be shown at once."""
-        placed = {(body.kind, body.size_m): body for body in bodies}
+        placed: dict[Key, Body] = {(body.kind, body.size_m): body for body in bodies}
         for key, body in placed.items():
             if key not in self._parts:
                 self._parts[key] = self._made(body)
@@ -67,3 +75,46 @@ class Visitors:
             0, solid, visual, (0, 0, HIDDEN_M), physicsClientId=client
         )
         return body, z_m
+
+
+class DrawnVisitors:
+    """The same bodies in the picture."""
+
+    def __init__(self, raster: Raster, scratch: Path) -> None:
+        self._raster, self._scratch = raster, scratch
+        self._parts: dict[Key, list[int]] = {}
+
+    def show(self, bodies: tuple[Body, ...]) -> None:
+        """Draw these and no others."""
+        placed: dict[Key, Body] = {(body.kind, body.size_m): body for body in bodies}
+        for key, body in placed.items():
+            if key not in self._parts:
+                self._parts[key] = [self._add(soup) for soup in _soups(body)]
+        for key, numbers in self._parts.items():
+            there = placed.get(key)
+            for number in numbers:
+                if there is None:
+                    self._raster.place(number, (0.0, 0.0, HIDDEN_M), 0.0)
+                else:
+                    self._raster.place(number, (there.x_m, there.y_m, 0.0), there.yaw_rad)
+
+    def _add(self, soup: Soup) -> int:
+        path = self._scratch / f"visitor{len(list(self._scratch.glob('visitor*.obj')))}.obj"
+        texture = path.with_suffix(".png")
+        bgr = [round(255 * c) for c in soup.material.colour[::-1]]
+        cv2.imwrite(str(texture), np.full((4, 4, 3), bgr, np.uint8))
+        Surface(soup.corners, soup.uv).write(path, texture)
+        return self._raster.add(path)
+
+
+def _soups(body: Body) -> list[Soup]:
+    if body.kind == "door":
+        return [box(body.size_m, (0.0, 0.0, 0.0), rgb_of(DOOR))]
+    r, height = body.size_m[0] / 2, body.size_m[2]
+    legs, head = 0.45 * height, 2 * HEAD_RADIUS_M
+    neck = height - head
+    return [
+        cylinder(0.75 * r, 0.75 * r, legs, rgb_of(TROUSERS)),
+        cylinder(r, r, neck - legs, rgb_of(SHIRT), at=(0, 0, legs)),
+        ball((head, head, head), (0, 0, neck), rgb_of(SKIN)),
+    ]

@@ -1,6 +1,5 @@
 """A scene in PyBullet: what the camera sees of it, and what stops the robot."""
 
-import importlib.util
 import math
 import shutil
 import tempfile
@@ -12,18 +11,17 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from hil_sim import egl
 from hil_sim.assets import Assets
 from hil_sim.body import Body
 from hil_sim.meshes import Mesh
+from hil_sim.raster import FAR_M, NEAR_M, Raster, RasterError
 from hil_sim.scene import Scene, SceneObject, check_meshes
 from hil_sim.sensors import BEAMS, LASER_M, LASER_Z_M
 from hil_sim.shell import ceiling, floor, rgb_of, wall_pieces, walls
-from hil_sim.visitors import Visitors
+from hil_sim.visitors import DrawnVisitors, Visitors
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
 
-NEAR_M, FAR_M = 0.05, 25.0
 BODY_RADIUS_M, BODY_HEIGHT_M = 0.18, 0.88
 BODY_CLEARANCE_M = 0.03
 """Of the body's underside: floor coverings do not stop it."""
@@ -54,12 +52,12 @@ HM3D = Camera()
 
 @dataclass(frozen=True)
 class Light:
-    """One distant light and what comes from everywhere."""
+    """One distant light, toward which `direction` points, and what comes from everywhere."""
 
     direction: tuple[float, float, float] = (0.5, -0.7, 1.2)
-    colour: tuple[float, float, float] = (1.0, 0.98, 0.94)
-    ambient: float = 0.62
-    diffuse: float = 0.42
+    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    ambient: float = 0.5
+    diffuse: float = 0.5
 
 
 @dataclass(frozen=True)
@@ -80,8 +78,8 @@ class Frame:
 
 
 class World:
-    """One scene in a PyBullet client of its own. With EGL, use a fresh process for a scene:
-    texture ids are reused wrongly in a process that has drawn another."""
+    """One scene: PyBullet for what stops the robot, OpenGL through EGL for what it sees, or
+    PyBullet's software renderer ("tiny") where there is no EGL."""
 
     def __init__(
         self,
@@ -95,14 +93,13 @@ class World:
         self._appearance = appearance or Appearance()
         self._client = pybullet.connect(pybullet.DIRECT)
         self._scratch = Path(tempfile.mkdtemp(prefix="rf-nav-world-"))
-        self._plugin = -1
+        self._raster: Raster | None = None
         self._visitors = Visitors(self._client)
         self._owner = np.full(0, -1, np.int32)  # body id -> index into scene.objects
         self._solid: set[int] = set()
         try:
             self.renderer = self._start_renderer(renderer)
             self._build()
-            self._settle()
         except BaseException:
             self.close()
             raise
@@ -116,8 +113,8 @@ class World:
     def close(self) -> None:
         """Free the client. Idempotent."""
         if self._client >= 0:
-            if self._plugin >= 0:
-                pybullet.unloadPlugin(self._plugin, physicsClientId=self._client)
+            if self._raster is not None:
+                self._raster.close()
             pybullet.disconnect(self._client)
             self._client = -1
         shutil.rmtree(self._scratch, ignore_errors=True)
@@ -135,16 +132,19 @@ class World:
     ) -> Frame:
         """The view from a pose of the base, scene frame; positive pitch looks down."""
         light = light or self._appearance.light
+        eye = (x_m, y_m, camera.z_m)
+        if self._raster is not None:
+            sun = light.direction, light.colour, light.ambient, light.diffuse
+            size = camera.width, camera.height
+            return Frame(*self._raster.draw(eye, yaw_rad, pitch_rad, size, camera.hfov_rad, sun))
         c = math.cos(pitch_rad)
         ahead = (c * math.cos(yaw_rad), c * math.sin(yaw_rad), -math.sin(pitch_rad))
-        eye = (x_m, y_m, camera.z_m)
         view = pybullet.computeViewMatrix(
             eye, tuple(e + a for e, a in zip(eye, ahead, strict=True)), (0, 0, 1)
         )
         half_w = NEAR_M * math.tan(camera.hfov_rad / 2)
         half_h = half_w * camera.height / camera.width
         lens = pybullet.computeProjectionMatrix(-half_w, half_w, -half_h, half_h, NEAR_M, FAR_M)
-        hardware = self.renderer == "egl"
         _, _, rgba, buffer, bodies = pybullet.getCameraImage(
             camera.width,
             camera.height,
@@ -156,7 +156,7 @@ class World:
             lightAmbientCoeff=light.ambient,
             lightDiffuseCoeff=light.diffuse,
             lightSpecularCoeff=0.03,
-            renderer=pybullet.ER_BULLET_HARDWARE_OPENGL if hardware else pybullet.ER_TINY_RENDERER,
+            renderer=pybullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
         shape = camera.height, camera.width
@@ -228,6 +228,8 @@ class World:
     def populate(self, bodies: tuple[Body, ...]) -> None:
         """Have these people and closed doors in the home, and no others."""
         self._visitors.set(bodies)
+        if self._raster is not None:
+            self._drawn.show(bodies)
 
     def obstacle_triangles(self) -> NDArray[np.float64]:
         """(N, 3, 3) m in the scene frame: furniture and walls, whatever their height."""
@@ -250,16 +252,14 @@ class World:
             raise WorldError(f"renderer: {wanted}: must be auto, egl or tiny")
         if wanted == "tiny":
             return "tiny"
-        spec = importlib.util.find_spec("eglRenderer")
-        if spec is not None and spec.origin is not None and egl.available():
-            self._plugin = pybullet.loadPlugin(
-                spec.origin, "_eglRendererPlugin", physicsClientId=self._client
-            )
-        if self._plugin >= 0:
-            return "egl"
-        if wanted == "egl":
-            raise WorldError("renderer: egl: no EGL device can be opened here; use tiny")
-        return "tiny"
+        try:
+            self._raster = Raster()
+            self._drawn = DrawnVisitors(self._raster, self._scratch)
+        except RasterError as error:
+            if wanted == "egl":
+                raise WorldError(f"renderer: egl: {error}; use tiny") from error
+            return "tiny"
+        return "egl"
 
     def _build(self) -> None:
         for index, obj in enumerate(self.scene.objects):
@@ -270,7 +270,10 @@ class World:
         ):  # fmt: skip
             path = self._scratch / f"shell{n}.obj"
             surface.write(path, texture)
-            self._body(self._visual(path, (1, 1, 1)), -1, (0, 0, 0), 0.0)
+            if self._raster is not None:
+                self._raster.add(path)
+            else:
+                self._body(self._visual(path, (1, 1, 1)), -1, (0, 0, 0), 0.0)
         # A body without a visual shape is drawn as its collision shape: give it one out of sight.
         unseen = pybullet.createVisualShape(
             pybullet.GEOM_SPHERE,
@@ -292,12 +295,6 @@ class World:
         )
         self._robot = self._body(unseen, shape, (0, 0, -5), 0.0)
 
-    def _settle(self) -> None:
-        """EGL draws the first two frames of a process without shadows, and all others with."""
-        if self.renderer == "egl":
-            for _ in range(2):
-                self.render(0.0, 0.0, 0.0, Camera(64, 48))
-
     def _place(self, index: int, obj: SceneObject) -> None:
         mesh, scale = self._mesh(obj)
         top = obj.position_m[2] + mesh.size_m[2] * scale[2]
@@ -313,7 +310,13 @@ class World:
                     flags=pybullet.GEOM_FORCE_CONCAVE_TRIMESH,
                     physicsClientId=self._client,
                 )
-            visual = self._visual(self._alias(part.obj, scale), tint, scale)
+            visual = -1
+            if self._raster is not None:
+                self._raster.add(part.obj, obj.position_m, obj.yaw_rad, scale, tint, index)
+                if not solid:
+                    continue
+            else:
+                visual = self._visual(self._alias(part.obj, scale), tint, scale)
             body = self._body(visual, shape, obj.position_m, obj.yaw_rad)
             self._owner[body] = index
             if solid:
@@ -327,8 +330,7 @@ class World:
         return mesh, (sx, sy, sz)
 
     def _alias(self, obj: Path, scale: tuple[float, float, float]) -> Path:
-        """A path of its own for each size of a mesh. PyBullet's EGL renderer keeps what it drew by
-        file name alone: a second object of another size would be drawn as large as the first."""
+        """A path of its own for each size of a mesh: PyBullet keeps what it drew by file name."""
         name = "_".join((obj.parent.name, *(f"{s:.6f}" for s in scale)))
         folder = self._scratch / name
         if not folder.exists():
