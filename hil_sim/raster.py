@@ -160,7 +160,7 @@ class Raster:
     ) -> tuple[NDArray[np.uint8], F32, NDArray[np.int32]]:
         """The view of a level camera (positive pitch looks down): (H, W, 3) colour, (H, W) m along
         the optical axis (0: nothing), (H, W) owners. `light`: toward it, its colour, ambient and
-        diffuse shares. Without `colour` the first is empty."""
+        diffuse shares. Without `colour` the first is black."""
         toward, tone, ambient, diffuse = light
         way = np.array(toward) / np.linalg.norm(toward)
         self._light(way)
@@ -197,7 +197,7 @@ class Raster:
         z = np.frombuffer(target.read(components=1, attachment=-1, dtype="f4"), np.float32)
         z = z.reshape(height, width)[::-1]
         empty = z >= 1.0
-        rgb = np.zeros((0, 0, 3), np.uint8)
+        rgb = np.zeros((height, width, 3), np.uint8)
         if colour:
             pixels = np.frombuffer(target.read(components=4, attachment=0), np.uint8)
             rgb = np.ascontiguousarray(pixels.reshape(height, width, 4)[::-1, :, :3])

@@ -129,14 +129,18 @@ class World:
         camera: Camera = HM3D,
         pitch_rad: float = 0.0,
         light: Light | None = None,
+        colour: bool = True,
     ) -> Frame:
-        """The view from a pose of the base, scene frame; positive pitch looks down."""
+        """The view from a pose of the base, scene frame; positive pitch looks down. Without
+        `colour` the picture may be black, and is quicker to draw."""
         light = light or self._appearance.light
         eye = (x_m, y_m, camera.z_m)
         if self._raster is not None:
             sun = light.direction, light.colour, light.ambient, light.diffuse
             size = camera.width, camera.height
-            return Frame(*self._raster.draw(eye, yaw_rad, pitch_rad, size, camera.hfov_rad, sun))
+            return Frame(
+                *self._raster.draw(eye, yaw_rad, pitch_rad, size, camera.hfov_rad, sun, colour)
+            )
         c = math.cos(pitch_rad)
         ahead = (c * math.cos(yaw_rad), c * math.sin(yaw_rad), -math.sin(pitch_rad))
         view = pybullet.computeViewMatrix(

@@ -105,7 +105,7 @@ def test_the_same_view_is_the_same_picture_whatever_was_drawn_before(tmp_path: P
         depth_only = look(raster, colour=False)
     for a, b in zip(first, again, strict=True):
         assert a.tobytes() == b.tobytes()
-    assert depth_only[0].size == 0
+    assert not depth_only[0].any()
     assert depth_only[1].tobytes() == first[1].tobytes()
 
 
