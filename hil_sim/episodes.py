@@ -23,6 +23,8 @@ SHORTEST_M = 2.0
 """A start is at least this far from success, where the home is large enough."""
 TRIES = 60
 HM3D_GOALS = ("chair", "sofa", "plant", "bed", "toilet", "tv monitor")
+ROBOTHOR_GOALS = ("alarm clock", "apple", "baseball bat", "basketball", "bowl", "laptop", "mug",
+                  "plant", "spray bottle", "television", "trash can", "vase")  # fmt: skip
 
 Sees = Callable[[float, float, float], bool]
 
@@ -77,7 +79,8 @@ def sample_episode(
             break
     start = Start(round(x, 3), round(y, 3), round(yaw, 4))
     slug = goal.replace(" ", "-")
-    return Episode(f"{name}-{slug}-{seed}", name, start, goal, round(float(field[row, col]), 3))
+    short = Path(name).stem if name.endswith(".json") else name
+    return Episode(f"{short}-{slug}-{seed}", name, start, goal, round(float(field[row, col]), 3))
 
 
 def _starts(space: FreeSpace, field: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -118,10 +121,11 @@ def load_suite(name_or_path: str | Path) -> tuple[Episode, ...]:
     return tuple(_episode(row, f"{path}: episodes[{i}]") for i, row in enumerate(rows))
 
 
-def save_suite(episodes: tuple[Episode, ...], path: Path) -> None:
-    """Write a suite, one episode a line."""
+def save_suite(episodes: tuple[Episode, ...], path: Path, note: str = "") -> None:
+    """Write a suite, one episode a line, with a note for people."""
     rows = ",\n".join(f"    {json.dumps(asdict(episode))}" for episode in episodes)
-    text = f'{{\n  "format": "{FORMAT}",\n  "episodes": [\n{rows}\n  ]\n}}\n'
+    said = f'  "note": {json.dumps(note)},\n' if note else ""
+    text = f'{{\n  "format": "{FORMAT}",\n{said}  "episodes": [\n{rows}\n  ]\n}}\n'
     path.write_text(text, encoding="utf-8")
 
 

@@ -51,7 +51,7 @@ class Truth:
 
     def distance_m(self, goal: str, pose: Pose) -> float:
         """Geodesic metres from a pose to the goal's nearest success position; inf if cut off."""
-        return self.space.distance(self._field(goal), pose.x_m, pose.y_m)
+        return self.space.distance(self.field(goal), pose.x_m, pose.y_m)
 
     def success(self, goal: str) -> NDArray[np.int64]:
         """(N, 2) success cells (row, col) of a goal; SceneError when there are none."""
@@ -83,7 +83,8 @@ class Truth:
         wanted = instances(self._world.scene, goal)
         return lambda x, y, yaw: bool(self._look(x, y, yaw)[wanted].max() >= LEAST_PIXELS)
 
-    def _field(self, goal: str) -> NDArray[np.float64]:
+    def field(self, goal: str) -> NDArray[np.float64]:
+        """(H, W) geodesic metres to success."""
         if goal not in self._fields:
             goals = self.space.points(self.success(goal))
             self._fields[goal] = self.space.distance_field(goals)
