@@ -2,7 +2,7 @@
 
 import math
 import random
-from collections.abc import Container
+from collections.abc import Collection
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -23,23 +23,23 @@ class OfficialEpisode(Episode):
 
 def official_episodes(
     folder: Path,
-    scenes: Container[str] | None = None,
+    scenes: Collection[str] | None = None,
     limit: int | None = None,
     seed: int = 0,
 ) -> tuple[OfficialEpisode, ...]:
     """The episodes in a folder's *.json.gz, at any depth, ordered by scene, then as in the file.
 
-    `scenes` keeps those of these names; `limit` draws that many by seed, in order. The shortest
+    `scenes` keeps those of these names (none given: all); `limit` draws that many by seed, in order. The shortest
     path's length is the official one, to where the goal is visible within 1 m. MetadataError is one
     line that names the file, and the episode where it is one's fault.
     """
     found: list[OfficialEpisode] = []
     for path in _files(folder):
         name = path.name.removesuffix(".json.gz")
-        if scenes is None or name in scenes or name not in APARTMENTS:
+        if not scenes or name in scenes or name not in APARTMENTS:
             rows = enumerate(read_rows(path))
             read = [_episode(row, f"{path}: episodes[{i}]") for i, row in rows]
-            found += [episode for episode in read if scenes is None or episode.scene in scenes]
+            found += [episode for episode in read if not scenes or episode.scene in scenes]
     if not found:
         raise MetadataError(f"{folder}: no official episodes of these scenes")
     if limit is not None and limit < len(found):

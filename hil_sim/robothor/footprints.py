@@ -15,6 +15,8 @@ RIGHT_ANGLE = math.pi / 2
 NEAR_RIGHT_RAD = math.radians(4)
 SOLVABLE = 0.35
 """|cos 2θ| above which a turned box's sides follow from its axis-aligned box."""
+LONG, LEANING = 5.0, 0.7
+"""Longest over shortest side of what can lean, and the slope (sine) from which it does."""
 LEAST_M = 0.01
 WIDEST_M = {"ArmChair": 1.05}
 """The longest side of a type whose unnamed assets have boxes inflated at right angles too: a part
@@ -58,6 +60,8 @@ def footprint(thing: Thing) -> Footprint:
 
 def _tight(thing: Thing, yaw: float) -> tuple[float, float, float, float, float]:
     """The smallest rectangle on the plan around the oriented box, its axes named by `yaw`."""
+    lean = _lean(thing)
+    yaw = yaw if lean is None else lean
     corners = np.array(thing.corners_m, np.float32)[:, :2]
     middle = corners.mean(axis=0)
     (x, y), (a, b), degrees = cv2.minAreaRect(corners - middle)
@@ -66,6 +70,18 @@ def _tight(thing: Thing, yaw: float) -> tuple[float, float, float, float, float]
     width, depth = (b, a) if quarter % 2 else (a, b)
     found = _wrap(turn + quarter * RIGHT_ANGLE)
     return float(x + middle[0]), float(y + middle[1]), float(width), float(depth), found
+
+
+def _lean(thing: Thing) -> float | None:
+    """The yaw of something long that leans: its back is where its top is; None if it does not."""
+    corners = np.array(thing.corners_m)
+    sides = corners[[1, 3, 4]] - corners[0]
+    lengths = np.hypot(np.hypot(*sides.T[:2]), sides.T[2])
+    long = sides[int(np.argmax(lengths))] / lengths.max()
+    x, y, z = long * (1.0 if long[2] >= 0 else -1.0)
+    if lengths.max() < LONG * np.sort(lengths)[0] or z < LEANING or math.hypot(x, y) < 0.05:
+        return None
+    return math.atan2(y, x) - RIGHT_ANGLE
 
 
 def _sides(thing: Thing, yaw: float) -> tuple[float, float]:

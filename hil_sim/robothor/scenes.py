@@ -36,7 +36,7 @@ CATEGORY: dict[str, tuple[str, ...]] = {
     "CoffeeTable": ("coffee table",),
     "Cup": ("cup",),
     "Desk": ("desk",),
-    "DeskLamp": ("lamp",),
+    "DeskLamp": ("desk lamp", "lamp"),
     "DiningTable": ("table",),
     "Dresser": ("dresser",),
     "FloorLamp": ("floor lamp", "lamp"),
