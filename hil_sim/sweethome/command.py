@@ -79,12 +79,12 @@ def reachable(scene: Scene, assets: Any) -> dict[str, bool]:
 
 
 def _told(report: Report) -> list[str]:
-    counts = [f"{n} {what}" for what, n in report.counts.items() if n]
+    counts = [f"{what} {n}" for what, n in report.counts.items() if n]
     lines = [", ".join(counts)]
     if report.rooms:
         lines.append("rooms: " + ", ".join(f"{n} ({kind})" for n, kind in report.rooms.items()))
     if report.categories:
-        lines.append("pieces: " + ", ".join(f"{n} {c}" for c, n in report.categories.items()))
+        lines.append("pieces: " + ", ".join(f"{c} {n}" for c, n in report.categories.items()))
     return lines + [f"note: {note}" for note in report.notes]
 
 
