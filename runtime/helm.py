@@ -108,6 +108,11 @@ class Helm:
         with self._changed:
             return self._halt.reason if self._halt else ""
 
+    def halts(self) -> dict[str, int]:
+        """How often the base was held, by kind."""
+        with self._changed:
+            return dict(sorted(self._guard.halts.items()))
+
     def check(self) -> None:
         """Raise what ended the control loop, if anything did."""
         if self._error is not None:

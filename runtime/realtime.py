@@ -45,7 +45,8 @@ class _Drive:
 
     search: Search
     began_s: float
-    halt: str = ""  # the reason that was journaled last
+    report: dict[str, object] = field(default_factory=dict)  # of the newest step
+    halts: dict[str, int] = field(default_factory=dict)  # by kind, as journaled last
     told_s: float = -1e9  # when feedback was published last
     told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
 
@@ -112,11 +113,12 @@ class RealTime:
 
     def _status(self) -> dict[str, object]:
         search = self._drive.search if self._drive else None
+        latest = search or (self._last[0] if self._last else None)
         health = self._bus.health()
         return {
             **self._helm.status(),
             "goal": search.goal.text if search else None,
-            "decisions": search.decisions if search else 0,
+            "decisions": latest.decisions if latest else 0,
             "rung": self._mind.rung(),
             "streams": {t: vars(h) for t, h in health.items()},
         }
@@ -134,7 +136,7 @@ class RealTime:
         if order.config.goal.keep_map and before is not None and before.world is not None:
             search.inherit(before.world)
         now_s = self._clock.now_s()
-        self._drive = _Drive(search, now_s)
+        self._drive = _Drive(search, now_s, halts=self._helm.halts())
         self._follow(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
         return {
             "accepted": True,
@@ -155,10 +157,10 @@ class RealTime:
         drive, self._drive = self._drive, None
         if drive is None:
             return {}
-        goal = drive.search.goal.text
-        facts = {"halts": self._helm.status()["halts"], "state": state}
+        facts: dict[str, object] = {"halts": self._helm.halts(), "state": state}
         try:
-            self._helm.rest(state, {"goal": goal, "reason": reason})
+            goal = drive.search.goal.text
+            self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
             self._tell(drive, state, reason, always=True)
         finally:
             summary = drive.search.end(reason, **facts, **extra) | facts
@@ -206,12 +208,13 @@ class RealTime:
 
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
         report = drive.search.stepped(world, command, self._mind.rung())
+        seconds = dict(drive.search.seconds)
+        drive.report = report | {"goal": drive.search.goal.text, "seconds": seconds}
         if command.action is Action.STOP:
             state = "found" if command.toward_xy is not None else "not_found"
             self._end(state, command.reason)
             return
-        goal = {"goal": drive.search.goal.text, "seconds": drive.search.seconds}
-        self._follow(drive.search, command, frame_s, report | goal)
+        self._follow(drive.search, command, frame_s, drive.report)
         self._tell(drive, "searching", command.reason)
 
     def _follow(
@@ -248,11 +251,11 @@ class RealTime:
         )
 
     def _note_halt(self, drive: _Drive) -> None:
-        """Journal when the base begins and ceases to be held."""
-        reason = self._helm.halted()
-        if bool(reason) != bool(drive.halt):
-            drive.search.journal.write("halt", reason=reason)
-        drive.halt = reason
+        """Journal when the base was held since the last look."""
+        halts = self._helm.halts()
+        if halts != drive.halts:
+            drive.search.journal.write("halt", halts=halts, reason=self._helm.halted())
+            drive.halts = halts
 
 
 def _default_dir() -> Path:

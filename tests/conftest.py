@@ -3,4 +3,4 @@
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parent / "runtime" / "core"))
+sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]

@@ -7,57 +7,20 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
 import zenoh
-from apartment import INTRINSICS, NO_DETECTIONS, TWO_ROOMS, Apartment
+from apartment import INTRINSICS, TWO_ROOMS, Apartment
+from fake_mind import FakeMind, broken, farthest
 
 from hil_sim.link import free_port
 from runtime.config import Config, load
-from runtime.core.types import Action, Brief, Detections, Intrinsics, Missing, Pose, Vote
+from runtime.core.types import Action, Brief, Intrinsics, Missing, Pose, Vote
 from runtime.edge import wire
 from runtime.edge.bus import Bus
 from runtime.edge.clock import Deadline, SystemClock
 from runtime.edge.journal import read_journal, read_map
-from runtime.edge.panel import Panel
 from runtime.edge.session import BusConfig, open_session
-from runtime.errors import ConfigError, SensorError
-from runtime.goal import Goal
+from runtime.errors import SensorError
 from runtime.lockstep import Lockstep
-
-
-def broken(brief: Brief, by: Deadline) -> Vote | Missing:
-    raise RuntimeError("the model fell over")
-
-
-def farthest(brief: Brief, by: Deadline) -> Vote | Missing:
-    far = max(brief.frontiers, key=lambda f: f.distance_m).id
-    return Vote("", (far,), ((far, 1.0),), "it is far")
-
-
-class FakeMind:
-    """Sees what the apartment tells it to; its experts are given."""
-
-    rooms = ("bathroom",)
-
-    def __init__(self, home: Apartment, **experts) -> None:
-        self.panel = Panel(experts, SystemClock())
-        self.home = home
-
-    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
-        if not goal:
-            raise ConfigError("goal: is empty")
-        return Goal(goal, goal, ((goal,),), "as it is"), self.panel
-
-    def detect(self, rgb: np.ndarray) -> Detections:
-        if not self.home.things:
-            return NO_DETECTIONS
-        return self.home.detect(tuple(self.home.things), self.home.observe())
-
-    def notice(self, goal: str, names: tuple[str, ...]) -> None:
-        pass
-
-    def rung(self) -> str:
-        return "none"
 
 
 class Peer:
