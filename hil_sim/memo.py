@@ -13,31 +13,33 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
 LIMIT_BYTES = 1_200_000_000
 """What one worker may keep; then what was not looked at for longest goes."""
 
-Key: TypeAlias = "tuple[float, float, float, Camera, float]"
-Render: TypeAlias = "Callable[[float, float, float, Camera, float], Frame]"
+Key: TypeAlias = "tuple[float, float, float, Camera, float, bool]"
+Render: TypeAlias = "Callable[[float, float, float, Camera, float, bool], Frame]"
 
 
 @dataclass
 class FrameMemo:
     """Renders each exact pose once. `rendered` and `recalled` count frames since `reset`."""
 
-    render: Render  # x m, y m, yaw rad, camera, pitch rad (down is positive)
+    render: Render  # x m, y m, yaw rad, camera, pitch rad (down is positive), with colour
     limit_bytes: int = LIMIT_BYTES
     rendered: int = 0
     recalled: int = 0
     _kept: "dict[Key, Frame]" = field(default_factory=dict)  # the longest unused first
     _bytes: int = 0
 
-    def look(self, pose: Pose, camera: "Camera", pitch_rad: float = 0.0) -> "Frame":
+    def look(
+        self, pose: Pose, camera: "Camera", pitch_rad: float = 0.0, colour: bool = True
+    ) -> "Frame":
         """The view from a pose, scene frame. The arrays are shared and cannot be written to."""
-        key = (pose.x_m, pose.y_m, pose.yaw_rad, camera, pitch_rad)
+        key = (pose.x_m, pose.y_m, pose.yaw_rad, camera, pitch_rad, colour)
         frame = self._kept.pop(key, None)
         if frame is not None:
             self.recalled += 1
             self._kept[key] = frame
             return frame
         self.rendered += 1
-        frame = self.render(pose.x_m, pose.y_m, pose.yaw_rad, camera, pitch_rad)
+        frame = self.render(*key)
         for array in (frame.rgb, frame.depth_m, frame.segmentation):
             array.flags.writeable = False
         self._kept[key] = frame

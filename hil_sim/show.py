@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.furnish import Box
+from hil_sim.homes import open_scene
 from hil_sim.quiet import hushed, keep_stdout_for_python
-from hil_sim.scene import Polygon, Scene, SceneObject, contains, load_scene, polygon_area
+from hil_sim.scene import Polygon, Scene, SceneObject, contains, polygon_area
 from hil_sim.viewpoints import floor_of
 
 PIXELS_PER_M = 90
@@ -115,7 +116,8 @@ def _pale(colour: str | None) -> tuple[int, ...]:
 @click.argument("scene")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 def show_command(scene: str, out: Path) -> None:
-    """Draw SCENE (a bundled home's name or a scene file): a plan and four camera views.
+    """Draw SCENE: a plan and four camera views as PNG. SCENE is a bundled home (maple, cedar), a
+    scene file, a generated home (val-17, val-17-rooms7) or a RoboTHOR replica (FloorPlan_Val1_1).
 
     \b
     Example: hil-sim show maple --out out/maple
@@ -125,14 +127,15 @@ def show_command(scene: str, out: Path) -> None:
         from hil_sim.assets import Assets
         from hil_sim.world import HM3D, World
 
-    home = load_scene(scene)
+    home = open_scene(scene)
     out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(out / "plan.png"), plan_image(home)[..., ::-1])
     with World(home, Assets(), "auto", None) as world:
-        for index, (x, y, yaw) in enumerate(vantage_points(home), 1):
+        poses = vantage_points(home)
+        for index, (x, y, yaw) in enumerate(poses, 1):
             frame = world.render(x, y, yaw, HM3D)
             cv2.imwrite(str(out / f"view{index}.png"), frame.rgb[..., ::-1])
-    click.echo(f"{home.name}: plan.png and {VIEWS} views in {out}")
+    click.echo(f"{home.name}: plan.png and {len(poses)} views in {out}")
 
 
 if __name__ == "__main__":

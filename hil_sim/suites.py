@@ -8,7 +8,6 @@ import itertools
 import random
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -127,5 +126,5 @@ def adopted(given: Sequence[Episode], truth: "Truth", most: int) -> list[Episode
             continue
         length = truth.space.distance(field, start.x_m, start.y_m)
         if SHORTEST_M <= length < 1e6:
-            found[goal] = replace(episode, shortest_path_m=round(length, 3))
+            found[goal] = Episode(episode.id, episode.scene, start, goal, round(length, 3))
     return list(found.values())

@@ -116,7 +116,7 @@ class Truth:
         return self._bundled
 
     def _look(self, x_m: float, y_m: float, yaw_rad: float) -> NDArray[np.int64]:
-        seen = self._world.render(x_m, y_m, yaw_rad, SMALL).segmentation
+        seen = self._world.render(x_m, y_m, yaw_rad, SMALL, colour=False).segmentation
         counts = np.bincount(seen[seen >= 0], minlength=len(self._world.scene.objects))
         return counts.astype(np.int64) * 4
 

@@ -19,7 +19,7 @@ from hil_sim.episodes import Episode, check_start
 from hil_sim.faults import model_fault, parse_faults
 from hil_sim.homes import open_scene
 from hil_sim.link import HarnessError, Runtime
-from hil_sim.memo import LIMIT_BYTES, FrameMemo
+from hil_sim.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.methods import Method, method_named
 from hil_sim.metrics import spl
 from hil_sim.protocol import Protocol, protocol_named
@@ -141,7 +141,7 @@ class _Rig:
         self._settings = settings
         self._faults = parse_faults(settings.faults)
         # Who walks in front of the camera must be in every frame.
-        self.memo = FrameMemo(world.render, 0 if self._faults else LIMIT_BYTES)
+        self.memo = FrameMemo(_renderer(world), 0 if self._faults else LIMIT_BYTES)
 
     def run(self, episode: Episode, name: str) -> EpisodeResult:
         """Drive one episode; what goes wrong with the runtime is in the result."""
@@ -150,7 +150,7 @@ class _Rig:
         camera, tilt = camera_of(protocol), protocol.tilt_rad
         home = home_of(
             self._world, self._truth, protocol, episode.goal,
-            lambda pose: self.memo.look(pose, camera, tilt),
+            lambda pose: self.memo.look(pose, camera, tilt, not method.labels),
         )  # fmt: skip
         home.distance_m(start_of(episode))  # what is slow happens before the clock runs
         self.memo.reset()
@@ -186,6 +186,12 @@ def protocol_for(settings: Settings, method: Method) -> Protocol:
         width, height = LABELS_PX
         protocol = replace(protocol, width=width, height=height)
     return protocol
+
+
+def _renderer(world: "World") -> Render:
+    return lambda x, y, yaw, camera, pitch, colour: world.render(
+        x, y, yaw, camera, pitch, colour=colour
+    )
 
 
 def refused(

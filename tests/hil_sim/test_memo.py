@@ -22,7 +22,9 @@ class Frame:
 class Renderer:
     asked: list[tuple[float, ...]] = field(default_factory=list)
 
-    def __call__(self, x: float, y: float, yaw: float, camera: str, pitch: float) -> Frame:
+    def __call__(
+        self, x: float, y: float, yaw: float, camera: str, pitch: float, colour: bool
+    ) -> Frame:
         self.asked.append((x, y, yaw))
         blank = np.zeros((10, 10), np.float32)
         return Frame(np.full((10, 10, 3), x, np.uint8), blank, blank.astype(np.int32))
