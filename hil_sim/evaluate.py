@@ -16,11 +16,9 @@ from hil_sim.episodes import Episode, save_suite
 from hil_sim.link import HarnessError
 from hil_sim.metrics import Summary, summarise
 from hil_sim.pool import Work, local
-from hil_sim.results import SUITE_FILE, Results, errors
+from hil_sim.results import RUN_FILE, SUITE_FILE, Results, errors
 from hil_sim.worker import Failure, Job, Message, Note, Settings, Task, work
 from runtime.edge.journal import plain
-
-RUN_FILE = "run.json"
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
 from hil_sim.methods import METHODS
 
+RUN_FILE = "run.json"
 RESULTS_FILE, SUITE_FILE, TIMES_FILE = "episodes.jsonl", "suite.json", "times.jsonl"
 FRAMES = ("rendered", "recalled")
 """Counts that stand among the wall times, since they depend on what ran together."""
