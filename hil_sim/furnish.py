@@ -4,7 +4,7 @@ import colorsys
 import functools
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from hil_sim.scene import SceneObject
 
+Outline = tuple[tuple[float, float], ...]
 ROBOT_M = 0.22
 """Inflation for the passage check: body radius 0.18 m and a margin."""
 
@@ -40,21 +41,20 @@ class Box:
     z0: float
     z1: float
 
-    @functools.cached_property
-    def outline(self) -> tuple[tuple[float, float], ...]:
-        """The four corners of the footprint."""
+    outline: Outline = field(init=False, repr=False, compare=False)
+    """The four corners of the footprint."""
+    span: tuple[float, float, float, float] = field(init=False, repr=False, compare=False)
+    """x0, y0, x1, y1 of the axis-aligned rectangle around the footprint."""
+
+    def __post_init__(self) -> None:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         w, d = self.width / 2, self.depth / 2
-        return tuple(
-            (self.x + u * c - v * s, self.y + u * s + v * c)
-            for u, v in ((-w, -d), (w, -d), (w, d), (-w, d))
-        )
-
-    @functools.cached_property
-    def span(self) -> tuple[float, float, float, float]:
-        """x0, y0, x1, y1 of the axis-aligned rectangle around the footprint."""
-        xs, ys = zip(*self.outline, strict=True)
-        return min(xs), min(ys), max(xs), max(ys)
+        ax, ay, bx, by = w * c - d * s, w * s + d * c, w * c + d * s, w * s - d * c
+        x, y = self.x, self.y
+        outline = ((x - ax, y - ay), (x + bx, y + by), (x + ax, y + ay), (x - bx, y - by))
+        dx, dy = max(abs(ax), abs(bx)), max(abs(ay), abs(by))
+        object.__setattr__(self, "outline", outline)
+        object.__setattr__(self, "span", (x - dx, y - dy, x + dx, y + dy))
 
     def corners(self, grow: float = 0.0) -> NDArray[np.float64]:
         """(4, 2) corners of the footprint, grown by `grow` on each side."""
@@ -86,13 +86,7 @@ class Box:
         return abs(u) <= self.width / 2 + slack and abs(v) <= self.depth / 2 + slack
 
 
-def _apart(
-    a: tuple[tuple[float, float], ...],
-    b: tuple[tuple[float, float], ...],
-    ux: float,
-    uy: float,
-    slack: float,
-) -> bool:
+def _apart(a: Outline, b: Outline, ux: float, uy: float, slack: float) -> bool:
     pa, pb = [x * ux + y * uy for x, y in a], [x * ux + y * uy for x, y in b]
     return max(pa) <= min(pb) + slack or max(pb) <= min(pa) + slack
 

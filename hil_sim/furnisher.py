@@ -83,6 +83,8 @@ class Furnisher:
             rect.x1 - half(rect.x1, home.x1),
             rect.y1 - half(rect.y1, home.y1),
         )
+        floor = Box(*self._middle(), self.room.width, self.room.depth, 0.0, 0.0, 9.0)
+        self._ways = [zone for zone in self._door_zones if zone.overlaps(floor)]
         self._before = (len(self.objects), copy.copy(self._floor))
         self.here: list[SceneObject] = []
         self._boxes: list[Box] = []
@@ -128,7 +130,7 @@ class Furnisher:
             return None
         if z < 0.3 and any(box.overlaps(zone) for zone in self._fronts):
             return None
-        if z < 2.1 and any(box.overlaps(zone) for zone in self._door_zones):
+        if z < 2.1 and any(box.overlaps(zone) for zone in self._ways):
             return None
         front = _front(box, front_m) if front_m else None
         if front and not (self._inside(front) and not any(front.overlaps(b) for b in self._boxes)):
@@ -275,7 +277,7 @@ class Furnisher:
     def wall_point(self, side: str, along: float, out: float) -> tuple[float, float]:
         """The point `along` the wall from its middle and `out` from its face."""
         r = self.room
-        mx, my = (r.x0 + r.x1) / 2, (r.y0 + r.y1) / 2
+        mx, my = self._middle()
         return {
             "south": (mx + along, r.y0 + out),
             "north": (mx + along, r.y1 - out),
@@ -293,8 +295,11 @@ class Furnisher:
 
     def _inward(self, x: float, y: float) -> float:
         """The yaw of what stands there and faces the middle of the room."""
-        r = self.room
-        return math.atan2((r.x0 + r.x1) / 2 - x, y - (r.y0 + r.y1) / 2)
+        mx, my = self._middle()
+        return math.atan2(mx - x, y - my)
+
+    def _middle(self) -> tuple[float, float]:
+        return (self.room.x0 + self.room.x1) / 2, (self.room.y0 + self.room.y1) / 2
 
     def keep_clear(self, a: tuple[float, float], b: tuple[float, float], wide_m: float) -> None:
         """Nothing more may stand on the floor between the two points."""

@@ -15,7 +15,7 @@ from hil_sim.recipes import furnish, lacks
 from hil_sim.scene import Room, Scene, contains
 from hil_sim.valid import problems
 
-ATTEMPTS, ROOM_ATTEMPTS = 20, 4
+ATTEMPTS, ROOM_ATTEMPTS = 20, 8
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#f2ead8", "#e8e8e6", "#d9dfe2")
 WOOD = ("#b58a5b", "#8a5f3c", "#caa472", "#6b4a31", "#a77b52", "#d6b98c")
 TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")

@@ -91,9 +91,8 @@ def _placement(scene: Scene) -> list[str]:
 
 def _held(obj: SceneObject, box: Box, scene: Scene, boxes: list[Box], walls: list[Box]) -> bool:
     for other, support in zip(scene.objects, boxes, strict=True):
-        if other is obj or not _lies_over(box, support):
-            continue
-        if has_top(other) and abs(support.z1 - box.z0) < RESTS_M:
+        on_it = abs(support.z1 - box.z0) < RESTS_M and has_top(other)
+        if on_it and other is not obj and _lies_over(box, support):
             return True
     # A wall within a few centimetres of its back, which is local +y.
     back = Box(
