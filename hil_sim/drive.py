@@ -11,6 +11,8 @@ from hil_sim.robot import Ground, Robot, reckon, stray, wrapped
 from runtime.core.types import Pose, Twist
 
 SUBSTEP_S = 0.02
+APART_M = 0.02
+"""A base that has come this far from where it ran into something has left it."""
 STILL_MPS, STILL_RADPS = 1e-3, 1e-3
 
 
@@ -55,13 +57,22 @@ def _substep(
         pose=Pose(new_x, new_y, wrapped(yaw + turn)),
         path_m=robot.path_m + math.hypot(new_x - x, new_y - y),
         collisions=robot.collisions + int(hit and not robot.touching),
-        touching=hit or (robot.touching and not way),
+        touched_xy=_touched(robot, new_x, new_y, hit),
         twist=Twist(0.0 if hit else v, w),
         order_left_s=max(0.0, robot.order_left_s - dt),
     )
     if noise.drift:
         moved = replace(moved, reckoned=reckon(robot, moved.pose, noise.drift, rng))
     return moved
+
+
+def _touched(robot: Robot, x_m: float, y_m: float, hit: bool) -> tuple[float, float] | None:
+    """A base that pushes against a wall creeps up to it: that is one collision."""
+    if hit and robot.touched_xy is None:
+        return x_m, y_m
+    if robot.touched_xy is None or math.dist(robot.touched_xy, (x_m, y_m)) > APART_M:
+        return (x_m, y_m) if hit else None
+    return robot.touched_xy
 
 
 def _toward(value: float, wished: float, most: float) -> float:

@@ -44,7 +44,12 @@ class Robot:
     twist: Twist = STILL  # of a continuous base: how fast it goes
     order: Twist = STILL  # ... what it was told last
     order_left_s: float = 0.0  # ... and until when that counts
-    touching: bool = False
+    touched_xy: tuple[float, float] | None = None  # where it ran into what it still touches
+
+    @property
+    def touching(self) -> bool:
+        """What a bumper says."""
+        return self.touched_xy is not None
 
     def odometry(self, start: Pose) -> Pose:
         """The reported pose seen from `start`: the map frame, x forward at the start."""
@@ -80,7 +85,7 @@ def act(
                 pose=Pose(new_x, new_y, yaw),
                 path_m=robot.path_m + math.hypot(new_x - x, new_y - y),
                 collisions=robot.collisions + int(hit),
-                touching=hit,
+                touched_xy=(new_x, new_y) if hit else None,
             )
         case Action.TURN_LEFT | Action.TURN_RIGHT:
             turn = protocol.turn_rad if action is Action.TURN_LEFT else -protocol.turn_rad
