@@ -128,7 +128,9 @@ def _mind_the_link(run: Run, when: When) -> None:
 
 def _told(run: Run, view: View, sensed: Sensed) -> Answer:
     tally, home, pose = run.tally, run.home, run.tally.robot.pose
-    labels = true_labels(home.scene, pose, view.segmentation) if run.how.labels else None
+    labels = (
+        true_labels(home.scene, pose, view.segmentation, view.depth_m) if run.how.labels else None
+    )
     scanner = home.scan if run.protocol.laser else None
     ranges_m = scanner(pose) if scanner is not None else None
     began_s = time.monotonic()

@@ -204,7 +204,7 @@ def _publish(
     for topic, payload in beside(protocol, ranges_m, touching, stamp_ns).items():
         runtime.publish(topic, payload)
     if run.how.labels:
-        labels = true_labels(run.home.scene, pose, sight.segmentation)
+        labels = true_labels(run.home.scene, pose, sight.segmentation, sight.true_depth_m)
         runtime.publish("detections", wire.encode_json({"stamp_ns": stamp_ns, **labels}))
     runtime.publish("camera_info", wire.encode_camera_info(protocol.intrinsics, stamp_ns))
     runtime.publish("depth", wire.encode_depth(sensed.depth_m, stamp_ns))
