@@ -29,9 +29,9 @@ def official_episodes(
 ) -> tuple[OfficialEpisode, ...]:
     """The episodes in a folder's *.json.gz, at any depth, ordered by scene, then as in the file.
 
-    `scenes` keeps those of these names (none given: all); `limit` draws that many by seed, in order. The shortest
-    path's length is the official one, to where the goal is visible within 1 m. MetadataError is one
-    line that names the file, and the episode where it is one's fault.
+    `scenes` keeps those of these names (none given: all); `limit` draws that many by seed, in
+    order. The shortest path's length is the official one, to where the goal is visible within 1 m.
+    MetadataError is one line that names the file, and the episode where it is one's fault.
     """
     found: list[OfficialEpisode] = []
     for path in _files(folder):
