@@ -19,6 +19,7 @@ COMMANDS = {
         "A Sweet Home 3D drawing as a scene.",
     ),
     "generate": ("hil_sim.generated", "generate_command", "Draw furnished homes by seed."),
+    "report": ("hil_sim.report", "report_command", "Tables and figures of evaluations."),
     "show": ("hil_sim.show", "show_command", "Draw a scene."),
 }
 ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}

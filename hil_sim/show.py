@@ -26,11 +26,16 @@ Image = NDArray[np.uint8]
 ToPixels = Callable[[NDArray[np.float64]], NDArray[np.int32]]
 
 
-def plan_image(scene: Scene) -> Image:
-    """(H, W, 3) RGB top-down plan: rooms, walls, doors, objects by name with their fronts red."""
+def plan_bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """(2,) lowest and highest x and y of the plan, m."""
     points = np.array([p for wall in scene.walls for p in (wall.start, wall.end)])
     points = np.vstack([points.reshape(-1, 2), *[np.array(room.polygon) for room in scene.rooms]])
-    low, high = points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M
+    return points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M
+
+
+def plan_image(scene: Scene) -> Image:
+    """(H, W, 3) RGB top-down plan: rooms, walls, doors, objects by name with their fronts red."""
+    low, high = plan_bounds(scene)
     width, height = ((high - low) * PIXELS_PER_M).astype(int)
     image: Image = np.full((height, width, 3), 255, np.uint8)
 
