@@ -3,10 +3,12 @@
 import random
 from dataclasses import dataclass, field
 
-from hil_sim.furnish import Mesh, has_top
+from hil_sim.furnish import Mesh
 from hil_sim.furnisher import Furnisher
 from hil_sim.placement import Habit, Habits, habits
+from hil_sim.placing import against_wall, beside, in_the_open, on_top
 from hil_sim.scene import SceneObject
+from hil_sim.surfaces import resting_place
 from hil_sim.wares import CLUTTER, RUGS, find
 
 HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),
@@ -19,15 +21,16 @@ MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counte
 IN_THE_OPEN = ("chair", "armchair", "stool", "trash can", "box", "basketball")
 """What may stand away from walls, where the statistics have it so."""
 FACING = ("television", "laptop", "alarm clock", "microwave", "coffee machine", "toaster",
-          "desk lamp", "statue", "radiator")  # fmt: skip
+          "desk lamp", "statue", "pillow", "teddy bear")  # fmt: skip
 """Small things that look the same way as what they stand on."""
 ORDER = (
     "bed", "sofa", "bathtub", "shower", "table", "desk", "wardrobe", "dresser", "tv stand",
     "bookcase", "coffee table", "armchair", "chair", "nightstand", "counter", "shelf",
     "television", "mirror", "picture", "floor lamp", "stool", "trash can", "laundry basket",
-    "plant", "laptop", "microwave", "coffee machine", "desk lamp", "alarm clock",
+    "baseball bat", "basketball", "plant", "laptop", "microwave", "coffee machine", "desk lamp",
+    "alarm clock", "pillow", "spray bottle", "bowl", "mug", "apple", "vase",
 )  # fmt: skip
-"""Large things are placed first, and what others stand on before those."""
+"""Large things are placed first, what others stand on before those, and goals before trifles."""
 UNSEEN = {
     "kitchen": {"washing machine": 0.35, "radiator": 0.25, "clock": 0.4},
     "bathroom": {"washing machine": 0.3, "radiator": 0.4, "clock": 0.05},
@@ -97,16 +100,16 @@ def _put(home: Furnisher, mesh: Mesh, name: str, on: str, habit: Habit) -> Scene
         return hang(home, mesh, name)
     choices, facing = home.named(on), 0.12 if name in FACING else None
     home.rng.shuffle(choices)
-    placed = (home.on_top(mesh, support, facing, name) for support in choices)
+    placed = (on_top(home, mesh, support, facing, name, name == "pillow") for support in choices)
     return next((obj for obj in placed if obj), None)
 
 
 def stand(home: Furnisher, mesh: Mesh, name: str, habit: Habit) -> SceneObject | None:
     """On the floor, against a wall or in the open, near what it is usually near."""
     if name in IN_THE_OPEN and home.rng.random() >= habit.wall:
-        return home.in_the_open(mesh, near=habit.near, name=name)
+        return in_the_open(home, mesh, near=habit.near, name=name)
     jitter = 0.2 if name in IN_THE_OPEN else 0.0
-    return home.against_wall(mesh, jitter=jitter, near=habit.near, name=name)
+    return against_wall(home, mesh, jitter=jitter, near=habit.near, name=name)
 
 
 def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
@@ -115,14 +118,14 @@ def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
         return None
     low, high = HEIGHT_M.get(name, (1.1, 1.5))
     z = min(home.rng.uniform(low, high), TALL_M - mesh.size_m[2])
-    return home.against_wall(mesh, z, name=name)
+    return against_wall(home, mesh, z, name=name)
 
 
 def load(home: Furnisher, support: SceneObject | None, clutter: str, most: int) -> None:
     """Things that no goal names on a support."""
     for _ in range(home.rng.randint(0, most)):
         mesh = home.pick("other", CLUTTER[clutter])
-        home.on_top(mesh, support, facing=0.15)
+        on_top(home, mesh, support, facing=0.15)
 
 
 def rug(home: Furnisher, chance: float, under: SceneObject | None = None) -> None:
@@ -131,16 +134,16 @@ def rug(home: Furnisher, chance: float, under: SceneObject | None = None) -> Non
         return
     mesh = home.pick("other", RUGS)
     if under is None:
-        home.in_the_open(mesh, square=True, name="rug")
+        in_the_open(home, mesh, square=True, name="rug")
     else:
-        home.beside(mesh, under, 0.0, 0.0, name="rug")
+        beside(home, mesh, under, 0.0, 0.0, name="rug")
 
 
 def _offers(home: Furnisher, name: str, on: str) -> bool:
     """Whether this room has that support, and it can bear things of that name."""
     if on == "wall":
         return name in HEIGHT_M
-    return on in ("floor", "inside") or any(has_top(obj) for obj in home.named(on))
+    return on in ("floor", "inside") or any(resting_place(obj) for obj in home.named(on))
 
 
 def _turn(name: str) -> int:
@@ -157,9 +160,9 @@ def _unseen(home: Furnisher, kind: str) -> None:
         if name in HEIGHT_M:
             hang(home, mesh, name)
         else:
-            home.against_wall(mesh, front_m=0.4 if name == "wardrobe" else 0.0, name=name)
+            against_wall(home, mesh, front_m=0.4 if name == "wardrobe" else 0.0, name=name)
 
 
 def _clutter(home: Furnisher) -> None:
     mesh = home.pick("other", CLUTTER["floor"])
-    home.against_wall(mesh, jitter=0.15)
+    against_wall(home, mesh, jitter=0.15)

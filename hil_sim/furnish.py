@@ -79,6 +79,11 @@ class Box:
             for turn in (yaw, yaw + math.pi / 2)
         )
 
+    def at(self, u: float, v: float) -> tuple[float, float]:
+        """(u, v) from the middle in the box's own axes -> scene."""
+        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        return self.x + u * c - v * s, self.y + u * s + v * c
+
     def holds(self, x: float, y: float, slack: float = 0.0) -> bool:
         """Whether a point lies on the footprint."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)

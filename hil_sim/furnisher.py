@@ -8,11 +8,10 @@ import copy
 import itertools
 import math
 import random
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from hil_sim.floorplan import INNER_M, OUTER_M, Plan, PlanRoom, Rect, on_line, polygon_of, shared
-from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, has_top, hex_colour, offset
+from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, hex_colour
 from hil_sim.passage import Floor, Left, door_zone, empty_floor, passage_zone
 from hil_sim.scene import SceneObject
 
@@ -22,9 +21,6 @@ YAW = {"south": math.pi, "east": -math.pi / 2, "north": 0.0, "west": math.pi / 2
 PASSABLE_M = 0.03
 """What is no higher than this is driven over."""
 BODY_M = 0.9
-NEAR_M = 1.0
-CHOICES = 3
-"""Free places that are compared by what is near them."""
 HELD_OUT = 0.5
 """How often a val home uses a mesh kept out of train homes, where there is one."""
 TINTED = frozenset(
@@ -33,8 +29,6 @@ TINTED = frozenset(
      "other", "pillow", "towel", "bowl", "mug", "book")
 )  # fmt: skip
 """What comes in any colour."""
-
-Near = Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -88,6 +82,7 @@ class Furnisher:
         self._before = (len(self.objects), copy.copy(self._floor))
         self.here: list[SceneObject] = []
         self._boxes: list[Box] = []
+        self.box: dict[str, Box] = {}
         self._fronts: list[Box] = []
 
     def clear(self) -> None:
@@ -156,6 +151,7 @@ class Furnisher:
         )
         if box.z1 > PASSABLE_M:
             self._boxes.append(box)
+        self.box[obj.id] = box
         if spot.front:
             self._fronts.append(spot.front)
         if spot.floor is not None:
@@ -184,93 +180,6 @@ class Furnisher:
         """What stands in this room under that name."""
         return [obj for obj in self.here if self.names[obj.id] == name]
 
-    def against_wall(
-        self, mesh: Mesh | None, z: float | None = None, front_m: float = 0.0,
-        sides: tuple[str, ...] = SIDES, corner: bool = False, jitter: float = 0.0,
-        near: Near | None = None, name: str = "", middle: float = 1.0,
-    ) -> SceneObject | None:  # fmt: skip
-        """Back to a wall, facing the room. `near` weighs places by what is within 1 m of them;
-        `middle` < 1 keeps it from the wall's ends."""
-        if mesh is None:
-            return None
-        spots: list[Spot] = []
-        for _ in range(14):
-            side = self.rng.choice(sides)
-            slack = (self.wall_length(side) - mesh.size_m[0]) / 2
-            if slack < 0:
-                continue
-            along = self.rng.uniform(-slack, slack) * middle
-            if corner:
-                along = self.rng.choice([-1, 1]) * (slack - 0.01)
-            out = self.rng.uniform(0.005, 0.05) if z is None else 0.004
-            out += abs(math.sin(jitter)) * mesh.size_m[0] / 2
-            yaw = YAW[side] + self.rng.uniform(-jitter, jitter)
-            x, y = self.wall_point(side, along, mesh.size_m[1] / 2 + out)
-            if found := self.spot(mesh, x, y, yaw, z, front_m):
-                spots.append(found)
-            if len(spots) == (CHOICES if near else 1):
-                break
-        return self.take(mesh, self._liked(spots, near), name)
-
-    def in_the_open(
-        self, mesh: Mesh | None, margin: float = 0.0, square: bool = False,
-        near: Near | None = None, name: str = "",
-    ) -> SceneObject | None:  # fmt: skip
-        """Anywhere in the room, at least `margin` from its walls."""
-        if mesh is None:
-            return None
-        room = self.room.inset(margin + min(mesh.size_m[:2]) / 2)
-        if room.width <= 0 or room.depth <= 0:
-            return None
-        spots: list[Spot] = []
-        for _ in range(12):
-            x, y = self.rng.uniform(room.x0, room.x1), self.rng.uniform(room.y0, room.y1)
-            if square:
-                yaw = self.rng.randrange(4) * math.pi / 2 + self.rng.gauss(0, 0.03)
-            else:
-                yaw = self._inward(x, y) + self.rng.uniform(-0.8, 0.8)
-            if found := self.spot(mesh, x, y, yaw):
-                spots.append(found)
-            if len(spots) == (CHOICES if near else 1):
-                break
-        return self.take(mesh, self._liked(spots, near), name)
-
-    def on_top(
-        self,
-        mesh: Mesh | None,
-        support: SceneObject | None,
-        facing: float | None = None,
-        name: str = "",
-    ) -> SceneObject | None:
-        """On the top of a supporting object; `facing`: the same way as the support, give or take
-        that many rad; None: any way."""
-        if mesh is None or support is None or support.size_m is None or not has_top(support):
-            return None
-        (w, d, h), (mw, md, _) = support.size_m, mesh.size_m
-        room_w, room_d = (w - mw) / 2 - 0.02, (d - md) / 2 - 0.01
-        if room_w < 0 or room_d < 0:
-            return None
-        top = support.position_m[2] + h
-        for _ in range(8):
-            twist = self.rng.uniform(-math.pi, math.pi)
-            turn = twist if facing is None else self.rng.gauss(0, facing)
-            u, v = self.rng.uniform(-room_w, room_w), self.rng.uniform(-room_d, room_d)
-            yaw = support.yaw_rad + turn
-            found = self.spot(mesh, *offset(support, u, v), yaw, top)
-            if found and _rests(found.box, box_of(support)):
-                return self.take(mesh, found, name)
-        return None
-
-    def beside(
-        self, mesh: Mesh | None, anchor: SceneObject, u: float, v: float, turn: float = 0.0,
-        z: float | None = None, name: str = "", front_m: float = 0.0,
-    ) -> SceneObject | None:  # fmt: skip
-        """At (u, v) in the anchor's own axes, turned by `turn` from it."""
-        if mesh is None:
-            return None
-        x, y = offset(anchor, u, v)
-        return self.take(mesh, self.spot(mesh, x, y, anchor.yaw_rad + turn, z, front_m), name)
-
     def wall_length(self, side: str) -> float:
         return self.room.width if side in ("south", "north") else self.room.depth
 
@@ -285,15 +194,7 @@ class Furnisher:
             "east": (r.x1 - out, my + along),
         }[side]
 
-    def _liked(self, spots: list[Spot], near: Near | None) -> Spot | None:
-        """One of the spots, rather where there is near what is usually near."""
-        if not spots or near is None:
-            return spots[0] if spots else None
-        around = [(self.names[obj.id], box_of(obj)) for obj in self.here]
-        weights = [0.05 + sum(near.get(n, 0.0) for n in _within(around, s.box)) for s in spots]
-        return self.rng.choices(spots, weights)[0]
-
-    def _inward(self, x: float, y: float) -> float:
+    def inward(self, x: float, y: float) -> float:
         """The yaw of what stands there and faces the middle of the room."""
         mx, my = self._middle()
         return math.atan2(mx - x, y - my)
@@ -317,16 +218,6 @@ class Furnisher:
         strong = self.rng.random() < 0.4
         saturation = self.rng.uniform(0.25, 0.75) if strong else self.rng.uniform(0.0, 0.25)
         return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.6, 1.0))
-
-
-def _within(around: list[tuple[str, Box]], box: Box) -> list[str]:
-    """The names of what is within 1 m, each once; sorted, so that sums repeat to the last bit."""
-    return sorted({name for name, other in around if gap(other, box) <= NEAR_M})
-
-
-def _rests(box: Box, support: Box) -> bool:
-    """Whether the whole footprint lies on the support's."""
-    return all(support.holds(x, y) for x, y in box.outline)
 
 
 def _front(box: Box, depth: float) -> Box:

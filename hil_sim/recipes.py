@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection
 from hil_sim.complete import Wanted, complete, load, rug
 from hil_sim.furnish import box_of
 from hil_sim.furnisher import SIDES, YAW, Furnisher
+from hil_sim.placing import against_wall, beside, on_top
 from hil_sim.recipes_wet import furnish_bathroom, furnish_kitchen
 from hil_sim.scene import SceneObject
 from hil_sim.seating import arrange_desk, arrange_table, nightstands
@@ -50,8 +51,8 @@ def _bedroom(home: Furnisher, wanted: Wanted) -> None:
         if mesh is None:
             return
         single = mesh.size_m[0] < 1.2
-        bed = home.against_wall(
-            mesh, corner=single and rng.random() < 0.5, middle=1.0 if single else 0.7
+        bed = against_wall(
+            home, mesh, corner=single and rng.random() < 0.5, middle=1.0 if single else 0.7
         )
         if bed:
             nightstands(home, bed, stands if i == 0 else 1)
@@ -79,7 +80,7 @@ def _living(home: Furnisher, wanted: Wanted) -> None:
         if television is not None and i == 0:
             home.keep_clear(television.position_m[:2], sofa.position_m[:2], 0.9)
     for _ in range(max(0, armchairs)):
-        home.against_wall(home.pick("armchair"), jitter=0.3)
+        against_wall(home, home.pick("armchair"), jitter=0.3)
     if home.room.area > DINING_M2 and wanted.take("table"):
         _table_with_chairs(home, wanted)
     wanted.take("table")
@@ -133,15 +134,15 @@ def _television(home: Furnisher, wanted: Wanted) -> tuple[SceneObject | None, st
     for side in sides:
         if name == "wall" and (mesh := find(home, "television", on="wall")):
             z = rng.uniform(0.95, 1.1)
-            shown = home.against_wall(mesh, z, sides=(side,), middle=0.5)
+            shown = against_wall(home, mesh, z, sides=(side,), middle=0.5)
         else:
             name = "dresser" if name == "dresser" else "tv stand"
-            stand = home.against_wall(
-                find(home, name), front_m=0.7, sides=(side,), middle=0.5, name=name
+            stand = against_wall(
+                home, find(home, name), front_m=0.7, sides=(side,), middle=0.5, name=name
             )
             wanted.placed(name, 1 if stand else 0)
             mesh = find(home, "television", on=name)
-            shown = home.on_top(mesh, stand, facing=0.04) if stand else None
+            shown = on_top(home, mesh, stand, facing=0.04) if stand else None
         if shown:
             return shown, side
     return None, sides[0]
@@ -173,8 +174,8 @@ def _sofa(home: Furnisher, television: SceneObject | None, side: str) -> SceneOb
             if spot:
                 return home.take(mesh, spot)
             far -= 0.15
-    return home.against_wall(
-        mesh, front_m=0.3, sides=tuple(s for s in SIDES if s != side), middle=0.8
+    return against_wall(
+        home, mesh, front_m=0.3, sides=tuple(s for s in SIDES if s != side), middle=0.8
     )
 
 
@@ -192,7 +193,7 @@ def _coffee_table(home: Furnisher, sofa: SceneObject) -> SceneObject | None:
         return None
     for _ in range(4):
         v = -(sofa.size_m[1] + mesh.size_m[1]) / 2 - home.rng.uniform(0.34, 0.55)
-        if table := home.beside(mesh, sofa, home.rng.uniform(-0.15, 0.15), v):
+        if table := beside(home, mesh, sofa, home.rng.uniform(-0.15, 0.15), v):
             return table
     return None
 
@@ -210,7 +211,7 @@ def _armchairs(home: Furnisher, sofa: SceneObject, most: int) -> int:
             u = end * (sofa.size_m[0] / 2 + mesh.size_m[1] / 2 + home.rng.uniform(0.0, 0.35))
             v = -(sofa.size_m[1] / 2 + mesh.size_m[0] / 2) - home.rng.uniform(0.15, 0.7)
             turn = -end * (math.pi / 2 - home.rng.uniform(0.0, 0.5))
-            if home.beside(mesh, sofa, u, v, turn):
+            if beside(home, mesh, sofa, u, v, turn):
                 placed += 1
                 break
     return placed

@@ -3,6 +3,7 @@
 from hil_sim.complete import Wanted, load
 from hil_sim.furnish import Mesh
 from hil_sim.furnisher import SIDES, YAW, Furnisher
+from hil_sim.placing import against_wall, beside
 from hil_sim.scene import SceneObject
 from hil_sim.seating import arrange_table
 from hil_sim.wares import find
@@ -61,22 +62,22 @@ def furnish_bathroom(home: Furnisher, wanted: Wanted) -> None:
     rng = home.rng
     tub, shower = wanted.take("bathtub"), wanted.take("shower")
     if tub:
-        home.against_wall(home.pick("bathtub"), corner=rng.random() < 0.8)
+        against_wall(home, home.pick("bathtub"), corner=rng.random() < 0.8)
     for _ in range(wanted.take("toilet")):
-        home.against_wall(home.pick("toilet"), front_m=0.4) or home.against_wall(
-            home.pick("toilet"), front_m=0.25
+        against_wall(home, home.pick("toilet"), front_m=0.4) or against_wall(
+            home, home.pick("toilet"), front_m=0.25
         )
     for _ in range(wanted.take("sink")):
         mesh = find(home, "bathroom sink")
-        sink = home.against_wall(mesh, front_m=0.35, near={"sink": 1.0})
+        sink = against_wall(home, mesh, front_m=0.35, near={"sink": 1.0})
         if sink and _mirror_over(home, sink):
             wanted.placed("mirror")
     if shower or not tub:
-        home.against_wall(home.pick("shower"), corner=True)
+        against_wall(home, home.pick("shower"), corner=True)
     if wanted.take("counter"):
-        home.against_wall(find(home, "counter"), near={"sink": 1.0}, name="counter")
+        against_wall(home, find(home, "counter"), near={"sink": 1.0}, name="counter")
     if rng.random() < 0.15:
-        home.against_wall(home.pick("other", ("Blend Swap CC-0#bidet",)), near={"toilet": 1.0})
+        against_wall(home, home.pick("other", ("Blend Swap CC-0#bidet",)), near={"toilet": 1.0})
 
 
 def _mirror_over(home: Furnisher, sink: SceneObject) -> SceneObject | None:
@@ -84,4 +85,4 @@ def _mirror_over(home: Furnisher, sink: SceneObject) -> SceneObject | None:
     mesh = home.pick("mirror")
     if mesh is None or sink.size_m is None or sink.position_m[2] + sink.size_m[2] > MIRROR_M:
         return None
-    return home.beside(mesh, sink, 0.0, (sink.size_m[1] - mesh.size_m[1]) / 2, z=MIRROR_M)
+    return beside(home, mesh, sink, 0.0, (sink.size_m[1] - mesh.size_m[1]) / 2, z=MIRROR_M)

@@ -5,6 +5,7 @@ import math
 from hil_sim.complete import load
 from hil_sim.furnish import Mesh
 from hil_sim.furnisher import Furnisher
+from hil_sim.placing import against_wall, beside, in_the_open
 from hil_sim.scene import SceneObject
 from hil_sim.wares import find
 
@@ -15,7 +16,7 @@ def arrange_table(home: Furnisher, chairs: int, longest: float = 9.0) -> SceneOb
     """A table in the open, or at a wall, with chairs around it."""
     for _ in range(3):
         mesh = home.pick("table", longest=longest)
-        table = home.in_the_open(mesh, 0.6, square=True) or home.against_wall(mesh, front_m=0.6)
+        table = in_the_open(home, mesh, 0.6, square=True) or against_wall(home, mesh, front_m=0.6)
         if table and table.size_m:
             high = table.size_m[2] > HIGH_TABLE_M
             seat = home.pick("stool") if high else find(home, "dining chair")
@@ -42,7 +43,7 @@ def seats(home: Furnisher, table: SceneObject, mesh: Mesh, most: int) -> int:
         out = mesh.size_m[1] / 2 + abs(twist) * mesh.size_m[0] / 2 + home.rng.uniform(0.02, 0.18)
         sideways = abs(turn) == math.pi / 2
         du, dv = (math.copysign(out, u), 0.0) if sideways else (0.0, math.copysign(out, v))
-        if home.beside(mesh, table, u + du, v + dv, turn + twist):
+        if beside(home, mesh, table, u + du, v + dv, turn + twist):
             placed += 1
     return placed
 
@@ -52,7 +53,7 @@ def arrange_desk(home: Furnisher) -> SceneObject | None:
     rng = home.rng
     desk = None
     for longest in (max(1.4, home.room.width * 0.6), 1.3):
-        desk = desk or home.against_wall(home.pick("desk", longest=longest), front_m=0.55)
+        desk = desk or against_wall(home, home.pick("desk", longest=longest), front_m=0.55)
     if desk is None or desk.size_m is None:
         return None
     home.release(desk)
@@ -62,7 +63,7 @@ def arrange_desk(home: Furnisher) -> SceneObject | None:
         u = rng.uniform(-0.3, 0.3) * desk.size_m[0]
         v = -(desk.size_m[1] + chair.size_m[1]) / 2 - rng.uniform(0.02, 0.2)
         # A chair in use faces the desk, whose own front faces the room.
-        if home.beside(chair, desk, u, v, math.pi + rng.gauss(0, 0.2)):
+        if beside(home, chair, desk, u, v, math.pi + rng.gauss(0, 0.2)):
             break
     load(home, desk, "desk", 1)
     return desk
@@ -78,5 +79,5 @@ def nightstands(home: Furnisher, anchor: SceneObject, most: int) -> int:
     home.rng.shuffle(sides)
     for s in sides[:most]:
         u = s * ((w + mw) / 2 + home.rng.uniform(0.02, 0.12))
-        placed += home.beside(mesh, anchor, u, (d - md) / 2) is not None
+        placed += beside(home, mesh, anchor, u, (d - md) / 2) is not None
     return placed

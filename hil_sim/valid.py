@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.floorplan import OUTER_M
-from hil_sim.furnish import Box, box_of, has_top, mesh_named
+from hil_sim.furnish import Box, box_of, mesh_named
 from hil_sim.passage import CELL_M, door_zone, pieces_of
-from hil_sim.scene import Polygon, Scene, SceneObject, contains, on_wall
+from hil_sim.scene import Polygon, Scene, contains, on_wall
+from hil_sim.surfaces import lies_on, resting_place
 
 RADIUS_M, MARGIN_M = 0.18, 0.02
 """The robot's body, and what is kept besides; half a cell is lost to the grid."""
@@ -28,7 +29,6 @@ REACH_M = 1.0
 SIZE = (0.55, 1.8)
 """How far an object's sides may be from its mesh's own, as factors."""
 LEAST_FLOOR_M2 = 0.4
-RESTS_M = 0.012
 HANGS_M = 0.06
 
 
@@ -78,42 +78,35 @@ def _placement(scene: Scene) -> list[str]:
     found = []
     walls = [piece for wall in scene.walls for piece in pieces_of(wall, scene.doors)]
     polygons = [room.polygon for room in scene.rooms]
-    boxes = [box_of(obj) for obj in scene.objects]
-    for obj, box in zip(scene.objects, boxes, strict=True):
+    places = [place for obj in scene.objects if (place := resting_place(obj))]
+    for obj in scene.objects:
+        box = box_of(obj)
         if not any(all(contains(p, x, y) for x, y in box.outline) for p in polygons):
             found.append(f"{obj.id}: is not inside one room")
         if any(box.overlaps(wall) for wall in walls):
             found.append(f"{obj.id}: cuts into a wall")
-        if box.z0 > 1e-6 and not _held(obj, box, scene, boxes, walls):
+        held = box.z0 < 1e-6 or any(lies_on(box, place) for place in places)
+        if not held and not _hung(box, walls):
             found.append(f"{obj.id}: hangs in the air, or over an edge")
     return found
 
 
-def _held(obj: SceneObject, box: Box, scene: Scene, boxes: list[Box], walls: list[Box]) -> bool:
-    for other, support in zip(scene.objects, boxes, strict=True):
-        on_it = abs(support.z1 - box.z0) < RESTS_M and has_top(other)
-        if on_it and other is not obj and _lies_over(box, support):
-            return True
-    # A wall within a few centimetres of its back, which is local +y.
-    back = Box(
-        box.x - math.sin(box.yaw) * HANGS_M,
-        box.y + math.cos(box.yaw) * HANGS_M,
-        box.width, box.depth, box.yaw, box.z0, box.z1,
-    )  # fmt: skip
+def _hung(box: Box, walls: list[Box]) -> bool:
+    """Whether a wall is within a few centimetres of its back, which is local +y."""
+    back = Box(*box.at(0.0, HANGS_M), box.width, box.depth, box.yaw, box.z0, box.z1)
     return any(back.overlaps(wall) for wall in walls)
 
 
-def _lies_over(box: Box, support: Box) -> bool:
-    return all(support.holds(x, y, 0.001) for x, y in box.outline)
-
-
 def _overlaps(scene: Scene) -> list[str]:
-    things = [(obj.id, box_of(obj)) for obj in scene.objects]
-    solid = [(name, box) for name, box in things if box.z1 > THIN_M]
+    rows = [(obj.id, box_of(obj), resting_place(obj)) for obj in scene.objects]
+    solid = [row for row in rows if row[1].z1 > THIN_M]
     return [
         f"{a} and {b}: cut into each other"
-        for (a, box_a), (b, box_b) in itertools.combinations(solid, 2)
+        for (a, box_a, place_a), (b, box_b, place_b) in itertools.combinations(solid, 2)
         if box_a.overlaps(box_b, 0.006)
+        # A pillow is within the box of its sofa.
+        and not (place_b and lies_on(box_a, place_b))
+        and not (place_a and lies_on(box_b, place_a))
     ]
 
 
