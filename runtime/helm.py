@@ -175,7 +175,10 @@ class Helm:
             plan = self._plan
             if odometry is not None:
                 self._guard.watch(odometry)
-            halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s) if plan else None
+            halt = None
+            if plan is not None:
+                driving = plan.course is not None
+                halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s, driving)
         twist = STILL
         if plan is not None and odometry is not None and halt is None and not self._stopping():
             pose = odometry.pose

@@ -65,12 +65,18 @@ class Guard:
             self._break(odometry, Halt("jump", what))
 
     def check(
-        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
+        self,
+        now_s: float,
+        odometry: Odometry | None,
+        frame_s: float | None,
+        plan_s: float,
+        driving: bool = True,
     ) -> Halt | None:
         """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
-        arrival of the frame that the plan was made of."""
+        arrival of the frame that the plan was made of. Only a robot that is driving is halted, as
+        far as the counts go."""
         halt = self._judge(now_s, odometry, frame_s, plan_s)
-        kind = halt.kind if halt else ""
+        kind = halt.kind if halt and driving else ""
         if kind and kind != self._standing:
             self.halts[kind] += 1
         self._standing = kind
