@@ -21,6 +21,8 @@ from runtime.core.types import Action, Pose, Twist
 from runtime.errors import ConfigError
 
 NO_COMMAND = "none"
+BRAKE_S = 1.0
+"""What a rolling base is given to come to rest after stop."""
 
 
 @dataclass
@@ -163,4 +165,6 @@ def _moved(run: Run, robot: Robot, answer: Answer | None, deaf: bool, when: When
     if answer is not None and not deaf:
         robot = ordered(robot, Twist() if stop else answer.twist, protocol.base)
     robot = roll(robot, protocol.observe_s, ground, protocol.base, protocol.noise, rng)
+    if stop:
+        robot = roll(robot, BRAKE_S, ground, protocol.base, protocol.noise, rng)
     return replace(robot, stopped=stop)

@@ -4,3 +4,4 @@ import sys
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]
+sys.path.insert(0, str(Path(__file__).parent / "hil_sim"))

@@ -2,8 +2,9 @@
 
 python fake_runtime.py MODE --set 'bus.connect=["tcp/..."]' [--set ...]
 
-MODE: walk (forward until 1 m from where it began, then stop), turn (never stops), mute (never
-answers), die (ends with an error at the second observation), broken (ends before it is ready).
+MODE: walk (forward until 1 m from where it began, then stop), roll (the same by velocities), turn
+(never stops), mute (never answers), die (ends with an error at the second observation), broken
+(ends before it is ready).
 """
 
 import itertools
@@ -15,7 +16,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from runtime.core.types import Action, Observation
+from runtime.core.types import Action, Observation, Twist
 from runtime.edge import wire
 from runtime.edge.bus import Bus, BusConfig
 from runtime.edge.clock import SystemClock
@@ -106,7 +107,7 @@ def main() -> None:
                     "took_s": took_s,
                 }
             )
-            bus.publish_action(obs.stamp_ns, action)
+            bus.publish_action(obs.stamp_ns, action, Twist(0.4) if mode == "roll" else None)
 
 
 if __name__ == "__main__":
