@@ -29,6 +29,7 @@ class Peer:
     def __init__(self, session: zenoh.Session, topics: BusConfig) -> None:
         self.session, self.topics = session, topics.topics
         self.actions: dict[int, str] = {}
+        self.answers: list[dict] = []
         self.heard = threading.Condition()
         self._declared = session.declare_subscriber(self.topics.action, self._hear)
 
@@ -36,6 +37,7 @@ class Peer:
         body = wire.decode_json(sample.payload.to_bytes(), "action")
         with self.heard:
             self.actions[body["stamp_ns"]] = body["action"]
+            self.answers.append(body)
             self.heard.notify_all()
 
     def ask(self, query: str, body: dict, tries: int = 40) -> dict:
@@ -251,3 +253,17 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
     )
     assert decision["step"] == 2
     assert decision["rule"] == "lone"
+
+
+def test_in_velocity_mode_the_answer_is_a_twist(tmp_path: Path):
+    there = home()
+    with running(FakeMind(there), 'control.mode="velocity"') as (peer, ended):
+        begin(peer, tmp_path)
+        for _ in range(3):
+            assert peer.show(there) == "turn_left"
+            there.pose = Pose(4.0, 3.0, there.pose.yaw_rad + 0.06)
+        peer.ask("cancel", {})
+    assert not ended
+    assert {"stamp_ns", "action", "v_mps", "w_radps"} == set(peer.answers[-1])
+    assert peer.answers[-1]["v_mps"] == 0
+    assert 0 < peer.answers[-1]["w_radps"] <= 0.6
