@@ -4,6 +4,7 @@ import hashlib
 import math
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hil_sim.furnish import Mesh, furniture, hex_colour
 from hil_sim.robothor.evidence import OUTER
@@ -82,6 +83,10 @@ FRONTED = (
     "ShelvingUnit", "Sofa", "TVStand", "Television",
 )  # fmt: skip
 """Types whose front matters; the others are turned to fit a mesh's longer side."""
+SUPPORTS = ("CoffeeTable", "Desk", "DiningTable", "Dresser", "SideTable", "TVStand")
+"""Types that carry things on their top: meshes with a flat one are preferred."""
+SURFACE = 0.6
+"""Share of its height above which what stands on a support stands on its top."""
 TINTED = ("armchair", "bed", "book", "box", "chair", "cup", "mug", "pillow", "sofa", "vase")
 SIMILAR = 1.35
 """Meshes whose proportions fit the box up to this factor beyond the best are as good."""
@@ -94,12 +99,12 @@ def robothor_scene(name: str) -> Scene:
     things = [thing for thing in apartment(name) if thing.type not in PARTS]
     inner = layouts()[layout_of(name)].walls
     walls = (*_outer_walls(), *(Wall(start, end, INNER_M) for start, end in inner))
-    boxes = {thing.id: _inside(_upright(thing)) for thing in things}
+    boxes = {thing.id: _inside(_upright(thing, things)) for thing in things}
     tables = [boxes[thing.id] for thing in things if thing.type in TABLES]
     objects = []
     for thing in things:
         box = faced(thing, boxes[thing.id], _facing_walls(inner), tables)
-        objects.append(_object(name, thing, box))
+        objects.append(_object(name, thing, box, bool(_carried(thing, things))))
     return Scene(
         name=name,
         walls=walls,
@@ -125,14 +130,21 @@ def _facing_walls(inner: Sequence[Segment]) -> list[Wall]:
     return [Wall(start, end) for start, end in (*edge, *inner)]
 
 
-def _upright(thing: Thing) -> Footprint:
-    """The object's box, standing on the floor where it would be sunk into it."""
+def _upright(thing: Thing, things: Sequence[Thing]) -> Footprint:
+    """The object's box, standing on the floor where it would be sunk into it; the top of what
+    carries things is where they stand, below a rim or a rail."""
     box = footprint(thing)
-    if box.z >= 0:
-        return box
-    return Footprint(
-        box.x, box.y, box.width, box.depth, box.yaw_rad, 0.0, max(box.height + box.z, LEAST_M)
-    )
+    high = box.z + box.height
+    if thing.type in SUPPORTS:
+        tops = [top for top in _carried(thing, things) if SURFACE * high < top < high]
+        high = max(tops, default=high)
+    low = max(box.z, 0.0)
+    return replace(box, z=low, height=max(high - low, LEAST_M))
+
+
+def _carried(thing: Thing, things: Sequence[Thing]) -> list[float]:
+    """Heights at which things stand on or in this one."""
+    return [other.low_m[2] for other in things if thing.id in other.parents]
 
 
 def _inside(box: Footprint) -> Footprint:
@@ -141,10 +153,10 @@ def _inside(box: Footprint) -> Footprint:
     half_x, half_y = box.half_along(0.0), box.half_along(math.pi / 2)
     x = min(max(box.x, x0 + half_x), x1 - half_x)
     y = min(max(box.y, y0 + half_y), y1 - half_y)
-    return Footprint(x, y, box.width, box.depth, box.yaw_rad, box.z, box.height)
+    return replace(box, x=x, y=y)
 
 
-def _object(scene: str, thing: Thing, box: Footprint) -> SceneObject:
+def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObject:
     rng = random.Random(hashlib.sha256(f"{scene}/{thing.id}".encode()).hexdigest())
     category = next(
         (c for c in CATEGORY.get(thing.type, ()) if c in CATEGORIES and furniture().get(c)), "other"
@@ -154,13 +166,15 @@ def _object(scene: str, thing: Thing, box: Footprint) -> SceneObject:
     else:
         held_out = scene.startswith("FloorPlan_Val")
         pool = [m for m in furniture()[category] if held_out or m.split == "train"]
+        if carries and thing.type in SUPPORTS:
+            pool = [m for m in pool if m.top] or pool
         mesh, turn = _fitting(rng, pool, box, thing.type in FRONTED)
     size = (box.depth, box.width) if turn else (box.width, box.depth)
     return SceneObject(
         id=thing.type,
         category=category,
         mesh=mesh,
-        position_m=(round(box.x, 3), round(box.y, 3), round(max(box.z, 0.0), 3)),
+        position_m=(round(box.x, 3), round(box.y, 3), round(box.z, 3)),
         yaw_rad=round(math.remainder(box.yaw_rad + turn * math.pi / 2, 2 * math.pi), 4),
         size_m=(round(size[0], 3), round(size[1], 3), round(box.height, 3)),
         tint=_tint(rng, category),
