@@ -4,6 +4,7 @@ import colorsys
 import functools
 import json
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -94,6 +95,16 @@ class Box:
 def _apart(a: Outline, b: Outline, ux: float, uy: float, slack: float) -> bool:
     pa, pb = [x * ux + y * uy for x, y in a], [x * ux + y * uy for x, y in b]
     return max(pa) <= min(pb) + slack or max(pb) <= min(pa) + slack
+
+
+def hits(box: Box, others: Iterable[Box], slack: float = 0.005) -> bool:
+    """Whether the box cuts into one of the others by more than `slack`."""
+    x0, y0, x1, y1 = box.span
+    for other in others:
+        a0, b0, a1, b1 = other.span
+        if x0 < a1 and a0 < x1 and y0 < b1 and b0 < y1 and box.overlaps(other, slack):
+            return True
+    return False
 
 
 def box_of(obj: SceneObject) -> Box:

@@ -11,7 +11,7 @@ import random
 from dataclasses import dataclass, replace
 
 from hil_sim.floorplan import INNER_M, OUTER_M, Plan, PlanRoom, Rect, on_line, polygon_of, shared
-from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, hex_colour
+from hil_sim.furnish import Box, Mesh, box_of, furniture, gap, hex_colour, hits
 from hil_sim.passage import Floor, Left, door_zone, empty_floor, passage_zone
 from hil_sim.scene import SceneObject
 
@@ -121,14 +121,12 @@ class Furnisher:
             return None
         if h <= PASSABLE_M and z == 0.0:
             return Spot(box)
-        if any(box.overlaps(other) for other in self._boxes if other is not under):
+        if hits(box, (other for other in self._boxes if other is not under)):
             return None
-        if z < 0.3 and any(box.overlaps(zone) for zone in self._fronts):
-            return None
-        if z < 2.1 and any(box.overlaps(zone) for zone in self._ways):
+        if (z < 0.3 and hits(box, self._fronts)) or (z < 2.1 and hits(box, self._ways)):
             return None
         front = _front(box, front_m) if front_m else None
-        if front and not (self._inside(front) and not any(front.overlaps(b) for b in self._boxes)):
+        if front and (not self._inside(front) or hits(front, self._boxes)):
             return None
         if z >= BODY_M or under is not None:
             return Spot(box, front) if self._floor.reaches(box) else None

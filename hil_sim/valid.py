@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.floorplan import OUTER_M
-from hil_sim.furnish import Box, box_of, mesh_named
+from hil_sim.furnish import Box, box_of, hits, mesh_named
 from hil_sim.passage import CELL_M, door_zone, pieces_of
-from hil_sim.scene import Polygon, Scene, contains, on_wall
+from hil_sim.scene import Polygon, Scene, SceneObject, contains, on_wall
 from hil_sim.surfaces import lies_on, resting_place
 
 RADIUS_M, MARGIN_M = 0.18, 0.02
@@ -83,7 +83,7 @@ def _placement(scene: Scene) -> list[str]:
         box = box_of(obj)
         if not any(all(contains(p, x, y) for x, y in box.outline) for p in polygons):
             found.append(f"{obj.id}: is not inside one room")
-        if any(box.overlaps(wall) for wall in walls):
+        if hits(box, walls):
             found.append(f"{obj.id}: cuts into a wall")
         held = box.z0 < 1e-6 or any(lies_on(box, place) for place in places)
         if not held and not _hung(box, walls):
@@ -94,20 +94,26 @@ def _placement(scene: Scene) -> list[str]:
 def _hung(box: Box, walls: list[Box]) -> bool:
     """Whether a wall is within a few centimetres of its back, which is local +y."""
     back = Box(*box.at(0.0, HANGS_M), box.width, box.depth, box.yaw, box.z0, box.z1)
-    return any(back.overlaps(wall) for wall in walls)
+    return hits(back, walls)
 
 
 def _overlaps(scene: Scene) -> list[str]:
-    rows = [(obj.id, box_of(obj), resting_place(obj)) for obj in scene.objects]
-    solid = [row for row in rows if row[1].z1 > THIN_M]
-    return [
-        f"{a} and {b}: cut into each other"
-        for (a, box_a, place_a), (b, box_b, place_b) in itertools.combinations(solid, 2)
-        if box_a.overlaps(box_b, 0.006)
-        # A pillow is within the box of its sofa.
-        and not (place_b and lies_on(box_a, place_b))
-        and not (place_a and lies_on(box_b, place_a))
-    ]
+    rows = [(box_of(obj), obj) for obj in scene.objects]
+    solid = sorted((row for row in rows if row[0].z1 > THIN_M), key=lambda row: row[0].span[0])
+    found = []
+    for i, (box, obj) in enumerate(solid):
+        for other, beside in itertools.islice(solid, i + 1, None):
+            if other.span[0] >= box.span[2]:
+                break
+            if box.overlaps(other, 0.006) and not _within(box, obj, other, beside):
+                found.append(f"{obj.id} and {beside.id}: cut into each other")
+    return found
+
+
+def _within(a: Box, obj_a: SceneObject, b: Box, obj_b: SceneObject) -> bool:
+    """Whether one lies on the other's seat: a pillow is within the box of its sofa."""
+    places = (b, resting_place(obj_a)), (a, resting_place(obj_b))
+    return any(place is not None and lies_on(thing, place) for thing, place in places)
 
 
 def _ways(scene: Scene) -> list[str]:
