@@ -235,7 +235,7 @@ def _approach_target(
         if turn is not None:
             facing = Toward(instance.xy)
             return Command(turn, "face", instance.xy, f"face {what}", course=facing)
-        if believed:
+        if believed and instance.range_m <= cfg.target.seen_m:
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         target.reject(instance, cfg.target)
         return _approach_target(world, cfg, least)

@@ -27,6 +27,8 @@ class SemanticsConfig:
     repeat_weight: float = 0.15  # of a view that is no new one
     new_view_m: float = 0.4
     new_view_rad: float = math.radians(20.0)
+    nearer: float = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
+    farther: float = 1.5  # from there on a view adds evidence but no footprint
     log_odds_max: float = 8.0
     room_range_m: float = 3.0  # a view's room type is credited to cells this close
 
@@ -43,6 +45,7 @@ class Instance:
     cells_xy: F64  # (N, 2) centres of the map cells under it
     log_odds: float = 0.0
     best_score: float = 0.0
+    range_m: float = math.inf  # of the nearest view
     views: list[Pose] = field(default_factory=list)  # poses that count as distinct views
     rejections: int = 0  # as a target, after looks from close by
 
@@ -93,6 +96,7 @@ class Sighting:
     score: float
     embedding: F32
     points: F64  # (N, 3) m in the map frame
+    range_m: float  # from the camera, along its axis
 
 
 def locate(
@@ -112,7 +116,9 @@ def locate(
         x0, y0, x1, y1 = (int(v) for v in (*np.floor(box[:2]), *np.ceil(box[2:])))
         rows, cols = slice(max(0, y0), max(0, y1) + 1), slice(max(0, x0), max(0, x1) + 1)
         patch = np.nan_to_num(depth[rows, cols], nan=0.0, posinf=0.0)
-        keep = _object_pixels(patch, cfg)
+        known = float(detections.depths_m[i]) if detections.depths_m.size else None
+        near = _surface_m(patch, cfg) if known is None else known
+        keep = (patch > 0) & (np.abs(patch - near) < cfg.cluster_m)
         if int(keep.sum()) < cfg.min_points:
             continue
         z = patch[keep].astype(np.float64)
@@ -124,22 +130,17 @@ def locate(
             continue
         name = names[int(detections.labels[i])]
         embedding = detections.embeddings[i]
-        found.append(Sighting(name, float(detections.scores[i]), embedding, points))
+        found.append(Sighting(name, float(detections.scores[i]), embedding, points, near))
     return found
 
 
-def _object_pixels(patch: F32, cfg: SemanticsConfig) -> np.ndarray:
-    """(h, w) depth, m -> mask of the pixels that belong to the nearest substantial surface in the
-    middle of the box."""
+def _surface_m(patch: F32, cfg: SemanticsConfig) -> float:
+    """(h, w) depth, m -> how far the nearest substantial surface in the middle of the box is."""
     h, w = patch.shape
     dy, dx = int(h * (1 - cfg.core_share) / 2), int(w * (1 - cfg.core_share) / 2)
     core = patch[dy : h - dy, dx : w - dx]
     core = core[core > 0]
-    if core.size == 0:
-        return np.zeros(patch.shape, bool)
-    near = float(np.quantile(core, 0.3))
-    keep: np.ndarray = (patch > 0) & (np.abs(patch - near) < cfg.cluster_m)
-    return keep
+    return float(np.quantile(core, 0.3)) if core.size else 0.0
 
 
 def place(
@@ -177,12 +178,13 @@ def _fuse(
         )
         semantic.instances[instance.id] = instance
         semantic.next_id += 1
-    else:
-        instance.cells_xy = np.unique(
-            np.round(np.concatenate([instance.cells_xy, cells]), 4), axis=0
-        )
+    elif sighting.range_m < cfg.farther * instance.range_m:
+        if sighting.range_m > cfg.nearer * instance.range_m:
+            cells = np.unique(np.round(np.concatenate([instance.cells_xy, cells]), 4), axis=0)
+        instance.cells_xy = cells  # of the near views alone: far ones spill over the edges
         x, y = np.median(instance.cells_xy, axis=0)
         instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * float(xyz[2])
+    instance.range_m = min(instance.range_m, sighting.range_m)
     if sighting.score > instance.best_score:
         instance.best_score, instance.embedding = sighting.score, sighting.embedding
     step = _logit(sighting.score) - _logit(cfg.neutral_score)

@@ -21,6 +21,7 @@ class TargetConfig:
     confirm_views: int = 2
     rejection_log_odds: float = -1.0  # what is left of the evidence after a look from close by
     stop_m: float = 0.70  # from the nearest seen cell of the target
+    seen_m: float = 1.8  # a target is stopped at only when it was seen from as near as this
     reach_m: float = 1.3  # an approach that ends further away is no arrival
     view_cone_rad: float = math.radians(80.0)  # stand where it was seen from, not behind its wall
     distance_cost: float = 0.15  # log-odds that a metre of straight distance costs a candidate

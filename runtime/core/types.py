@@ -84,6 +84,8 @@ class Detections:
     rooms: F32  # (R,) probabilities of the vocabulary's room types, or (0,)
     scene: F32 = field(default_factory=lambda: np.zeros(0, np.float32))
     """(D,) unit embedding of the whole image in the text encoder's space, or (0,)."""
+    depths_m: F32 = field(default_factory=lambda: np.zeros(0, np.float32))
+    """(N,) depth of each object's own pixels where the detector knows it, else (0,)."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """Detections that come over the bus, as JSON: {"boxes": [[x0, y0, x1, y1], ...] px, "names": [...],
-"scores": [...], "room": "kitchen" or null}."""
+"scores": [...], "depths_m": [...] (of the object's own pixels; may be left out), "room": "kitchen"
+or null}."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -23,13 +24,16 @@ def read_labels(
         boxes = np.array(message["boxes"], np.float64).reshape(-1, 4)
         scores = np.array(message["scores"], np.float64).reshape(-1)
         index = {name: i for i, name in enumerate(names)}
+        depths = np.array(message.get("depths_m", []), np.float64).reshape(-1)
         labels = np.array([index.get(str(name), -1) for name in message["names"]], np.int32)
         room = message.get("room")
     except (KeyError, TypeError, ValueError) as error:
         raise SensorError(f"detections: {error!r}: send boxes, names, scores and room") from error
-    if not (len(boxes) == len(scores) == len(labels)):
-        raise SensorError("detections: boxes, names and scores must be equally many")
-    if not ((np.abs(boxes) < FARTHEST_PX).all() and ((scores >= 0) & (scores <= 1)).all()):
+    if not (len(boxes) == len(scores) == len(labels)) or len(depths) not in (0, len(boxes)):
+        raise SensorError("detections: boxes, names, scores and depths must be equally many")
+    if not (np.abs(depths) < FARTHEST_PX).all() or not (
+        (np.abs(boxes) < FARTHEST_PX).all() and ((scores >= 0) & (scores <= 1)).all()
+    ):
         raise SensorError("detections: boxes must be in pixels and scores in 0..1")
     known = labels >= 0
     none = np.zeros((int(known.sum()), 0), np.float32)
@@ -39,6 +43,7 @@ def read_labels(
         labels[known],
         none,
         _rooms(room, tuple(room_names)),
+        depths_m=depths[known[: len(depths)]].astype(np.float32),
     )
 
 

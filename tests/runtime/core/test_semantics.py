@@ -1,0 +1,69 @@
+"""Instances: whose footprint is believed, and what a box whose middle shows something else says."""
+
+import math
+
+import numpy as np
+import pytest
+
+from runtime.core.map import MapConfig, NavigationMap
+from runtime.core.semantics import Instance, SemanticMap, SemanticsConfig, place
+from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
+
+CFG = SemanticsConfig()
+LENS = Intrinsics(97.0, 97.0, 80.0, 60.0, 160, 120)
+OUTLINE = np.zeros((3, 2))
+
+
+def seen(pose: Pose, depth_m: float, known: float | None = None, core: float | None = None):
+    """One box in the middle of an image that is `depth_m` away, its core perhaps nearer."""
+    depth = np.full((120, 160), depth_m, np.float32)
+    if core is not None:
+        depth[52:68, 70:90] = core
+    obs = Observation(0, np.zeros((120, 160, 3), np.uint8), depth, pose, LENS)
+    return obs, Detections(
+        np.array([[65, 48, 95, 72]], np.float32),
+        np.array([0.9], np.float32),
+        np.zeros(1, np.int32),
+        np.zeros((1, 0), np.float32),
+        np.zeros(0, np.float32),
+        depths_m=np.zeros(0, np.float32) if known is None else np.array([known], np.float32),
+    )
+
+
+def mapped(*views) -> Instance:
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig())
+    semantic = SemanticMap.empty(("chair",), (), grid.frame)
+    for obs, detections in views:
+        place(semantic, grid, obs, detections, OUTLINE, Mount(), CFG)
+    assert len(semantic.instances) == 1
+    return semantic.instances[1]
+
+
+def test_a_much_nearer_view_draws_the_footprint_anew():
+    far = seen(Pose(0, 0, 0), 4.0)
+    near = seen(Pose(2.4, 0, 0), 1.4)
+    instance = mapped(far, near)
+    assert instance.range_m == pytest.approx(1.4)
+    assert instance.cells_xy[:, 0].max() < 3.95  # what the far view said is gone
+    alone = mapped(near)
+    assert instance.cells_xy.tolist() == alone.cells_xy.tolist()
+
+
+def test_a_far_view_adds_evidence_but_no_footprint():
+    near, far = seen(Pose(2.4, 0, 0), 1.4), seen(Pose(0, 0.0, 0), 4.0)
+    once, twice = mapped(near), mapped(near, far)
+    assert twice.cells_xy.tolist() == once.cells_xy.tolist()
+    assert twice.log_odds > once.log_odds
+
+
+def test_views_from_about_as_near_are_joined():
+    instance = mapped(seen(Pose(0, 0, 0), 2.0), seen(Pose(0, 0.3, 0), 2.0))
+    alone = mapped(seen(Pose(0, 0, 0), 2.0))
+    assert len(instance.cells_xy) > len(alone.cells_xy)
+
+
+def test_depth_that_the_detector_knows_is_believed_over_the_middle_of_the_box():
+    hidden = mapped(seen(Pose(0, 0, 0), 3.0, core=1.0))  # a table leg in front
+    assert math.hypot(*hidden.xy) == pytest.approx(1.0, abs=0.1)
+    known = mapped(seen(Pose(0, 0, 0), 3.0, known=3.0, core=1.0))
+    assert math.hypot(*known.xy) == pytest.approx(3.0, abs=0.1)
