@@ -7,6 +7,7 @@ settings; a name that begins with `oracle-perception/` gives it true labels inst
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from hil_sim.labels import LABELLED
 from runtime.errors import ConfigError
 
 ORACLE = "oracle-perception"
@@ -38,7 +39,9 @@ def _majority(k: int) -> Method:
 
 
 def _labelled(method: Method) -> Method:
-    return replace(method, settings=(*method.settings, 'detector.source="topic"'), labels=True)
+    names = ", ".join(repr(name) for name in LABELLED)
+    told = ('detector.source="topic"', f"detector.labels=[{names}]")
+    return replace(method, settings=(*method.settings, *told), labels=True)
 
 
 SINGLE: dict[str, Method] = {

@@ -73,9 +73,10 @@ class LocalMind:
         """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
         if config.models != self._models:
             raise ConfigError("models: cannot change while the runtime runs; start another")
-        understood = understand(
-            goal, self._objects, self._encoder.embed, config.goal.same_as_similarity
-        )
+        known = {name for names in self._objects for name in names}
+        others = tuple((name,) for name in config.detector.labels if name not in known)
+        classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
+        understood = understand(goal, classes, self._encoder.embed, same_as)
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:
