@@ -68,6 +68,7 @@ class ExploreConfig:
     patience_s: float = 12.0  # the same in velocity mode
     blocked_m: float = 0.08  # a step forward that moved less than this was a collision
     blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
+    blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward
     weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
 
 
@@ -197,9 +198,14 @@ def _driven(world: World, command: Command, cfg: NavigateConfig) -> Command:
     if command.action is Action.STOP:
         return command
     now = world.last.twist if world.last else STILL
-    pose, radius_m = world.pose, cfg.robot.radius_m
-    twist = control.steer(command.course, pose, now, world.dt_s, radius_m, cfg.control)
+    pose, radius_m, limits = world.pose, cfg.robot.radius_m, limited(world, cfg)
+    twist = control.steer(command.course, pose, now, world.dt_s, radius_m, limits)
     return replace(command, action=control.nearest_action(twist), twist=twist)
+
+
+def limited(world: World, cfg: NavigateConfig) -> ControlConfig:
+    """How the robot may move now: one that sees nothing may turn, to see again, and no more."""
+    return replace(cfg.control, max_speed_mps=0.0) if world.blind else cfg.control
 
 
 def _look_around(world: World, cfg: NavigateConfig) -> Command | None:
@@ -334,6 +340,8 @@ def _advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
     since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
     world.dt_s = min(1.0, max(0.0, since_s))
     world.elapsed_s += world.dt_s
+    seen = int(np.count_nonzero(obs.depth_m > 0))
+    world.blind = seen < cfg.explore.blind_share * obs.depth_m.size
     world.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
     if _collided(world, obs, cfg):
         world.collisions += 1

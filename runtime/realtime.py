@@ -5,6 +5,7 @@ This thread owns the world. A search begins with a request on `goal` and ends wh
 nothing is left to explore, or by a request on `cancel`.
 """
 
+import math
 import os
 import time
 import traceback
@@ -18,6 +19,7 @@ import numpy as np
 
 from runtime import navigate
 from runtime.config import Config
+from runtime.core.geometry import wrap_angle
 from runtime.core.types import Action, Ballot, Brief, Observation
 from runtime.core.world import Command, World
 from runtime.decider import Decider, Question
@@ -30,6 +32,7 @@ from runtime.search import Mind, Search, seen, understand
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
 LABELS_S = 0.2  # labels of an image, where they come over the bus
 DECIDER_NICE = 10
+FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 
 
 class _Nobody:
@@ -47,6 +50,8 @@ class _Drive:
     began_s: float
     report: dict[str, object] = field(default_factory=dict)  # of the newest step
     halts: dict[str, int] = field(default_factory=dict)  # by kind, as journaled last
+    fresh: Observation | None = None  # the newest that showed something new
+    frozen: int = 0  # frames that did not, although the robot had moved
     told_s: float = -1e9  # when feedback was published last
     told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
 
@@ -158,6 +163,7 @@ class RealTime:
         if drive is None:
             return {}
         facts: dict[str, object] = {"halts": self._helm.halts(), "state": state}
+        facts["frozen_frames"] = drive.frozen
         try:
             goal = drive.search.goal.text
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
@@ -173,6 +179,10 @@ class RealTime:
     def _see(self, drive: _Drive, obs: Observation) -> None:
         search, frame_s = drive.search, self._bus.delivered_s() or self._clock.now_s()
         cfg, began_s = search.config.navigate, perf_counter()
+        if _frozen(drive.fresh, obs):
+            drive.frozen += 1
+            return  # the plan grows old, and that holds the base
+        drive.fresh = obs
         detections = seen(search, obs, self._mind, self._bus, LABELS_S)
         if detections is None:
             return
@@ -220,9 +230,10 @@ class RealTime:
     def _follow(
         self, search: Search, command: Command | None, frame_s: float, report: dict[str, object]
     ) -> None:
-        cfg = search.config.navigate
+        cfg, world = search.config.navigate, search.world
+        limits = navigate.limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None
-        self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, cfg.control, report))
+        self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
 
     # -- what others hear ----------------------------------------------------------------------
 
@@ -256,6 +267,16 @@ class RealTime:
         if halts != drive.halts:
             drive.search.journal.write("halt", halts=halts, reason=self._helm.halted())
             drive.halts = halts
+
+
+def _frozen(before: Observation | None, obs: Observation) -> bool:
+    """Whether a camera shows, from elsewhere, exactly what it showed before."""
+    if before is None or not np.array_equal(before.depth_m, obs.depth_m):
+        return False
+    a, b = before.pose, obs.pose
+    moved = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) > FROZEN_M
+    turned = abs(wrap_angle(b.yaw_rad - a.yaw_rad)) > FROZEN_RAD
+    return (moved or turned) and np.array_equal(before.rgb, obs.rgb)
 
 
 def _default_dir() -> Path:

@@ -16,7 +16,7 @@ class SafetyConfig:
     odom_stale_s: float = 0.3  # no newer odometry for so long
     frame_stale_s: float = 1.0  # no matched colour and depth for so long
     plan_stale_s: float = 2.0  # since the frame that the followed plan was made of
-    odom_jump_m: float = 0.5  # between two odometry messages
+    odom_jump_m: float = 0.3  # between two odometry messages
     odom_jump_rad: float = 0.8
 
 

@@ -74,6 +74,7 @@ class World:
     decided_s: float = 0.0  # when the last decision was adopted
     turned_rad: float = 0.0  # yaw since the start, counter-clockwise
     asked_mps: float = 0.0  # forward speed asked of the base since the observation before
+    blind: bool = False  # the last observation had hardly any depth
     blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
     keyframes: list[Keyframe] = field(default_factory=list)
     collisions: int = 0

@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,7 @@ from runtime.edge.clock import Deadline, SystemClock
 from runtime.edge.journal import read_journal, read_map
 from runtime.edge.session import BusConfig
 from runtime.helm import Helm
-from runtime.realtime import RealTime
+from runtime.realtime import RealTime, _frozen
 
 QUICK = ("control.look_radps=1.0", "explore.first_looks=1", "safety.plan_stale_s=5.0")
 # A busy machine must not decide a test: what is not under test may be late.
@@ -185,6 +186,16 @@ def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path
     assert not ended
     halts = [line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "halt"]
     assert {"odometry", "frame", "jump", "clock"} <= set(halts[-1]["halts"])
+
+
+@pytest.mark.parametrize(
+    ("x", "same", "frozen"), [(0.0, True, False), (0.2, True, True), (0.2, False, False)]
+)
+def test_what_a_camera_shows_again_from_elsewhere_is_no_news(x: float, same: bool, frozen: bool):
+    first = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)).observe()
+    rgb = first.rgb if same else first.rgb + 1
+    later = replace(first, rgb=rgb.copy(), depth_m=first.depth_m.copy(), pose=Pose(4.0 + x, 3.0, 0))
+    assert _frozen(first, later) is frozen
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Velocities that follow a field: within limits, to the goal, and never into anything."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -229,6 +230,23 @@ def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
     looks = [c for c in commands if c.mode == "look"]
     assert 2 * math.pi / 0.6 / HOLD_S * 0.9 < len(looks) < 2 * math.pi / 0.6 / HOLD_S * 1.3
     assert all(isinstance(c.course, Along | Toward | Spin) for c in commands[:-1])
+
+
+def test_a_robot_that_sees_no_depth_may_turn_but_not_drive():
+    there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
+    observe, count = there.observe, [0]
+
+    def blinded():
+        obs = observe()
+        count[0] += 1
+        return replace(obs, depth_m=obs.depth_m * 0) if 70 <= count[0] < 85 else obs
+
+    there.observe = blinded  # type: ignore[method-assign]
+    _, commands = drive(there, "toilet", 100, Silent())
+    speeds = [c.twist.v_mps for c in commands]
+    assert max(speeds[60:69]) > 0.1
+    assert not any(speeds[69:84])
+    assert max(speeds[84:]) > 0.1
 
 
 def test_an_invisible_obstacle_is_felt_and_driven_around():
