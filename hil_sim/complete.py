@@ -18,6 +18,9 @@ HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),
 TALL_M = 2.1
 """How high what hangs on a wall reaches at most."""
 MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counter": 4}
+NOT_ON_FLOOR = ("remote control", "cell phone", "candle", "laptop", "tissue box", "book", "bowl",
+                "soap bottle", "newspaper", "pillow", "mug", "television")  # fmt: skip
+"""The statistics have some of these on floors too, where one would only be told to tidy up."""
 IN_THE_OPEN = ("chair", "armchair", "stool", "trash can", "box", "basketball")
 """What may stand away from walls, where the statistics have it so."""
 FACING = ("television", "laptop", "alarm clock", "microwave", "coffee machine", "toaster",
@@ -122,9 +125,9 @@ def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
 
 
 def load(home: Furnisher, support: SceneObject | None, clutter: str, most: int) -> None:
-    """Things that no goal names on a support."""
+    """Things that the statistics do not have, on a support."""
     for _ in range(home.rng.randint(0, most)):
-        mesh = home.pick("other", CLUTTER[clutter])
+        mesh = find(home, home.rng.choice(CLUTTER[clutter]), on="table")
         on_top(home, mesh, support, facing=0.15)
 
 
@@ -132,7 +135,7 @@ def rug(home: Furnisher, chance: float, under: SceneObject | None = None) -> Non
     """A thin rug, under that thing or anywhere."""
     if home.rng.random() >= chance:
         return
-    mesh = home.pick("other", RUGS)
+    mesh = home.pick("rug", RUGS)
     if under is None:
         in_the_open(home, mesh, square=True, name="rug")
     else:
@@ -143,6 +146,8 @@ def _offers(home: Furnisher, name: str, on: str) -> bool:
     """Whether this room has that support, and it can bear things of that name."""
     if on == "wall":
         return name in HEIGHT_M
+    if on == "floor" and name in NOT_ON_FLOOR:
+        return False
     return on in ("floor", "inside") or any(resting_place(obj) for obj in home.named(on))
 
 
@@ -154,7 +159,7 @@ def _unseen(home: Furnisher, kind: str) -> None:
     for name, chance in UNSEEN[kind].items():
         if home.rng.random() >= chance:
             continue
-        mesh = find(home, name)
+        mesh = find(home, name, on="wall" if name in HEIGHT_M else "floor")
         if mesh is None:
             continue
         if name in HEIGHT_M:
@@ -164,5 +169,5 @@ def _unseen(home: Furnisher, kind: str) -> None:
 
 
 def _clutter(home: Furnisher) -> None:
-    mesh = home.pick("other", CLUTTER["floor"])
+    mesh = find(home, home.rng.choice(CLUTTER["floor"]))
     against_wall(home, mesh, jitter=0.15)
