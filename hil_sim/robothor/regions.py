@@ -13,6 +13,7 @@ from hil_sim.scene import Point, Polygon
 OPENING_M = 2.0
 """From a wall's end to what is ahead of it or beside it: as wide as a way into a room may be."""
 LEAST_M2 = 2.0
+SAME_M = 0.04
 JOIN_M = 0.05
 """Walls nearer than this touch."""
 VOTES: dict[str, dict[str, float]] = {
@@ -42,6 +43,7 @@ def regions(outer: Rectangle, walls: Sequence[Segment]) -> tuple[Polygon, ...]:
     """Polygons that tile the rectangle (x0, y0, x1, y1), split along the walls and across openings
     between a wall's end and the next wall; parts under 2 m² join a neighbour."""
     x0, y0, x1, y1 = outer
+    walls = _snapped(walls, outer)
     edge = [((x0, y0), (x1, y0)), ((x0, y1), (x1, y1)), ((x0, y0), (x0, y1)), ((x1, y0), (x1, y1))]
     lines = [*edge, *walls]
     chains = [-1] * len(edge) + _chains(walls)
@@ -53,6 +55,21 @@ def regions(outer: Rectangle, walls: Sequence[Segment]) -> tuple[Polygon, ...]:
     names = _flood(xs, ys, cuts)
     names = _joined(names, xs, ys)
     return tuple(_outline(names == name, xs, ys) for name in sorted(set(names.ravel().tolist())))
+
+
+def _snapped(walls: Sequence[Segment], outer: Rectangle) -> list[Segment]:
+    """Walls on nearly the same line put on the same one, so that no slit is left between."""
+    names: list[dict[float, float]] = []
+    for axis in (0, 1):
+        kept = sorted((outer[axis], outer[axis + 2]))
+        table = {}
+        for value in sorted({end[axis] for wall in walls for end in wall}):
+            near = min(kept, key=lambda other: abs(other - value))
+            if abs(near - value) > SAME_M:
+                kept.append(near := value)
+            table[value] = near
+        names.append(table)
+    return [((names[0][a], names[1][b]), (names[0][c], names[1][d])) for (a, b), (c, d) in walls]
 
 
 def _openings(point: Point, lines: Sequence[Segment], chains: Sequence[int]) -> list[Segment]:
