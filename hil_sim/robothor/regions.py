@@ -12,6 +12,7 @@ from hil_sim.scene import Point, Polygon
 
 OPENING_M = 2.0
 """From a wall's end to what is ahead of it or beside it: as wide as a way into a room may be."""
+DOORWAY_M = 1.2
 LEAST_M2 = 2.0
 SAME_M = 0.04
 JOIN_M = 0.05
@@ -74,7 +75,8 @@ def _snapped(walls: Sequence[Segment], outer: Rectangle) -> list[Segment]:
 
 def _openings(point: Point, lines: Sequence[Segment], chains: Sequence[int]) -> list[Segment]:
     """The cut from a wall's end to what is ahead of it: across the mouth of a niche whose walls
-    hang together, else the shortest. Where walls meet, only straight on from one of them."""
+    hang together, or straight on over a doorway; else the shortest. Where walls meet, only
+    straight on from one of them."""
     rows = list(zip(lines, chains, strict=True))
     mine = [chain for line, chain in rows if _distance(point, line) < JOIN_M]
     found: list[tuple[bool, float, Segment]] = []
@@ -86,7 +88,8 @@ def _openings(point: Point, lines: Sequence[Segment], chains: Sequence[int]) -> 
             hit = _ahead(point, (dx, dy), line)
             if hit is not None and 0.1 < hit <= OPENING_M:
                 end = (point[0] + dx * hit, point[1] + dy * hit)
-                found.append((chain not in mine, hit, (point, end)))
+                doorway = behind and hit <= DOORWAY_M
+                found.append((chain not in mine and not doorway, hit, (point, end)))
     return [min(found)[2]] if found else []
 
 
