@@ -38,6 +38,7 @@ KNOWN = f"{', '.join(SINGLE)}, oracle-perception, oracle-perception/METHOD, orac
 @click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
 @click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
@@ -81,7 +82,7 @@ def _evaluation(given: dict[str, Any]) -> Evaluation:
     settings = Settings(
         given["out"] or Path("out") / f"eval-{Path(name).stem}", given["protocol"], config, sets,
         given["renderer"], given["faults"], given["noise"], given["sensors"], given["tilt"],
-        given["seed"],
+        given["seed"], given["realtime"],
     )  # fmt: skip
     methods = tuple(dict.fromkeys(given["methods"]))
     for method in methods:

@@ -59,7 +59,7 @@ def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
                 _take(message, results, bar)
                 if isinstance(message, Failure):
                     failures.append(message.text)
-                    if not done:
+                    if message.fatal and not done:
                         break
         except KeyboardInterrupt:
             return False
@@ -166,6 +166,7 @@ def claim(evaluation: Evaluation) -> None:
         "sensors": list(settings.sensors),
         "tilt": settings.tilt,
         "seed": settings.seed,
+        "realtime": settings.realtime,
     }
     path = settings.out / RUN_FILE
     try:

@@ -18,13 +18,14 @@ from hil_sim.episode_run import EpisodeResult, run_episode
 from hil_sim.episodes import Episode, check_start
 from hil_sim.faults import model_fault, parse_faults
 from hil_sim.homes import open_scene
-from hil_sim.link import HarnessError, Runtime
+from hil_sim.link import HarnessError, Runtime, rfnav_command
 from hil_sim.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.methods import Method, method_named
 from hil_sim.metrics import spl
 from hil_sim.protocol import Protocol, protocol_named
 from hil_sim.quiet import keep_stdout_for_python
 from hil_sim.rig import camera_of, home_of, open_world, shortest, start_of
+from hil_sim.scene import SceneError
 from hil_sim.stage import Driver, Home
 from runtime.errors import RfNavError
 
@@ -50,6 +51,7 @@ class Settings:
     sensors: tuple[str, ...] = ()  # beside the camera
     tilt: str = "level"
     seed: int = 0  # of noise and faults
+    realtime: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,9 +89,10 @@ class Note:
 
 @dataclass(frozen=True)
 class Failure:
-    """The worker cannot go on; one line."""
+    """The worker cannot go on, or an episode cannot begin (not `fatal`); one line."""
 
     text: str
+    fatal: bool = True
 
 
 Message = Note | Failure | EpisodeResult
@@ -125,10 +128,13 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
         truth = Truth(world, assets, lambda text: send(Note(text)))
         rig = _Rig(world, truth, standby, settings)
         for task in job.tasks:
-            check_start(task.episode, truth.space)
-            rig.memo.clear()
-            for method in task.methods:
-                send(rig.run(task.episode, method))
+            try:
+                check_start(task.episode, truth.space)
+                rig.memo.clear()
+                for method in task.methods:
+                    send(rig.run(task.episode, method))
+            except SceneError as error:
+                send(Failure(str(error), fatal=False))
 
 
 class _Rig:
@@ -171,17 +177,24 @@ class _Rig:
             driver, home = shortest(self._truth, home, episode, protocol)
         else:
             driver = self._standby.ready()
+        log_dir, seed = self._settings.out / name / episode.id, self._settings.seed
+        if isinstance(driver, Runtime) and self._settings.realtime:
+            from hil_sim.realtime import run_realtime
+
+            return run_realtime(
+                episode, home, driver, protocol, name, log_dir,
+                faults=self._faults, seed=seed, renderer=self._settings.renderer,
+            )  # fmt: skip
         return run_episode(
-            episode, home, driver, protocol, name, self._settings.out / name / episode.id,
-            faults=self._faults, seed=self._settings.seed,
-        )  # fmt: skip
+            episode, home, driver, protocol, name, log_dir, faults=self._faults, seed=seed
+        )
 
 
 def protocol_for(settings: Settings, method: Method) -> Protocol:
     """The protocol as a method sees it: those with true labels have smaller frames."""
     protocol = protocol_named(settings.protocol, settings.tilt, settings.noise, settings.sensors)
-    if method.driver == "shortest" and protocol.base is not None:
-        raise HarnessError(f"oracle-goal: takes steps and turns; protocol {protocol.name} has none")
+    if method.driver == "shortest" and (protocol.base is not None or settings.realtime):
+        raise HarnessError("oracle-goal: takes steps and turns; choose hm3d or robothor, lockstep")
     if method.labels:
         width, height = LABELS_PX
         protocol = replace(protocol, width=width, height=height)
@@ -223,7 +236,9 @@ class _Standby:
 
     def __init__(self, job: Job, settings: Settings) -> None:
         self._log = settings.out / "logs" / f"runtime-{job.name}.log"
-        self._command, more = model_fault(parse_faults(settings.faults))
+        mode = () if settings.realtime else ("--lockstep",)
+        command, more = model_fault(parse_faults(settings.faults), mode)
+        self._command = command or rfnav_command(mode)
         self._settings, self._config = (*settings.settings, *more), settings.config
         self._runtime: Runtime | None = None
         self._entered = False
