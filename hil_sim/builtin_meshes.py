@@ -3,8 +3,13 @@
 from collections.abc import Callable
 from functools import partial
 
+from hil_sim import builtin_furniture as furniture
 from hil_sim import builtin_goals as goals
+from hil_sim import builtin_household as household
+from hil_sim import builtin_kitchen as kitchen
 from hil_sim import builtin_screens as screens
+from hil_sim import builtin_small as small
+from hil_sim import builtin_things as things
 from hil_sim.builtin_shapes import (
     BLUE,
     CREAM,
@@ -78,45 +83,145 @@ def rug(k: int) -> Part:
     ]
 
 
+def plain_box(k: int) -> Part:
+    """A cuboid."""
+    card, pale = (0.7, 0.55, 0.38), (0.85, 0.83, 0.78)
+    return [box((0.4, 0.4, 0.4), (0, 0, 0), pick(k, card, pale, WOOD, GREY, BLUE, GREEN))]
+
+
 def bathmat(k: int) -> Part:
     """A plain mat."""
-    return [box((0.8, 0.5, 0.01), (0, 0, 0), pick(k, (0.5, 0.65, 0.7), WHITE, GREY, CREAM))]
+    return [
+        box((0.8, 0.5, 0.01), (0, 0, 0), pick(k, (0.5, 0.65, 0.7), WHITE, GREY, CREAM, BLUE, RED))
+    ]
 
 
 def door(k: int) -> Part:
     """A door's leaf with a handle."""
     return [
-        box((0.85, 0.04, 2.0), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, GREY)),
+        box((0.85, 0.04, 2.0), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, GREY, DARK_WOOD, CREAM)),
         box((0.12, 0.08, 0.03), (0.34, 0, 1.0), STEEL),
     ]
 
 
 def wall_shelf(k: int) -> Part:
     """A board."""
-    return [box((0.8, 0.22, 0.03), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, DARK))]
+    return [
+        box((0.8, 0.22, 0.03), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, DARK, DARK_WOOD, GREY))
+    ]
 
 
 SHAPES: dict[str, Callable[[int], Part]] = {
     "alarm_clock": goals.alarm_clock,
     "apple": goals.apple,
+    "aquarium": things.aquarium,
+    "backpack": things.backpack,
     "baseball_bat": goals.baseball_bat,
     "baseball_bat_standing": goals.baseball_bat_standing,
     "basketball": goals.basketball,
     "bathmat": bathmat,
+    "bench": furniture.bench,
+    "blender": kitchen.blender,
+    "book": small.book,
+    "boots": household.boots,
+    "bottle": kitchen.bottle,
     "bowl": goals.bowl,
-    "box": lambda k: [box((0.4, 0.4, 0.4), (0, 0, 0), (0.7, 0.55, 0.38))],
+    "box": plain_box,
+    "cardboard_box": small.cardboard_box,
+    "bread": kitchen.bread,
+    "broom": household.broom,
+    "bucket": kitchen.bucket,
+    "butter_knife": kitchen.butter_knife,
+    "candle": small.candle,
+    "cd": small.cd,
+    "cell_phone": small.cell_phone,
+    "clock": furniture.clock,
+    "clothes_rack": things.clothes_rack,
+    "coffee_machine": kitchen.coffee_machine,
+    "computer_monitor": screens.computer_monitor,
+    "cup": kitchen.cup,
+    "curtain": furniture.curtain,
+    "desk_lamp": furniture.desk_lamp,
+    "dishwasher": furniture.dishwasher,
+    "dog_bed": household.dog_bed,
     "door": door,
+    "dresser": furniture.dresser,
+    "drying_rack": things.drying_rack,
+    "dumbbell": household.dumbbell,
+    "egg": kitchen.egg,
+    "fan": screens.fan,
+    "fireplace": furniture.fireplace,
+    "floor_lamp": furniture.floor_lamp,
+    "fork": kitchen.fork,
+    "game_console": screens.game_console,
+    "garbage_bag": household.garbage_bag,
+    "guitar": things.guitar,
+    "kettle": kitchen.kettle,
+    "keyboard": screens.keyboard,
     "kitchen_counter": kitchen_counter,
+    "knife": kitchen.knife,
     "laptop": screens.laptop,
+    "laundry_basket": household.laundry_basket,
+    "lettuce": kitchen.lettuce,
+    "microwave": kitchen.microwave,
     "mirror": mirror,
     "mug": goals.mug,
+    "newspaper": small.newspaper,
+    "nightstand": furniture.nightstand,
+    "ottoman": furniture.ottoman,
+    "pan": kitchen.pan,
+    "paper_towel": kitchen.paper_towel,
+    "pen": small.pen,
+    "pencil": small.pencil,
+    "pepper_shaker": kitchen.pepper_shaker,
+    "piano": furniture.piano,
     "picture": picture,
+    "pillow": small.pillow,
+    "pillow_upright": small.pillow_upright,
+    "plate": kitchen.plate,
+    "plunger": household.plunger,
+    "pot": kitchen.pot,
+    "potato": kitchen.potato,
+    "printer": screens.printer,
+    "radio": screens.radio,
+    "remote_control": small.remote_control,
     "rug": rug,
+    "safe": furniture.safe,
+    "salt_shaker": kitchen.salt_shaker,
+    "shelf": furniture.shelf,
+    "shelving_unit": furniture.shelving_unit,
+    "shower": furniture.shower,
+    "side_table": furniture.side_table,
+    "soap_bottle": household.soap_bottle,
+    "soccer_ball": things.soccer_ball,
+    "speaker": screens.speaker,
+    "spoon": kitchen.spoon,
     "spray_bottle": goals.spray_bottle,
+    "statue": small.statue,
+    "suitcase": things.suitcase,
+    "teapot": kitchen.teapot,
+    "teddy_bear": things.teddy_bear,
     "television": screens.television,
+    "tennis_racket": small.tennis_racket,
+    "tennis_racket_standing": small.tennis_racket_standing,
+    "tissue_box": household.tissue_box,
+    "toaster": kitchen.toaster,
+    "toilet": furniture.toilet,
+    "toilet_paper": household.toilet_paper,
+    "tomato": kitchen.tomato,
+    "towel": household.towel,
+    "toy": things.toy,
     "trash_can": goals.trash_can,
+    "tv_stand": furniture.tv_stand,
+    "umbrella": household.umbrella,
+    "vacuum_cleaner": household.vacuum_cleaner,
     "vase": goals.vase,
     "wall_shelf": wall_shelf,
+    "washing_machine": furniture.washing_machine,
+    "watch": small.watch,
+    "watering_can": household.watering_can,
+    "wine_bottle": kitchen.wine_bottle,
+    "wine_glass": kitchen.wine_glass,
 }
 """Name -> what builds its variant k."""
 

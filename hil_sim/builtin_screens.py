@@ -1,21 +1,31 @@
 """Meshes of things with a screen or a plug: televisions, laptops, phones, ovens, lamps."""
 
 from hil_sim.builtin_shapes import (
+    BLUE,
+    CREAM,
     DARK,
+    DARK_WOOD,
+    GREEN,
     GREY,
     NAVY,
     ORANGE,
+    RED,
     STEEL,
+    TEAL,
     WHITE,
+    WOOD,
     YELLOW,
     Part,
     Rgb,
     ball,
     box,
+    cylinder,
     disc,
     lathe,
     moved,
     pick,
+    ring,
+    scaled,
     tube,
     turned,
 )
@@ -100,3 +110,209 @@ def laptop(k: int) -> Part:
     ]
     lid += moved(screen(pick(k, 1, 5, 4, 2, 1, 4), w * 0.9, d * 0.78), (0, -0.0085, 0.014))
     return [*parts, *moved(turned(lid, "x", -tilt), (0, d / 2 - 0.004, 0.014))]
+
+
+def computer_monitor(k: int) -> Part:
+    """On a foot, some with a keyboard before it."""
+    frame = pick(k, DARK, STEEL, WHITE, DARK, GREY, DARK)
+    w, h = pick(k, (0.54, 0.33), (0.62, 0.37), (0.5, 0.32), (0.8, 0.36))
+    parts = [
+        box((w, 0.03, h), (0, 0, 0.14), frame),
+        *moved(screen(pick(k, 1, 5, 2, 4, 0, 5), w - 0.03, h - 0.04), (0, -0.017, 0.16)),
+        box((0.05, 0.03, 0.2), (0, 0.025, 0.02), frame),
+    ]
+    parts += (
+        [box((0.24, 0.2, 0.012), (0, 0.01, 0), frame)]
+        if k % 2
+        else [cylinder(0.11, 0.1, 0.014, frame, 20)]
+    )
+    return [*parts, *(moved(keyboard(k), (0, -0.24, 0)) if k in (1, 4) else [])]
+
+
+def keyboard(k: int) -> Part:
+    """A computer's keyboard."""
+    body, key = pick(
+        k, (DARK, GREY), (WHITE, STEEL), (STEEL, DARK), (GREY, WHITE), (DARK, TEAL), (NAVY, WHITE)
+    )
+    rows = [box((0.4, 0.018, 0.006), (0, 0.045 - 0.022 * i, 0.016), key) for i in range(4)] + [
+        box((0.16, 0.018, 0.006), (-0.02, -0.043, 0.016), key)
+    ]
+    gaps = [box((0.004, 0.13, 0.0015), (-0.19 + 0.02 * i, 0, 0.0212), body) for i in range(20)]
+    return [box((0.44, 0.14, 0.017), (0, 0, 0), body), *rows, *gaps[::2]]
+
+
+def printer(k: int) -> Part:
+    """Paper behind, a tray before."""
+    body, trim = pick(
+        k, (WHITE, DARK), (DARK, GREY), (GREY, WHITE), (STEEL, DARK), (CREAM, GREY), (DARK, WHITE)
+    )
+    w, d, h = pick(k, (0.44, 0.34, 0.18), (0.42, 0.36, 0.25), (0.4, 0.3, 0.15))
+    sheet = moved(
+        turned([box((0.22, 0.004, 0.2), (0, 0, 0), WHITE)], "x", -20), (0, d * 0.4, h - 0.02)
+    )
+    return [
+        ball((w, d, h), (0, 0, 0), body, 8, 20, 0.2),
+        box(
+            (w * 0.68, 0.02, h * 0.28), (0, -d / 2 + 0.005, h * 0.2), DARK if body != DARK else GREY
+        ),
+        box((w * 0.6, 0.14, 0.012), (0, -d / 2 - 0.05, h * 0.2), trim),
+        box((0.2, 0.12, 0.002), (0, -d / 2 - 0.04, h * 0.2 + 0.012), WHITE),
+        *sheet,
+        box((w * 0.18, 0.05, 0.008), (-w * 0.33, -d * 0.36, h - 0.003), (0.2, 0.5, 0.7)),
+        *[
+            ball(
+                (0.018, 0.018, 0.012),
+                (w * 0.24 + 0.03 * i, -d * 0.36, h - 0.006),
+                pick(i, GREEN, RED),
+                4,
+                8,
+            )
+            for i in range(3)
+        ],
+        box((w * 0.9, d * 0.5, 0.006), (0, d * 0.04, h - 0.002), trim),
+    ]
+
+
+def speaker(k: int) -> Part:
+    """A box with two cones."""
+    body, cone = pick(
+        k, (DARK_WOOD, DARK), (DARK, GREY), (WOOD, DARK), (WHITE, DARK), (RED, DARK), (GREY, YELLOW)
+    )
+    w, d, h = pick(k, (0.22, 0.25, 0.38), (0.25, 0.3, 0.95), (0.18, 0.2, 0.28))
+    r = w * 0.38
+    parts = [box((w, d, h), (0, 0, 0), body)]
+    for radius, z in ((r, h * 0.33), (r * 0.5, h * 0.78)):
+        ring_ = turned([ring(radius, 0.008, STEEL, "xy", 20, 4)], "x", 90)
+        parts += moved(
+            [
+                *ring_,
+                disc(radius, 0.01, cone, 20),
+                *moved(
+                    [
+                        ball(
+                            (radius * 0.7, 0.02, radius * 0.7),
+                            (0, 0, -radius * 0.35),
+                            GREY if cone != GREY else DARK,
+                            5,
+                            10,
+                        )
+                    ],
+                    (0, -0.006, 0),
+                ),
+            ],
+            (0, -d / 2, z),
+        )
+    return parts
+
+
+def radio(k: int) -> Part:
+    """A portable one: a grille, a dial, knobs, a handle, an aerial."""
+    body, grille = pick(
+        k, (RED, CREAM), (WOOD, CREAM), (TEAL, WHITE), (DARK, STEEL), (CREAM, WOOD), (BLUE, GREY)
+    )
+    w, d, h = pick(k, (0.3, 0.1, 0.18), (0.26, 0.11, 0.16))
+    slots = [
+        box((w * 0.4, 0.006, 0.006), (-w * 0.22, -d / 2 - 0.006, h * (0.18 + 0.11 * i)), DARK)
+        for i in range(6)
+    ]
+    knobs = moved(
+        [disc(0.022, 0.03, STEEL, 12), *moved([disc(0.022, 0.03, STEEL, 12)], (0.07, 0, 0))],
+        (w * 0.12, -d / 2 - 0.01, h * 0.28),
+    )
+    return [
+        ball((w, d, h), (0, 0, 0), body, 8, 18, 0.25),
+        box((w * 0.46, 0.012, h * 0.74), (-w * 0.22, -d / 2, h * 0.12), grille),
+        *slots,
+        box((w * 0.36, 0.012, h * 0.26), (w * 0.24, -d / 2, h * 0.56), (0.95, 0.9, 0.7)),
+        box((0.004, 0.004, h * 0.2), (w * 0.2, -d / 2 - 0.008, h * 0.59), RED),
+        *knobs,
+        tube(
+            [
+                (-w * 0.35, 0, h - 0.01),
+                (-w * 0.33, 0, h + 0.04),
+                (w * 0.33, 0, h + 0.04),
+                (w * 0.35, 0, h - 0.01),
+            ],
+            0.008,
+            DARK,
+            6,
+        ),
+        tube([(w * 0.4, 0.03, h - 0.01), (w * 0.62, 0.03, h + 0.22)], 0.003, STEEL, 5),
+    ]
+
+
+def fan(k: int) -> Part:
+    """A caged propeller on a foot: for a table (even) or the floor (odd)."""
+    body, blade = pick(
+        k, (WHITE, BLUE), (DARK, GREY), (TEAL, CREAM), (STEEL, STEEL), (RED, WHITE), (WHITE, GREEN)
+    )
+    h, r = pick(k, (0.3, 0.15), (1.0, 0.21))
+    rings_ = [
+        *turned([ring(r, 0.006, body, "xy", 20, 3)], "x", 90),
+        *moved(turned([ring(r * 0.55, 0.003, body, "xy", 16, 3)], "x", 90), (0, -0.04, 0)),
+    ]
+    spokes = [
+        p
+        for a in range(0, 360, 36)
+        for p in turned(
+            [tube([(0, -0.045, 0), (0, -0.04, r * 0.6), (0, 0, r)], 0.0025, body, 3)], "y", a
+        )
+    ]
+    blades = [
+        p
+        for a in (0, 120, 240)
+        for p in turned(
+            moved(
+                scaled([ball((1, 1, 1), (0, 0, 0), blade, 4, 7)], (r * 0.6, 0.012, r * 0.85)),
+                (0.02, -0.005, 0.0),
+            ),
+            "y",
+            a,
+        )
+    ]
+    head = [
+        *rings_,
+        *spokes,
+        *blades,
+        *moved([disc(0.035, 0.03, body, 12)], (0, -0.04, 0)),
+        *moved([disc(0.05, 0.09, body, 14)], (0, 0.06, 0)),
+    ]
+    return [
+        lathe([(0, 0), (r * 0.8, 0), (r * 0.75, 0.02), (0.02, 0.04)], body, 20),
+        tube([(0, 0.06, 0.02), (0, 0.06, h)], 0.015, body, 8),
+        *moved(head, (0, 0, h + 0.02)),
+    ]
+
+
+def game_console(k: int) -> Part:
+    """A flat box with two pads."""
+    body, light = pick(
+        k, (DARK, BLUE), (WHITE, DARK), (GREY, GREEN), (DARK, RED), (WHITE, TEAL), (NAVY, YELLOW)
+    )
+    pads: Part = []
+    for s in (-1, 1):
+        pad = [
+            box((0.09, 0.05, 0.025), (0, 0, 0.008), body),
+            *[ball((0.05, 0.08, 0.035), (x, -0.015, 0), body, 5, 8) for x in (-0.05, 0.05)],
+            *[
+                cylinder(0.009, 0.009, 0.012, GREY if body != GREY else DARK, 8, (x, -0.008, 0.03))
+                for x in (-0.025, 0.025)
+            ],
+            *[
+                ball(
+                    (0.01, 0.01, 0.008),
+                    (0.05 + dx, 0.0 + dy, 0.03),
+                    pick(i, RED, BLUE, YELLOW, GREEN),
+                    4,
+                    6,
+                )
+                for i, (dx, dy) in enumerate(((0.01, 0), (-0.01, 0), (0, 0.01), (0, -0.01)))
+            ],
+        ]
+        pads += moved(turned(pad, "z", s * 15), (s * 0.1, -0.2, 0))
+    return [
+        box((0.3, 0.26, 0.055), (0, 0, 0), body),
+        box((0.304, 0.264, 0.006), (0, 0, 0.025), light),
+        box((0.14, 0.004, 0.006), (-0.05, -0.131, 0.04), GREY),
+        *pads,
+    ]

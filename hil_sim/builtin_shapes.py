@@ -170,7 +170,7 @@ def cushion_grid(size: Sequence[float], n: int = 10) -> tuple[Array, Array]:
 
 def tube(
     path: Array | Sequence[Sequence[float]],
-    radius: float | Sequence[float],
+    radius: float | Array | Sequence[float],
     colour: Rgb,
     sides: int = 8,
 ) -> Soup:
@@ -203,7 +203,9 @@ def arc(
     return around
 
 
-def slab(outline: Sequence[Sequence[float]], height: float, colour: Rgb, z: float = 0.0) -> Soup:
+def slab(
+    outline: Array | Sequence[Sequence[float]], height: float, colour: Rgb, z: float = 0.0
+) -> Soup:
     """A flat plate with an outline (n, 2), counter-clockwise, that its middle sees all of."""
     p = np.array(outline, float)
     p = np.concatenate([p, p[:1]])
