@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.freespace import FreeSpace
+from hil_sim.freespace import FreeSpace, scene_hash
 from hil_sim.scene import SceneError, contains
 
 FORMAT = "rf-nav-suite/1"
@@ -40,13 +40,15 @@ class Start:
 
 @dataclass(frozen=True)
 class Episode:
-    """One task: reach and face the goal. `shortest_path_m` is geodesic, to success."""
+    """One task: reach and face the goal. `shortest_path_m` is geodesic, to success; `home` names
+    the content of the scene that it was made for, "" when it is not known."""
 
     id: str
     scene: str
     start: Start
     goal: str
     shortest_path_m: float
+    home: str = ""
 
 
 def sample_episode(
@@ -80,7 +82,8 @@ def sample_episode(
     start = Start(round(x, 3), round(y, 3), round(yaw, 4))
     slug = goal.replace(" ", "-")
     short = Path(name).stem if name.endswith(".json") else name
-    return Episode(f"{short}-{slug}-{seed}", name, start, goal, round(float(field[row, col]), 3))
+    length = round(float(field[row, col]), 3)
+    return Episode(f"{short}-{slug}-{seed}", name, start, goal, length, home_name(space))
 
 
 def _starts(space: FreeSpace, field: NDArray[np.float64]) -> NDArray[np.intp]:
@@ -143,11 +146,21 @@ def _episode(row: Any, place: str) -> Episode:
             raise SceneError(f"{place}: start.{key}: missing or not a number")
     pose = Start(float(start["x_m"]), float(start["y_m"]), float(start["yaw_rad"]))
     length = float(row["shortest_path_m"])
-    return Episode(row["id"], row["scene"], pose, row["goal"], length)
+    return Episode(row["id"], row["scene"], pose, row["goal"], length, str(row.get("home", "")))
+
+
+def home_name(space: FreeSpace) -> str:
+    """Names a scene's content, for `Episode.home`."""
+    return scene_hash(space.scene)[:10]
 
 
 def check_start(episode: Episode, space: FreeSpace) -> None:
-    """SceneError if the start is not a free place of this scene."""
+    """SceneError if this is another home, or the start is not a free place of it."""
+    if episode.home and episode.home != home_name(space):
+        raise SceneError(
+            f"{episode.id}: {episode.scene} has changed since this was made; make the suite "
+            "again (hil-sim episodes)"
+        )
     x, y = episode.start.x_m, episode.start.y_m
     if not space.is_free(x, y):
         raise SceneError(

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hil_sim.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode
+from hil_sim.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode, home_name
 from hil_sim.sample import Wish, sample_all
 from hil_sim.scene import SceneError
 
@@ -126,5 +126,6 @@ def adopted(given: Sequence[Episode], truth: "Truth", most: int) -> list[Episode
             continue
         length = truth.space.distance(field, start.x_m, start.y_m)
         if SHORTEST_M <= length < 1e6:
-            found[goal] = Episode(episode.id, episode.scene, start, goal, round(length, 3))
+            home = home_name(truth.space)
+            found[goal] = Episode(episode.id, episode.scene, start, goal, round(length, 3), home)
     return list(found.values())

@@ -1,6 +1,7 @@
 """Recipes of the bundled suites: balanced from any beginning, spread over goals and homes."""
 
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil_sim.episodes import HM3D_GOALS, ROBOTHOR_GOALS, Episode, Start, known_suites, load_suite
+from hil_sim.episodes import (
+    HM3D_GOALS,
+    ROBOTHOR_GOALS,
+    Episode,
+    Start,
+    check_start,
+    known_suites,
+    load_suite,
+)
 from hil_sim.freespace import FreeSpace
 from hil_sim.sample import Wish
-from hil_sim.scene import Scene, SceneError
+from hil_sim.scene import Room, Scene, SceneError
 from hil_sim.suites import REPLICAS, _home, adopted, interleaved, make_suite, offers
 
 
@@ -77,6 +86,17 @@ def test_official_episodes_are_taken_where_they_can_be_done() -> None:
     found = adopted(given, FakeTruth(), 2)  # type: ignore[arg-type]
     assert [e.id for e in found] == ["hall-bed-3", "hall-sofa-5"]
     assert found[0].shortest_path_m == pytest.approx(5.0, abs=0.06)
+
+
+def test_an_episode_of_another_home_is_refused() -> None:
+    truth = FakeTruth()
+    found = adopted((episode("hall", "bed", 3),), truth, 1)[0]  # type: ignore[arg-type]
+    check_start(found, truth.space)
+    room = Room("hall", "hall", ((0, 0), (6, 0), (6, 3), (0, 3)))
+    other = replace(truth.space, scene=Scene("hall", (), (), (room,), ()))
+    with pytest.raises(SceneError, match="hall-bed-3: hall has changed since this was made"):
+        check_start(found, other)
+    check_start(replace(found, home=""), other)
 
 
 def test_only_known_recipes(tmp_path: Path) -> None:
