@@ -1,6 +1,7 @@
 """Whether a home can be lived in and driven through: `problems(scene)` says what is wrong.
 
-Looks at the scene as data only, furniture as boxes, and shares nothing with the placing of it.
+What generated homes are held to; a home drawn by hand may break a rule and be a good one. Looks at
+the scene as data, furniture as boxes, and knows nothing of how it was placed.
 """
 
 import functools
