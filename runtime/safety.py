@@ -77,6 +77,8 @@ class Guard:
         far as the counts go."""
         halt = self._judge(now_s, odometry, frame_s, plan_s)
         kind = halt.kind if halt and driving else ""
+        if kind == "plan" and self._standing:
+            return halt  # what was missing is back, but no plan was made of it yet
         if kind and kind != self._standing:
             self.halts[kind] += 1
         self._standing = kind

@@ -12,6 +12,7 @@ from runtime.core.planner import Field, Terrain, descend
 from runtime.core.types import F64, Action, Pose, Twist
 
 STILL = Twist()
+WAYS, STEP_M = 24, 0.15  # headings and length of a step out of a tight spot
 _SHARES = (1.0, 0.75, 0.5, 0.25)  # of the wished speed, tried until the way to a halt is clear
 
 
@@ -164,7 +165,7 @@ def velocity(
         return _slewed(now, Twist(0.0, cfg.look_radps), dt_s, cfg)
     if field.at(pose.x_m, pose.y_m) <= 0.0:
         return _slewed(now, STILL, dt_s, cfg)
-    aim = _ahead(terrain, path, pose, radius_m, cfg)
+    aim = _ahead(terrain, field, path, pose, radius_m, cfg)
     error = wrap_angle(bearing((pose.x_m, pose.y_m), aim) - pose.yaw_rad)
     w = _within(cfg.turn_gain * error, cfg.max_turn_radps)
     v = cfg.max_speed_mps * max(0.0, 1.0 - abs(error) / cfg.turn_on_spot_rad)
@@ -221,22 +222,46 @@ def _path(field: Field, pose: Pose, cfg: ControlConfig) -> F64:
 
 
 def _ahead(
-    terrain: Terrain, path: F64, pose: Pose, radius_m: float, cfg: ControlConfig
+    terrain: Terrain, field: Field, path: F64, pose: Pose, radius_m: float, cfg: ControlConfig
 ) -> tuple[float, float]:
     """The farthest point of the path within the look-ahead to which the body fits in a straight
-    line; corners are not cut."""
+    line; corners are not cut. Where the path begins too tight for the body, as it may right at the
+    robot, the best of the points around to which it fits."""
     here = pose.xy
     gaps = np.hypot(*(path - here).T)
     resolution = terrain.frame.resolution_m
-    near = np.flatnonzero((gaps <= cfg.look_ahead_m) & (gaps > 0.7 * resolution))
-    for index in near[::-1]:
-        n = math.ceil(2 * gaps[index] / resolution) + 1
-        line = here + np.linspace(0.0, 1.0, n)[:, None] * (path[index] - here)
-        if _drivable(terrain, line, radius_m, cfg):
+    near = path[(gaps <= cfg.look_ahead_m) & (gaps > 0.7 * resolution)]
+    aim = near[0] if len(near) else path[-1]
+    for point in near[::-1]:
+        if _drivable(terrain, _line(here, point, resolution), radius_m, cfg):
+            aim = point
             break
     else:
-        index = near[0] if len(near) else len(path) - 1
-    return float(path[index][0]), float(path[index][1])
+        aim = _way_out(terrain, field, here, radius_m, cfg, aim)
+    return float(aim[0]), float(aim[1])
+
+
+def _way_out(
+    terrain: Terrain, field: Field, here: F64, radius_m: float, cfg: ControlConfig, otherwise: F64
+) -> F64:
+    """Of the points a short step away that the body can reach, the one nearest the field's
+    sources."""
+    best, aim = math.inf, otherwise
+    for turn in range(WAYS):  # headings of the map, so that the choice stays while the robot turns
+        heading = turn * math.tau / WAYS
+        point = here + STEP_M * np.array([math.cos(heading), math.sin(heading)])
+        arrival = field.at(float(point[0]), float(point[1]))
+        line = _line(here, point, terrain.frame.resolution_m)
+        if arrival < best and _drivable(terrain, line, radius_m, cfg):
+            best, aim = arrival, point
+    return aim
+
+
+def _line(start: F64, end: F64, resolution_m: float) -> F64:
+    """(N, 2) points from start to end, two a cell."""
+    n = math.ceil(2 * float(np.hypot(*(end - start))) / resolution_m) + 1
+    line: F64 = start + np.linspace(0.0, 1.0, n)[:, None] * (end - start)
+    return line
 
 
 def _ease(

@@ -57,6 +57,15 @@ def test_stale_odometry_is_counted_once_and_forgiven_when_fresh():
     assert guard.halts == {"odometry": 2}
 
 
+def test_frames_that_come_back_before_a_plan_are_one_halt():
+    guard = Guard(CFG)
+    assert kinds(guard, 5.0, at(0, 5.0), 3.0, 3.0) == "frame"
+    assert kinds(guard, 5.1, at(0, 5.1), 5.1, 2.9) == "plan"
+    assert kinds(guard, 5.2, at(0, 5.2), 5.1, 5.1) == ""
+    assert kinds(guard, 7.9, at(0, 7.9), 7.8, 5.1) == "plan"
+    assert guard.halts == {"frame": 1, "plan": 1}
+
+
 def test_after_a_jump_only_a_later_plan_is_driven():
     guard = Guard(CFG)
     assert kinds(guard, 1.0, at(0, 1.0), 1.0, 0.9) == ""

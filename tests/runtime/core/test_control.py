@@ -139,6 +139,27 @@ def test_unknown_ground_ahead_is_not_driven_onto():
     assert pose.x_m > 0.7
 
 
+@pytest.mark.parametrize("side", [0.09, 0.12, 0.15])
+@pytest.mark.parametrize("yaw", [-math.pi / 2, 0.3, 2.0])
+def test_a_robot_that_stands_too_close_to_something_gets_away(side: float, yaw: float):
+    terrain = corridor(25, 20)
+    pose, twist = Pose(0.6, CELL + side, yaw), STILL
+    rows, cols = np.indices(terrain.frame.shape)
+    xy = terrain.frame.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
+    near = np.hypot(*(xy - pose.xy).transpose(2, 0, 1)) < 0.35  # as the planner passes it
+    passable = terrain.traversable | (near & (terrain.clearance_m > 0))
+    speed = np.where(passable, np.maximum(terrain.speed, 0.25), 0).astype(np.float32)
+    terrain = Terrain(terrain.frame, terrain.clearance_m, passable, speed)
+    field = field_to(terrain, 1.1, 0.6)
+    start = float(terrain.clearance_m[terrain.frame.cell(pose.x_m, pose.y_m)])
+    for _ in range(200):
+        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.1)
+        pose = moved(pose, twist, 0.1)
+        here = float(terrain.clearance_m[terrain.frame.cell(pose.x_m, pose.y_m)])
+        assert here >= min(start, RADIUS) - 0.03
+    assert math.dist((pose.x_m, pose.y_m), (1.1, 0.6)) < 0.15
+
+
 def test_a_heading_far_off_is_turned_on_the_spot():
     terrain = corridor(25, 12)
     field = field_to(terrain, 1.3, 0.35)
