@@ -111,7 +111,7 @@ def gather(layout: str, files: Sequence[Path]) -> Evidence:
         _fill(filled, things, SHRINK_M)
         solid += filled
         chords.append(_barred(mine, things, (height, width)))
-        planes += [plane for thing in things if (plane := _plane(thing)) is not None]
+        planes += [plane for thing in things if (plane := hung_plane(thing)) is not None]
     clear = cv2.distanceTransform(1 - crossed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M
     every = np.concatenate(chords) if chords else np.empty((0, 4))
     step = max(1, math.ceil(len(every) / LONGEST))
@@ -143,7 +143,7 @@ def _fill(grid: NDArray[np.uint8], things: Sequence[Thing], shrink_m: float) -> 
         cv2.fillConvexPoly(grid, to_cells(corners), 1, shift=_SHIFT)
 
 
-def _plane(thing: Thing) -> Plane | None:
+def hung_plane(thing: Thing) -> Plane | None:
     """The plane behind a painting; None for one on the outer walls or at an odd angle."""
     if thing.type != "Painting":
         return None

@@ -200,7 +200,7 @@ def _joined(evidence: Evidence, walls: Sequence[Run]) -> tuple[Run, ...]:
     for i, run in enumerate(done):
         others = [other for j, other in enumerate(done) if j != i]
         done[i] = _at_junctions(evidence, run, others)
-    return tuple(sorted((_at_edges(run) for run in done), key=lambda r: (r.axis, r.at, r.low)))
+    return tuple(sorted((at_edges(run) for run in done), key=lambda r: (r.axis, r.at, r.low)))
 
 
 def _merged(walls: Sequence[Run]) -> list[Run]:
@@ -218,7 +218,8 @@ def _merged(walls: Sequence[Run]) -> list[Run]:
     return done
 
 
-def _at_edges(run: Run) -> Run:
+def at_edges(run: Run) -> Run:
+    """A run that ends near an outer wall ends at it."""
     low, high = OUTER[run.axis], OUTER[run.axis + 2]
     return replace(
         run,

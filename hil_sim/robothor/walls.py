@@ -4,28 +4,29 @@
 
 Walls of the train layouts are inferred from the official episodes (`inference.py`). Those of Val1
 and Val2 were given (inferred by others, the same way) and are kept; what this program would infer
-for them is compared with them. Val3 has no episodes: its walls are unknown.
+for them is compared with them. Val3 has no episodes: of its walls only the parts behind paintings
+are known.
 """
 
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import click
 import numpy as np
 
-from hil_sim.robothor.evidence import Floats, Path2, gather
-from hil_sim.robothor.inference import infer
-from hil_sim.robothor.metadata import APARTMENTS, MetadataError, layout_of
+from hil_sim.robothor.evidence import Floats, Path2, gather, hung_plane
+from hil_sim.robothor.inference import SAME_M, Run, at_edges, infer
+from hil_sim.robothor.metadata import APARTMENTS, MetadataError, apartment, layout_of
 from hil_sim.robothor.regions import Segment
 from runtime.errors import RfNavError
 
 FILE = Path(__file__).parent / "walls.json"
 FORMAT = "rf-nav-walls/1"
-GIVEN, INFERRED, UNKNOWN = "given", "inferred", "unknown"
+GIVEN, INFERRED, HUNG = "given", "inferred", "paintings"
 MATCH_M = 0.1
 """Walls of two sets are the same where they are parallel and this near."""
 SAMPLE_M = 0.01
@@ -33,8 +34,8 @@ SAMPLE_M = 0.01
 
 @dataclass(frozen=True)
 class Layout:
-    """Interior walls of a layout; `source`: given, inferred or unknown; of how many official paths
-    none crosses them, and how near the nearest comes, m (None: not checked)."""
+    """Interior walls of a layout; `source`: given, inferred or paintings. How many official paths
+    were checked: none crosses a wall, and none comes nearer than `clearance_m`."""
 
     walls: tuple[Segment, ...]
     source: str
@@ -135,6 +136,24 @@ def _rounded(wall: Segment) -> Segment:
     return (round(a, 3), round(b, 3)), (round(c, 3), round(d, 3))
 
 
+def behind_paintings(layout: str) -> tuple[Segment, ...]:
+    """The parts of a layout's walls that paintings of its scenes hang on; overlapping ones, and
+    what is left to an outer wall, are joined."""
+    scenes = [name for name in APARTMENTS if layout_of(name) == layout]
+    planes = [hung_plane(thing) for name in scenes for thing in apartment(name)]
+    found: list[Run] = []
+    for plane in sorted((p for p in planes if p), key=lambda p: (p.axis, p.low)):
+        run = Run(plane.axis, round(plane.at, 3), plane.low, plane.high, hung=True)
+        for i, other in enumerate(found):
+            beside = other.axis == run.axis and abs(other.at - run.at) < SAME_M
+            if beside and run.low <= other.high:
+                found[i] = replace(other, high=max(run.high, other.high))
+                break
+        else:
+            found.append(run)
+    return tuple(_rounded(at_edges(run).segment) for run in found)
+
+
 def _files(folder: Path) -> dict[str, list[Path]]:
     """Episode files of RoboTHOR's scenes anywhere below a folder, by layout."""
     found: dict[str, list[Path]] = {}
@@ -148,9 +167,11 @@ def _files(folder: Path) -> dict[str, list[Path]]:
 
 
 def build(folder: Path, known: dict[str, Layout]) -> dict[str, Layout]:
-    """Walls of every layout that has episodes, with a line of report for each on stdout."""
-    table = dict.fromkeys((layout_of(name) for name in APARTMENTS), Layout((), UNKNOWN))
-    table |= {name: row for name, row in known.items() if row.source == GIVEN}
+    """The known walls, with those of every layout that has episodes made anew (but for given ones),
+    and a line of report for each of these on stdout."""
+    names = dict.fromkeys(layout_of(name) for name in APARTMENTS)
+    table = {name: Layout(behind_paintings(name), HUNG) for name in names}
+    table |= {name: row for name, row in known.items() if row.source != HUNG}
     for name, files in sorted(_files(folder).items(), key=lambda item: list(table).index(item[0])):
         evidence = gather(name, files)
         found = tuple(_rounded(run.segment) for run in infer(evidence))
