@@ -179,3 +179,9 @@ def test_rooms_that_cannot_be_are_refused(rooms: str) -> None:
     code, out = run("--rooms", rooms)
     assert code == 2
     assert "4-9" in out
+
+
+def test_every_table_bed_and_sofa_has_been_measured() -> None:
+    measured = json.loads(surface_stats.OUT.read_text(encoding="utf-8"))
+    missing = [name for name, _ in surface_stats.wanted() if name not in measured]
+    assert not missing, "run python -m hil_sim.surface_stats"
