@@ -127,12 +127,12 @@ def show_command(scene: str, out: Path) -> None:
     \b
     Example: hil-sim show maple --out out/maple
     """
+    home = open_scene(scene)
     keep_stdout_for_python()
     with hushed():
         from hil_sim.assets import Assets
         from hil_sim.world import HM3D, World
 
-    home = open_scene(scene)
     out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(out / "plan.png"), plan_image(home)[..., ::-1])
     with World(home, Assets(), "auto", None) as world:

@@ -168,7 +168,7 @@ def test_an_output_folder_belongs_to_one_configuration(tmp_path: Path) -> None:
         claim(evaluation(tmp_path / "file" / "x"))
 
 
-@pytest.mark.parametrize("command", [[], ["eval"], ["demo"]])
+@pytest.mark.parametrize("command", [[], ["eval"], ["demo"], ["report"], ["episodes"], ["show"]])
 def test_help_has_an_example(command: list[str]) -> None:
     done = CliRunner().invoke(cli, [*command, "--help"])
     assert done.exit_code == 0
@@ -185,6 +185,14 @@ def test_help_has_an_example(command: list[str]) -> None:
         (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, closest"),
         (["eval", "--suite", "huge"], "hil-sim: suite huge: unknown; known:"),
         (["eval", "--protocol", "hm4d"], "hil-sim: protocol hm4d: unknown; known: hm3d"),
+        (["eval", "--fault", "earthquake"], "hil-sim: fault earthquake: unknown; known:"),
+        (["eval", "--noise", "hum=3"], "hil-sim: noise hum"),
+        (["eval", "--tilt", "episode"], "hil-sim: tilt episode: protocol hm3d's camera is level"),
+        (["eval", "--episodes", "nowhere"], "hil-sim: nowhere: no such folder of official"),
+        (["eval", "--method", "oracle-goal", "--realtime"], "hil-sim: oracle-goal: takes steps"),
+        (["report", "nowhere", "--out", "r.md"], "hil-sim: nowhere: holds no results; name a"),
+        (["show", "igloo", "--out", "x"], "hil-sim: scene igloo: unknown; known:"),
+        (["episodes", "--make", "huge", "--out", "x.json"], "hil-sim: suite huge: no recipe;"),
         (["eval", "--config", "no.toml"], "hil-sim: no.toml: no such configuration file"),
     ],
 )
