@@ -6,7 +6,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from runtime.core.geometry import GridFrame, base_to_map, map_to_optical, rays, wrap_angle
+from runtime.core.geometry import (
+    GridFrame,
+    base_to_map,
+    map_to_optical,
+    project,
+    rays,
+    wrap_angle,
+)
 from runtime.core.map import NavigationMap, polygon_mask
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
 
@@ -236,11 +243,11 @@ def _miss(
         if instance.id in seen:
             continue
         point = np.array([[*instance.xy, instance.z_m]])
-        x, y, z = map_to_optical(point, obs.pose, mount)[0]
+        optical = map_to_optical(point, obs.pose, mount)
+        z = float(optical[0, 2])
         if not cfg.miss_range_m[0] <= z <= cfg.miss_range_m[1]:
             continue
-        u = x / z * obs.intrinsics.fx + obs.intrinsics.cx
-        v = y / z * obs.intrinsics.fy + obs.intrinsics.cy
+        u, v = project(optical, obs.intrinsics)[0]
         if not (0.12 * w < u < 0.88 * w and 0.08 * h < v < 0.92 * h):
             continue
         patch = obs.depth_m[int(v) - 4 : int(v) + 5, int(u) - 4 : int(u) + 5]
