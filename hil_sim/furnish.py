@@ -47,6 +47,9 @@ class Box:
     span: tuple[float, float, float, float] = field(init=False, repr=False, compare=False)
     """x0, y0, x1, y1 of the axis-aligned rectangle around the footprint."""
 
+    square: bool = field(init=False, repr=False, compare=False)
+    """Whether its sides run along the axes."""
+
     def __post_init__(self) -> None:
         c, s = math.cos(self.yaw), math.sin(self.yaw)
         w, d = self.width / 2, self.depth / 2
@@ -54,6 +57,7 @@ class Box:
         x, y = self.x, self.y
         outline = ((x - ax, y - ay), (x + bx, y + by), (x + ax, y + ay), (x - bx, y - by))
         dx, dy = max(abs(ax), abs(bx)), max(abs(ay), abs(by))
+        object.__setattr__(self, "square", abs(c * s) < 1e-5)
         object.__setattr__(self, "outline", outline)
         object.__setattr__(self, "span", (x - dx, y - dy, x + dx, y + dy))
 
@@ -74,6 +78,8 @@ class Box:
             return False
         if a[1] >= b[3] - slack or b[1] >= a[3] - slack:
             return False
+        if self.square and other.square:
+            return True
         return not any(
             _apart(self.outline, other.outline, math.cos(turn), math.sin(turn), slack)
             for yaw in (self.yaw, other.yaw)
