@@ -14,6 +14,7 @@ import numpy as np
 import skfmm
 from numpy.typing import NDArray
 
+from hil_sim.goals import categories_of as categories_of
 from hil_sim.scene import Scene, SceneError, scene_to_json
 
 CELL_M = 0.05
@@ -29,37 +30,6 @@ LEAST_REGION_M2 = 1.0
 CACHE_VERSION = 2
 
 Points = NDArray[np.float64]
-
-GOALS: dict[str, tuple[str, ...]] = {
-    "tv": ("television",),
-    "tv monitor": ("television",),
-    "couch": ("sofa",),
-    "potted plant": ("plant",),
-    "houseplant": ("plant",),
-    "fridge": ("refrigerator",),
-    "oven": ("stove",),
-    "cooker": ("stove",),
-    "garbage can": ("trash can",),
-    "bin": ("trash can",),
-    "washbasin": ("sink",),
-    "washer": ("washing machine",),
-    "bookshelf": ("bookcase",),
-    "cupboard": ("cabinet", "wardrobe"),
-    "bath": ("bathtub",),
-    "bedside table": ("nightstand",),
-    "chest of drawers": ("dresser",),
-    "notebook computer": ("laptop",),
-    "computer": ("laptop",),
-    "chair": ("chair", "armchair"),
-    "dining table": ("table",),
-}
-"""What a goal's words mean in the scenes' categories, where they are not the category itself."""
-
-
-def categories_of(goal: str) -> tuple[str, ...]:
-    """The scene categories that satisfy a goal."""
-    word = " ".join(goal.lower().split())
-    return GOALS.get(word, (word,))
 
 
 class Looking(Protocol):
