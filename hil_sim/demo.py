@@ -5,23 +5,29 @@ import sys
 import time
 from contextlib import ExitStack
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hil_sim.assets import Assets
-from hil_sim.episode_run import EpisodeResult, Step, run_episode
+from hil_sim.episode_run import EpisodeResult, Home, Step, run_episode
 from hil_sim.episodes import Episode, sample_episode
+from hil_sim.faults import Fault, model_fault, parse_faults
 from hil_sim.freespace import instances
 from hil_sim.homes import open_scene
-from hil_sim.link import HarnessError, Runtime
+from hil_sim.link import HarnessError, Runtime, rfnav_command
 from hil_sim.methods import SINGLE, method_named
-from hil_sim.protocol import HM3D
+from hil_sim.protocol import Protocol, protocol_named
 from hil_sim.quiet import keep_stdout_for_python
+from hil_sim.realtime import run_realtime
 from hil_sim.rig import home_of, open_world
 from runtime.edge.journal import MAP_FILE
 from runtime.errors import ConfigError
+
+if TYPE_CHECKING:  # PyBullet prints when it is imported
+    from hil_sim.world import World
 
 SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 
@@ -29,67 +35,89 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.command(
     "demo",
     epilog="Examples:  hil-sim demo --goal toilet   |   "
-    "hil-sim demo --goal plant --scene cedar --start 3",
+    "hil-sim demo --goal plant --scene cedar --start 3   |   "
+    "hil-sim demo --goal bed --protocol onrobot --fault person:at=40",
 )
 @click.option("--goal", required=True, help='What to find, e.g. "toilet".')
 @click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
 @click.option("--method", default="rfnav", show_default=True, help=f"{', '.join(SINGLE)}.")
+@click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
+@click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
+@click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
+@click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
+@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
+@click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
 @click.option("--out", type=click.Path(path_type=Path), help="Default: out/SCENE-GOAL-START.")
 @click.option(
     "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
 )
-def demo_command(
-    goal: str,
-    scene: str,
-    start: int,
-    method: str,
-    config: Path | None,
-    sets: tuple[str, ...],
-    out: Path | None,
-    renderer: str,
-) -> None:
+def demo_command(**given: Any) -> None:
     """Let the robot find something in a furnished home, and tell what it does and why.
 
     Writes OUT/{summary.json, decisions.jsonl, map.png}. Exit status: 0 found, 1 not found,
     2 an error.
     """
     began_s = time.monotonic()
-    goal = " ".join(goal.split())
+    goal, method, start = " ".join(given["goal"].split()), given["method"], given["start"]
     if not goal:
         raise ConfigError("goal: is empty; say what to find, e.g. --goal toilet")
-    home = open_scene(scene)
+    home = open_scene(given["scene"])
     instances(home, goal)  # an error that names what there is, before anything slow
-    method_named(method)
-    run_dir = out or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
+    if method_named(method).driver != "runtime":
+        raise ConfigError(f"method {method}: asks no runtime; `hil-sim eval` drives it")
+    protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
+    faults = parse_faults(given["faults"])
+    run_dir = given["out"] or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
     _clear(run_dir)
     keep_stdout_for_python()
     assets = Assets()
     with ExitStack() as stack:
         assets.catalog  # noqa: B018 -- missing furniture is an error before models are loaded
         click.echo(f"loading {home.name} and the models")
-        runtime = Runtime(run_dir / "runtime.log", config, sets)
+        runtime = _runtime(run_dir, faults, given)
         stack.callback(runtime.close)
-        world = stack.enter_context(open_world(home, assets, renderer))
+        world = stack.enter_context(open_world(home, assets, given["renderer"]))
         stack.enter_context(runtime)
-        from hil_sim.truth import Truth
-
-        truth = Truth(world, assets, click.echo)
-        found = sample_episode(
-            truth.space, truth.success(goal), goal, start, truth.sees(goal), home.name
-        )
+        episode, staged = _stage(world, assets, protocol, goal, start)
         setup_s = time.monotonic() - began_s
-        _announce(found, method, setup_s)
-        result = run_episode(
-            found, home_of(world, truth, HM3D, goal), runtime, HM3D, method, run_dir, _tell
+        _announce(episode, method, protocol, setup_s)
+        drive = partial(run_realtime, renderer=given["renderer"])
+        result = (drive if given["realtime"] else run_episode)(
+            episode, staged, runtime, protocol, method, run_dir, _tell, faults, given["seed"]
         )
     result = replace(result, wall={"setup": round(setup_s, 4), **result.wall})
     _finish(run_dir, result)
     if result.ended.startswith("error"):
         raise HarnessError(result.ended.removeprefix("error: "))
     sys.exit(0 if result.success else 1)
+
+
+def _stage(
+    world: "World", assets: Assets, protocol: Protocol, goal: str, start: int
+) -> tuple[Episode, Home]:
+    """An episode in this world, and the home that it is played in."""
+    from hil_sim.truth import Truth
+
+    truth = Truth(world, assets, click.echo)
+    name, success = world.scene.name, truth.success(goal)
+    episode = sample_episode(truth.space, success, goal, start, truth.sees(goal), name)
+    return episode, home_of(world, truth, protocol, goal)
+
+
+def _runtime(run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any]) -> Runtime:
+    """The runtime that was asked for, as it starts."""
+    mode = () if given["realtime"] else ("--lockstep",)
+    command, more = model_fault(faults, mode)
+    return Runtime(
+        run_dir / "runtime.log",
+        given["config"],
+        (*given["sets"], *more),
+        command or rfnav_command(mode),
+    )
 
 
 def _clear(run_dir: Path) -> None:
@@ -102,10 +130,10 @@ def _clear(run_dir: Path) -> None:
         raise ConfigError(f"{run_dir}: cannot be written ({error.strerror})") from error
 
 
-def _announce(episode: Episode, method: str, setup_s: float) -> None:
+def _announce(episode: Episode, method: str, protocol: Protocol, setup_s: float) -> None:
     click.echo(
         f"find a {episode.goal} in {episode.scene}: {episode.shortest_path_m:.1f} m away; "
-        f"method {method}; ready after {setup_s:.1f} s"
+        f"method {method}, protocol {protocol.name}; ready after {setup_s:.1f} s"
     )
 
 
@@ -169,6 +197,11 @@ def final_lines(result: EpisodeResult) -> list[str]:
         f"{outcome}: {result.ended}{why}; {left} from where it counts",
         f"path {result.path_m:.2f} m in {result.steps} steps, shortest "
         f"{result.shortest_path_m:.2f} m, SPL {spl}; {result.decisions} decisions, "
-        f"{result.collisions} collisions",
+        f"{result.collisions} collisions"
+        + (f"; {result.fault}: ended {_standing(result)}" if result.fault else ""),
         f"wall time {total:.1f} s ({parts}) after {setup:.1f} s to set up",
     ]
+
+
+def _standing(result: EpisodeResult) -> str:
+    return "standing still" if result.stopped else "on the move"
