@@ -35,6 +35,12 @@ INTERVALS = (
     "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
     "where the interval leaves out 0."
 )
+RULE = (
+    "Detection: it stopped for something else, or had the goal in view (200 pixels within 5 m) and "
+    "never believed in it. Planning: it believed in an instance, or stopped for one, and did not "
+    "end where that counts. Exploration: the goal was never in view. The rule is in "
+    "`hil_sim/failures.py`."
+)
 
 
 @dataclass(frozen=True)
@@ -114,7 +120,7 @@ def section(folder: Folder, seed: int, pictures: Sequence[tuple[str, str]]) -> s
     if len(parts) == 2:
         parts.append(tables.outcomes(folder.runs, seed))
     parts += _remarks(folder)
-    parts += ["### Why episodes failed", tables.failures(folder.runs),
+    parts += ["### Why episodes failed", RULE, tables.failures(folder.runs),
               "### Found, by goal", tables.categories(_main(folder)),
               "### Where the time goes", _pace(folder), tables.times(folder.runs)]  # fmt: skip
     parts += [f"![{caption}]({path})\n\n{caption}" for path, caption in pictures]
