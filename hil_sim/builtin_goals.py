@@ -34,7 +34,6 @@ from hil_sim.builtin_shapes import (
     moved,
     painted,
     pick,
-    ring,
     scaled,
     surface,
     tube,
@@ -237,78 +236,3 @@ def spray_bottle(k: int) -> Part:
     trigger = tube([(0, -0.034, z + 0.022), (0, -0.044, z), (0, -0.038, z - 0.03)], 0.006,
                    pick(k, RED, YELLOW, GREY), 6)  # fmt: skip
     return [*parts, trigger]
-
-
-VASES = (
-    ((0.35, 0), (0.6, 0.12), (0.75, 0.38), (0.62, 0.62), (0.35, 0.8), (0.34, 0.9), (0.5, 1.0)),
-    ((0.5, 0), (0.52, 0.1), (0.6, 0.5), (0.7, 0.9), (0.72, 1.0)),
-    ((0.3, 0), (0.9, 0.25), (1.0, 0.42), (0.85, 0.6), (0.3, 0.75), (0.26, 0.9), (0.36, 1.0)),
-    ((0.55, 0), (0.45, 0.25), (0.36, 0.5), (0.5, 0.8), (0.72, 1.0)),
-    ((0.5, 0), (0.85, 0.3), (0.85, 0.55), (0.5, 0.78), (0.45, 1.0)),
-    ((0.35, 0), (0.7, 0.4), (0.75, 0.7), (0.4, 0.86), (0.22, 0.9), (0.22, 0.97), (0.3, 1.0)),
-)
-
-
-def vase(k: int) -> Part:
-    """Six turned profiles."""
-    colour, band = pick(k, (TEAL, CREAM), (WHITE, BLUE), ((0.6, 0.28, 0.16), DARK), (GREEN, YELLOW),
-                        (NAVY, BRASS), (PINK, WHITE))  # fmt: skip
-    r, h = pick(k, (0.1, 0.28), (0.08, 0.22), (0.1, 0.19), (0.1, 0.32), (0.11, 0.2), (0.13, 0.36))
-    profile = [(a * r, b * h) for a, b in VASES[k % len(VASES)]]
-    parts = vessel(profile, colour, DARK, 0.005, 20)
-    (r0, z0), (r1, z1) = profile[1], profile[2]
-    stripe = [(r0 + (r1 - r0) * t + 0.0012, z0 + (z1 - z0) * t) for t in (0.3, 0.75)]
-    return [*parts, lathe(stripe, band, 20)]
-
-
-def trash_can(k: int) -> Part:
-    """Office bin, pedal bin, swing-top bin, recycling bin, round plastic bin, kitchen bin."""
-    made = (_office_bin, _pedal_bin, _swing_bin, _recycling_bin, _plastic_bin, _pedal_bin)
-    return made[k % 6](k)
-
-
-def _office_bin(_: int) -> Part:
-    shell = vessel([(0.12, 0), (0.15, 0.34), (0.155, 0.35)], STEEL, GREY, 0.006, 20)
-    rim = moved([ring(0.152, 0.006, DARK)], (0, 0, 0.345))
-    return [*shell, *rim]
-
-
-def _pedal_bin(k: int) -> Part:
-    body, lid, r, h = (STEEL, GREY, 0.14, 0.42) if k == 1 else (RED, DARK, 0.16, 0.55)
-    return [
-        cylinder(r * 1.02, r * 1.02, 0.03, DARK, 20),
-        cylinder(r, r, h, body, 20, (0, 0, 0.03)),
-        lathe([(0, 0), (r * 1.03, 0), (r * 1.03, 0.02), (r * 0.7, 0.06), (0, 0.07)], lid, 20,
-              (0, 0, h + 0.03)),
-        box((0.07, 0.06, 0.015), (0, -r - 0.015, 0.01), DARK),
-    ]  # fmt: skip
-
-
-def _swing_bin(_: int) -> Part:
-    lid = scaled([lathe([(0, 0), (0.5, 0), (0.4, 0.3), (0.15, 0.42), (0, 0.44)], GREY, 4)], 1)
-    lid = scaled(turned(lid, "z", 45), (0.46, 0.34, 0.3))
-    return [
-        box((0.3, 0.22, 0.45), (0, 0, 0), WHITE),
-        box((0.32, 0.24, 0.03), (0, 0, 0.45), GREY),
-        *moved(lid, (0, 0, 0.48)),
-        box((0.16, 0.006, 0.05), (0, -0.084, 0.53), DARK),
-    ]
-
-
-def _recycling_bin(_: int) -> Part:
-    parts = turned(vessel([(0.2, 0), (0.26, 0.38), (0.275, 0.4)], BLUE, NAVY, 0.01, 4), "z", 45)
-    sign: Part = []
-    for turn in (0, 120, 240):
-        arrow = [box((0.02, 0.004, 0.06), (0.032, 0, -0.03), WHITE)]
-        sign += turned(arrow, "y", turn)
-    return [*scaled(parts, (1, 0.8, 1)), *moved(sign, (0, -0.134, 0.2))]
-
-
-def _plastic_bin(_: int) -> Part:
-    shell = vessel([(0.1, 0), (0.13, 0.26), (0.14, 0.27)], GREEN, DARK, 0.006, 18)
-    rings = [
-        lathe([(0.1 + 0.115 * z, z), (0.102 + 0.115 * z, z + 0.012)], DARK, 18)
-        for z in (0.05, 0.12, 0.19)
-    ]
-    paper = ball((0.12, 0.1, 0.1), (0.03, 0, 0.2), WHITE, 5, 7)
-    return [*shell, *rings, paper, ball((0.1, 0.1, 0.08), (-0.05, 0.02, 0.19), CREAM, 4, 6)]

@@ -1,4 +1,4 @@
-"""Meshes of things with a screen or a plug: televisions, laptops, phones, ovens, lamps."""
+"""Meshes of things with a screen, a key or a loudspeaker."""
 
 from hil_sim.builtin_shapes import (
     BLUE,
@@ -25,12 +25,13 @@ from hil_sim.builtin_shapes import (
     moved,
     pick,
     ring,
-    scaled,
     tube,
     turned,
 )
 
 SCREEN: Rgb = (0.12, 0.13, 0.16)
+
+
 PICTURES = (
     (SCREEN, (0.17, 0.18, 0.22), (0.14, 0.15, 0.18)),
     ((0.3, 0.55, 0.85), (0.25, 0.55, 0.25), WHITE),
@@ -238,49 +239,6 @@ def radio(k: int) -> Part:
             6,
         ),
         tube([(w * 0.4, 0.03, h - 0.01), (w * 0.62, 0.03, h + 0.22)], 0.003, STEEL, 5),
-    ]
-
-
-def fan(k: int) -> Part:
-    """A caged propeller on a foot: for a table (even) or the floor (odd)."""
-    body, blade = pick(
-        k, (WHITE, BLUE), (DARK, GREY), (TEAL, CREAM), (STEEL, STEEL), (RED, WHITE), (WHITE, GREEN)
-    )
-    h, r = pick(k, (0.3, 0.15), (1.0, 0.21))
-    rings_ = [
-        *turned([ring(r, 0.006, body, "xy", 20, 3)], "x", 90),
-        *moved(turned([ring(r * 0.55, 0.003, body, "xy", 16, 3)], "x", 90), (0, -0.04, 0)),
-    ]
-    spokes = [
-        p
-        for a in range(0, 360, 36)
-        for p in turned(
-            [tube([(0, -0.045, 0), (0, -0.04, r * 0.6), (0, 0, r)], 0.0025, body, 3)], "y", a
-        )
-    ]
-    blades = [
-        p
-        for a in (0, 120, 240)
-        for p in turned(
-            moved(
-                scaled([ball((1, 1, 1), (0, 0, 0), blade, 4, 7)], (r * 0.6, 0.012, r * 0.85)),
-                (0.02, -0.005, 0.0),
-            ),
-            "y",
-            a,
-        )
-    ]
-    head = [
-        *rings_,
-        *spokes,
-        *blades,
-        *moved([disc(0.035, 0.03, body, 12)], (0, -0.04, 0)),
-        *moved([disc(0.05, 0.09, body, 14)], (0, 0.06, 0)),
-    ]
-    return [
-        lathe([(0, 0), (r * 0.8, 0), (r * 0.75, 0.02), (0.02, 0.04)], body, 20),
-        tube([(0, 0.06, 0.02), (0, 0.06, h)], 0.015, body, 8),
-        *moved(head, (0, 0, h + 0.02)),
     ]
 
 

@@ -262,3 +262,25 @@ def standing(parts: Part) -> Part:
     points = np.concatenate([p.corners.reshape(-1, 3) for p in parts])
     low, high = points.min(axis=0), points.max(axis=0)
     return moved(parts, (-(low[0] + high[0]) / 2, -(low[1] + high[1]) / 2, -low[2]))
+
+
+def around(parts: Part, axis: str, count: int) -> Part:
+    """`count` copies, turned evenly about an axis."""
+    return [p for i in range(count) for p in turned(parts, axis, 360 * i / count)]
+
+
+def wheel(radius: float, thick: float, colour: Rgb, at: Sequence[float]) -> Part:
+    """A disc that rolls along y, its middle at `at`."""
+    return moved(turned([disc(radius, thick, colour, 14)], "z", 90), at)
+
+
+def legs(w: float, d: float, h: float, thick: float, colour: Rgb) -> Part:
+    """Four square legs under a rectangle."""
+    x, y = w / 2 - thick, d / 2 - thick
+    return [box((thick, thick, h), (sx * x, sy * y, 0), colour) for sx in (-1, 1) for sy in (-1, 1)]
+
+
+def shade(colour: Rgb, factor: float) -> Rgb:
+    """Darker or paler."""
+    r, g, b = (min(1.0, factor * c + (0.03 if factor > 1 else 0.0)) for c in colour)
+    return r, g, b
