@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_sim.assets import Assets
-from hil_sim.builtin_meshes import BUILTINS
+from hil_sim.builtin_meshes import SHAPES
 from hil_sim.catalog import Catalog, CatalogError, parse_properties
 from hil_sim.meshes import TRIANGLES, convert, read_obj, simplify
 
@@ -135,7 +135,7 @@ def test_an_empty_obj_is_refused(tmp_path: Path):
         convert(path, None, None, tmp_path / "store")
 
 
-@pytest.mark.parametrize("name", sorted(BUILTINS))
+@pytest.mark.parametrize("name", sorted(SHAPES))
 def test_every_builtin_stands_on_the_floor(name: str, tmp_path: Path):
     mesh = Assets(tmp_path).mesh(f"builtin:{name}")
     points = np.concatenate([vertices(p.obj) for p in mesh.parts])
