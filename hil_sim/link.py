@@ -19,6 +19,7 @@ import numpy as np
 import zenoh
 from numpy.typing import NDArray
 
+from hil_sim.child import end, last_line, spawn
 from runtime.core.types import Action, Intrinsics, Pose, Twist
 from runtime.edge import wire
 from runtime.edge.session import BusConfig, TopicsConfig, open_session
@@ -34,14 +35,6 @@ REQUIRED = ("camera_info", "odom", "depth", "color")  # what the runtime must li
 STILL = Twist()
 NOTHING: Mapping[str, bytes] = MappingProxyType({})
 DETECTIONS = "rfnav/detections"  # the truth's labels of a frame, for methods that ask for them
-
-# exec after asking Linux to kill the child when the harness dies, however it dies.
-_TIED = """\
-import ctypes, os, signal, sys
-if sys.platform == "linux":
-    ctypes.CDLL(None).prctl(1, signal.SIGKILL)
-os.execv(sys.argv[1], sys.argv[1:])
-"""
 
 
 class HarnessError(RfNavError):
@@ -103,15 +96,7 @@ class Runtime:
         atexit.register(self.close)
         try:
             self._declare()
-            log.parent.mkdir(parents=True, exist_ok=True)
-            with log.open("wb") as file:
-                self._child = subprocess.Popen(
-                    [sys.executable, "-c", _TIED, *arguments],
-                    stdin=subprocess.DEVNULL,
-                    stdout=file,
-                    stderr=file,
-                    start_new_session=True,  # Ctrl-C is the harness's business
-                )
+            self._child = spawn(arguments, log)
         except BaseException:
             self.close()
             raise
@@ -226,19 +211,13 @@ class Runtime:
             raise HarnessError("the runtime has been closed")
         status = child.poll()
         if status is not None:
-            raise HarnessError(self._last_line() or f"rfnav ended with status {status}")
+            raise HarnessError(last_line(self._log) or f"rfnav ended with status {status}")
 
     def close(self) -> None:
         """Undeclare, close the session, end the child. Idempotent."""
         atexit.unregister(self.close)
         child, self._child = self._child, None
-        if child is not None and child.poll() is None:
-            child.terminate()
-            try:
-                child.wait(timeout=2.0)
-            except subprocess.TimeoutExpired:
-                child.kill()
-                child.wait()
+        end(child)
         self.hang_up()
 
     def hang_up(self) -> None:
@@ -304,19 +283,13 @@ class Runtime:
             time.sleep(0.02)
         raise HarnessError(f"rfnav was not ready in {READY_S:g} s; its log is {self._log}")
 
-    def _last_line(self) -> str:
-        try:
-            lines = self._log.read_text(encoding="utf-8", errors="replace").splitlines()
-        except OSError:
-            return ""
-        return next((line.strip() for line in reversed(lines) if line.strip()), "")
-
 
 def _bus_settings(endpoint: str) -> list[str]:
     """The harness decides where the bus is and how its topics are called."""
     topics = TopicsConfig()
     names = (f'bus.topics.{f.name}="{getattr(topics, f.name)}"' for f in fields(topics))
     return ['bus.mode="peer"', f'bus.connect=["{endpoint}"]', "bus.listen=[]", 'bus.prefix=""',
+            'bus.cmd_vel_type="Twist"',
             *names]  # fmt: skip
 
 

@@ -88,7 +88,8 @@ class World:
         renderer: str = "auto",
         appearance: Appearance | None = None,
     ) -> None:
-        check_meshes(scene, assets.known(obj.mesh for obj in scene.objects))
+        label = str(scene.source) if scene.source else None
+        check_meshes(scene, assets.known(obj.mesh for obj in scene.objects), label)
         self.scene, self._assets = scene, assets
         self._appearance = appearance or Appearance()
         self._client = pybullet.connect(pybullet.DIRECT)

@@ -80,6 +80,9 @@ def main() -> None:
                 else:
                     request.reply({"accepted": True})
             elif request is not None:
+                until_s = time.monotonic() + 5.0  # labels come by another session than images
+                while heard and len(heard) < seen and time.monotonic() < until_s:
+                    time.sleep(0.01)
                 lines = [json.dumps(label) for label in heard]
                 (log_dir / "labels.jsonl").write_text("\n".join(lines))
                 request.reply({"seconds": {"plan": 0.001 * seen}, "reason": request.body["reason"]})
