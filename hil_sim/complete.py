@@ -21,7 +21,7 @@ MOST = {"shelf": 2, "nightstand": 3, "vase": 3, "statue": 3, "chair": 6, "counte
 NOT_ON_FLOOR = ("remote control", "cell phone", "candle", "laptop", "tissue box", "book", "bowl",
                 "soap bottle", "newspaper", "pillow", "mug", "television")  # fmt: skip
 """The statistics have some of these on floors too, where one would only be told to tidy up."""
-IN_THE_OPEN = ("chair", "armchair", "stool", "trash can", "box", "basketball")
+IN_THE_OPEN = ("chair", "armchair", "stool", "box", "basketball")
 """What may stand away from walls, where the statistics have it so."""
 FACING = ("television", "laptop", "alarm clock", "microwave", "coffee machine", "toaster",
           "desk lamp", "statue", "pillow", "teddy bear")  # fmt: skip

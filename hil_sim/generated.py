@@ -42,13 +42,24 @@ def table(homes: dict[str, list[Scene]]) -> str:
 
 @click.command("generate")
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="First seed.")
-@click.option("--rooms", default=f"{FEWEST}-{MOST}", show_default=True, help="A number or a range.")
+@click.option(
+    "--rooms",
+    callback=lambda _c, _p, text: parse_rooms(text),
+    default=f"{FEWEST}-{MOST}",
+    show_default=True,
+    help="A number or a range.",
+)
 @click.option("--split", type=click.Choice([*SPLITS, "both"]), default="train", show_default=True)
 @click.option("--count", type=click.IntRange(1), default=1, show_default=True, help="Seeds.")
 @click.option("--out", type=click.Path(path_type=Path), help="File to write; several: a folder.")
 @click.option("--json", "as_json", type=click.Path(path_type=Path), help="Counts as JSON.")
 def generate_command(
-    seed: int, rooms: str, split: str, count: int, out: Path | None, as_json: Path | None
+    seed: int,
+    rooms: tuple[int, int],
+    split: str,
+    count: int,
+    out: Path | None,
+    as_json: Path | None,
 ) -> None:
     """Draw homes by seed, check them, and print how many of what stand in them.
 
@@ -56,11 +67,11 @@ def generate_command(
     Examples: hil-sim generate --seed 17 --split val --out home.json
               hil-sim generate --rooms 7-9 --count 50 --split both
     """
-    low, high = parse_rooms(rooms)
+    low, high = rooms
     splits = SPLITS if split == "both" else (split,)
     several = count * len(splits) > 1
     if several and out and out.suffix == ".json":
-        raise click.BadParameter(f"--out {out}: for several homes name a folder")
+        raise click.UsageError(f"--out {out}: for several homes name a folder")
     homes: dict[str, list[Scene]] = {
         which: [_home(number, which, low, high) for number in range(seed, seed + count)]
         for which in splits

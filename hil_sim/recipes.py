@@ -84,6 +84,7 @@ def _living(home: Furnisher, wanted: Wanted) -> None:
     if home.room.area > DINING_M2 and wanted.take("table"):
         _table_with_chairs(home, wanted)
     wanted.take("table")
+    wanted.left["chair"] = min(1, wanted.take("chair"))  # those of a table that is not there
 
 
 def _dining(home: Furnisher, wanted: Wanted) -> None:
