@@ -56,16 +56,23 @@ class Eyes:
         self._process = spawn.Process(target=_serve, args=arguments, daemon=True)
         self._process.start()
         theirs.close()
-        self._waiting = True  # for the word that it is ready
         self.busy = False
 
     def __enter__(self) -> Self:
-        if not self._pipe.poll(READY_S):
-            raise HarnessError(f"camera: not ready in {READY_S:g} s")
-        self._receive()
+        try:
+            if not self._pipe.poll(READY_S):
+                raise HarnessError(f"camera: not ready in {READY_S:g} s")
+            self._receive()
+        except BaseException:
+            self.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the process."""
         self._pipe.close()
         self._process.terminate()
         self._process.join(5.0)

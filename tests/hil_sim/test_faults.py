@@ -1,8 +1,11 @@
 """Faults by name, and what they do to what is sensed, to bodies and to the base."""
 
 import math
+import subprocess
+import sys
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -196,3 +199,19 @@ def test_nonsense_repeats() -> None:
     first = Babbling(None).score("In the room", texts)  # type: ignore[arg-type]
     assert [nonsense(f"In the room/{text}") for text in texts] == pytest.approx(first, nan_ok=True)
     assert 3 <= sum(math.isnan(score) for score in first) <= 20
+
+
+def test_the_faulty_runtime_says_what_it_takes() -> None:
+    command = [sys.executable, "-m", "hil_sim.faulty_runtime", "sulk", "run"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert done.returncode == 2
+    assert done.stderr == "faulty_runtime: the first word must be hang or nonsense\n"
+
+
+def test_the_faulty_runtime_is_the_runtime() -> None:
+    command = [sys.executable, "-m", "hil_sim.faulty_runtime", "nonsense", "run"]
+    command += ["--lockstep", "--set", "nosuch.key=1"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
+    assert done.returncode == 2
+    assert done.stderr.startswith("rfnav: ")
+    assert "nosuch" in done.stderr

@@ -1,6 +1,7 @@
 """A tiny home of builtin meshes in PyBullet: what is seen, and what stops the robot."""
 
 import math
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -8,10 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hil_sim import protocol as protocols
 from hil_sim.assets import Assets
+from hil_sim.body import Body, body_of
+from hil_sim.eyes import Eyes, Glance
+from hil_sim.link import HarnessError
 from hil_sim.scene import Door, Room, Scene, SceneError, SceneObject, Wall, room_at
 from hil_sim.shell import rgb_of, wall_pieces
 from hil_sim.world import HM3D, Camera, World
+from runtime.core.types import Pose
 
 SMALL = Camera(160, 120)
 
@@ -105,6 +111,62 @@ def test_free_moves_end_exactly_where_they_should(world: World):
     x, y, hit = world.move(1.0, 1.5, 0.3, 0.25)
     assert not hit
     assert (x, y) == pytest.approx((1.0 + 0.25 * math.cos(0.3), 1.5 + 0.25 * math.sin(0.3)))
+
+
+def test_a_person_and_a_closed_door_are_seen_and_in_the_way(world: World):
+    person = Body("person", 2.2, 1.5, 0.0, (0.4, 0.4, 1.7))
+    door = body_of(scene().doors[0])
+    before = world.render(1.0, 1.5, 0.0, SMALL)
+    try:
+        world.populate((person, door))
+        seen = world.render(1.0, 1.5, 0.0, SMALL)
+        assert seen.depth_m[60, 80] == pytest.approx(1.0, abs=0.02)
+        assert seen.segmentation[60, 80] == -1
+        assert world.move(1.0, 1.5, 0.0, 2.0)[0] == pytest.approx(2.0 - 0.18, abs=0.03)
+        assert world.scan(Pose(1.0, 1.5, 0.0))[180] == pytest.approx(1.05, abs=0.02)
+        world.populate((door,))
+        assert world.render(1.0, 1.5, 0.0, SMALL).depth_m[60, 80] == pytest.approx(3.0, abs=0.05)
+        assert world.move(3.0, 1.5, 0.0, 2.0)[2]
+    finally:
+        world.populate(())
+    assert world.move(3.0, 1.5, 0.0, 2.0) == pytest.approx((5.0, 1.5, False))
+    after = world.render(1.0, 1.5, 0.0, SMALL)
+    np.testing.assert_array_equal(before.depth_m, after.depth_m)
+
+
+def test_a_scan_measures_the_walls_around(world: World):
+    ranges = world.scan(Pose(1.0, 1.5, math.pi / 2))
+    assert len(ranges) == 360
+    assert ranges[180] == pytest.approx(1.45, abs=0.02)  # ahead, along +y
+    assert ranges[270] == pytest.approx(0.95, abs=0.02)  # left, along -x
+    assert ranges[90] == pytest.approx(4.95, abs=0.02)  # right, through the door
+    assert ranges[0] == pytest.approx(1.45, abs=0.02)  # behind
+
+
+def test_it_backs_up_as_carefully_as_it_drives(world: World):
+    x, _, hit = world.move(1.0, 1.5, 0.0, -2.0)
+    assert hit
+    assert 0.05 + 0.18 <= x < 0.05 + 0.18 + 0.04
+
+
+def test_eyes_see_from_another_process_what_the_world_shows(world: World):
+    protocol = replace(protocols.HM3D, width=160, height=120)
+    with Eyes(scene(), protocol, "e", 0, "tiny") as eyes:
+        eyes.look(Glance(1, Pose(1.2, 2.5, 0.0), 0.0))
+        until_s = time.monotonic() + 30
+        while (sight := eyes.seen()) is None:
+            assert time.monotonic() < until_s
+            time.sleep(0.01)
+    frame = world.render(1.2, 2.5, 0.0, SMALL)
+    np.testing.assert_array_equal(sight.segmentation, frame.segmentation)
+    np.testing.assert_array_equal(sight.depth_m, protocol.sensed(frame.depth_m))
+
+
+def test_eyes_say_in_one_line_why_they_cannot_open():
+    lamp = SceneObject("lamp", "lamp", "builtin:lampp", (1.0, 1.0, 0.0))
+    home = replace(scene(), objects=(lamp,))
+    with pytest.raises(HarnessError, match=r"^camera: tiny: objects\[0\] \(lamp\): unknown mesh"):
+        Eyes(home, protocols.HM3D, "e", 0, "tiny").__enter__()
 
 
 def test_obstacle_triangles_lie_where_the_furniture_stands(world: World):
