@@ -18,6 +18,9 @@ from hil_sim.scene import CATEGORIES, Room, Scene, SceneObject, Wall, contains
 WALL_HEIGHT_M = 2.44
 OUTER_M, INNER_M = 0.12, 0.03
 """Thickness of walls: paintings on both sides of an inner one are 2.5 cm apart."""
+SPARE_M = 0.015
+"""Between the rectangle and the outer walls, so that official starts 0.24 m from its edge are free
+floor on our grid of 5 cm too."""
 CATEGORY: dict[str, tuple[str, ...]] = {
     "AlarmClock": ("alarm clock",),
     "Apple": ("apple",),
@@ -117,7 +120,7 @@ def robothor_scene(name: str) -> Scene:
 
 def _outer_walls() -> tuple[Wall, ...]:
     x0, y0, x1, y1 = OUTER
-    h = OUTER_M / 2
+    h = OUTER_M / 2 + SPARE_M
     corners = [(x0 - h, y0 - h), (x1 + h, y0 - h), (x1 + h, y1 + h), (x0 - h, y1 + h)]
     ends = zip(corners, corners[1:] + corners[:1], strict=True)
     return tuple(Wall(start, end, OUTER_M, "outer") for start, end in ends)
