@@ -1,8 +1,9 @@
 """Which way a piece of furniture faces.
 
-An object's rotation gives Unity's forward, (sin θ, cos θ) on the plan: the front of nearly every
-asset (counted over the 75 apartments: of 1,000 pieces that stand against a wall, how many have it
-behind forward). The assets of `TURNS` have it elsewhere, in quarter turns counter-clockwise. Rule:
+An object's rotation gives Unity's forward, (sin θ, cos θ) on the plan. Over the 75 apartments, of
+the pieces that stand with forward or its opposite against a wall, nearly all have the wall behind
+forward: it is the front. The assets of `TURNS` have theirs elsewhere, in quarter turns
+counter-clockwise. The rule:
 
 1. Start from forward, turned by the asset's `TURNS`.
 2. Furniture whose back belongs to a wall: of the two ways along its depth, take the one with a wall
