@@ -149,15 +149,7 @@ class Runtime:
         is published `beside` them (topic: CDR)."""
         for topic, payload in beside.items():
             self.publish(topic, payload)
-        observation = {
-            **(
-                {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
-            ),
-            "camera_info": wire.encode_camera_info(intrinsics, stamp_ns),
-            "odom": wire.encode_odometry(odometry, stamp_ns),
-            "depth": wire.encode_depth(depth_m, stamp_ns),
-            "color": wire.encode_color(rgb, stamp_ns),
-        }
+        observation = _encoded(stamp_ns, rgb, depth_m, odometry, intrinsics, labels)
         send_s = time.monotonic()
         until_s = send_s + self._answer_s
         state: dict[str, Any] = {}
@@ -282,6 +274,25 @@ class Runtime:
                 return
             time.sleep(0.02)
         raise HarnessError(f"rfnav was not ready in {READY_S:g} s; its log is {self._log}")
+
+
+def _encoded(
+    stamp_ns: int,
+    rgb: NDArray[np.uint8],
+    depth_m: NDArray[np.float32],
+    odometry: Pose,
+    intrinsics: Intrinsics,
+    labels: dict[str, Any] | None,
+) -> dict[str, bytes]:
+    """An observation's messages by stream, in the order in which they are sent."""
+    said = {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
+    return {
+        **said,
+        "camera_info": wire.encode_camera_info(intrinsics, stamp_ns),
+        "odom": wire.encode_odometry(odometry, stamp_ns),
+        "depth": wire.encode_depth(depth_m, stamp_ns),
+        "color": wire.encode_color(rgb, stamp_ns),
+    }
 
 
 def _bus_settings(endpoint: str) -> list[str]:

@@ -142,6 +142,17 @@ class World:
             return Frame(
                 *self._raster.draw(eye, yaw_rad, pitch_rad, size, camera.hfov_rad, sun, colour)
             )
+        return self._software(eye, yaw_rad, pitch_rad, camera, light)
+
+    def _software(
+        self,
+        eye: tuple[float, float, float],
+        yaw_rad: float,
+        pitch_rad: float,
+        camera: Camera,
+        light: Light,
+    ) -> Frame:
+        """The view by PyBullet's own renderer."""
         c = math.cos(pitch_rad)
         ahead = (c * math.cos(yaw_rad), c * math.sin(yaw_rad), -math.sin(pitch_rad))
         view = pybullet.computeViewMatrix(
