@@ -13,6 +13,7 @@ from runtime.core.types import F64, Action, Pose, Twist
 
 STILL = Twist()
 WAYS, STEP_M = 24, 0.15  # headings and length of a step out of a tight spot
+SLACK_M = 0.005  # of clearance, that a way along something may lose
 _SHARES = (1.0, 0.75, 0.5, 0.25)  # of the wished speed, tried until the way to a halt is clear
 
 
@@ -305,12 +306,32 @@ def _can_halt(
 
 
 def _drivable(terrain: Terrain, points_xy: F64, radius_m: float, cfg: ControlConfig) -> bool:
-    """`_fits`, and nothing unknown under the body's centre unless the robot is there already."""
-    if not _fits(terrain, points_xy, radius_m + cfg.margin_m):
-        return False
+    """Whether the body keeps its clearance along (N, 2) m points, and its centre known ground.
+    Where it stands too close to something already, it must not come closer."""
     cells = terrain.frame.cells(points_xy)
-    known = terrain.traversable[tuple(cells.T)]
-    return bool(known[1:].all()) or not bool(known[0])
+    if ((cells < 1) | (cells >= np.array(terrain.frame.shape) - 1)).any():
+        return False
+    at = tuple(cells.T)
+    roomy = terrain.clearance_m[at] > radius_m + 2 * cfg.margin_m + 1e-3  # as the planner asks
+    unknown = roomy & ~terrain.traversable[at]  # there is room, and yet it is no way
+    if unknown[1:].any() and not unknown[0]:
+        return False
+    clearance = _clearance_between(terrain, points_xy)
+    needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance) - SLACK_M)
+    return not (clearance < needed)[1:].any()
+
+
+def _clearance_between(terrain: Terrain, points_xy: F64) -> F64:
+    """(N,) m at (N, 2) m points, bilinear between the cells' centres: steps of a cell would hide
+    whether the robot comes closer."""
+    frame = terrain.frame
+    u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
+    low = np.floor(u).astype(np.int32)
+    (cols, rows), (x, y) = low.T, (u - low).T
+    grid = terrain.clearance_m
+    bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
+    top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x
+    return np.asarray(bottom * (1 - y) + top * y, np.float64)
 
 
 def _within(value: float, limit: float) -> float:
