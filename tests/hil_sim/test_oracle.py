@@ -57,7 +57,7 @@ def drive(space: FreeSpace, success: np.ndarray, start: Pose, push: float = 0.0)
 SUCCESS = np.array([(row, col) for row in range(48, 56) for col in range(100, 112)])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.floats(0.25, 2.7), st.floats(0.25, 2.7), st.integers(0, 11), st.sampled_from([0.0, 0.03]))
 def test_it_arrives_without_a_touch_and_faces_the_goal(
     x: float, y: float, turns: int, push: float
