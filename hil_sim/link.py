@@ -176,7 +176,9 @@ class Runtime:
 
     def publish(self, stream: str, payload: bytes) -> None:
         """One message of "color", "depth", "camera_info", "odom" or "detections", or on another
-        topic by its name."""
+        topic by its name. While the link is down it is lost."""
+        if self._session.is_closed():
+            return
         publisher = self._publish.get(stream)
         if publisher is not None:
             publisher.put(payload)

@@ -94,6 +94,7 @@ class _State:
     next_frame_s: float = 0.0
     ticks: int = 0
     said: dict[str, Any] | None = None
+    aim: list[float] | None = None  # what the runtime went for last, in its map
     decisions: tuple[dict[str, Any], ...] = ()
     collisions: int = 0  # until the last frame
 
@@ -107,12 +108,24 @@ def drive(run: Run, eyes: Camera, clock: Callable[[], float] = time.monotonic) -
     while not run.tally.robot.stopped and state.now_s - state.began_s < allowed_s:
         _tick(run, run.driver, eyes, state, clock)
         if state.said is not None and state.said.get("state") in OVER:
-            run.tally.robot = replace(run.tally.robot, stopped=True)
+            _conclude(run, state, state.said)
     until_s = clock() + BRAKE_S
     while not still(run.tally.robot) and clock() < until_s:
         _tick(run, run.driver, eyes, state, clock)
     run.driver.call_again(wait=False)
     run.tally.halted = still(run.tally.robot)
+
+
+def _conclude(run: Run, state: _State, said: dict[str, Any]) -> None:
+    """The runtime says that the search is over: a stop, for what it went for last if it found."""
+    tally = run.tally
+    robot = tally.robot
+    aim = state.aim if said["state"] == "found" else None
+    here = to_scene(robot.pose, robot.odometry(run.start))
+    run.witness.hear(tally.steps, {"mode": "stop", "toward_xy": aim}, state.decisions, here)
+    tally.decisions += len(state.decisions)
+    tally.reason = str(said.get("reason", ""))
+    tally.robot, state.decisions = replace(robot, stopped=True), ()
 
 
 def _tick(
@@ -169,6 +182,7 @@ def _listen(runtime: Runtime, state: _State) -> None:
     for name, message in runtime.hear():
         if name == "state":
             state.said = message
+            state.aim = message.get("toward_xy") or state.aim
         elif name == "decision":
             state.decisions = (*state.decisions, message)
 
@@ -185,7 +199,7 @@ def _deliver(run: Run, runtime: Runtime, state: _State, frame: _Frame, sight: Si
     said, action = state.said or {}, Action.STOP if tally.robot.stopped else Action.MOVE_FORWARD
     run.witness.hear(when.step, said, state.decisions, to_scene(robot.pose, reported))
     tally.decisions += len(state.decisions)
-    tally.reason = str(said.get("reason", ""))
+    tally.reason = str(said.get("reason", "")) or tally.reason
     tally.stages = said.get("seconds", tally.stages)
     collided = tally.robot.collisions > state.collisions
     run.witness.moved(robot, str(said.get("mode", "")), "velocity", collided)

@@ -40,8 +40,10 @@ def main() -> None:
                 state = "found"
             driving = state == "searching" and clock.now_s() - arrival_s < 0.3 and frames > 0
             bus.publish_twist(SPEED_MPS if driving else 0.0, 0.0)
-            point = [1.5, 0.0] if state == "found" else None
-            bus.publish_state({"state": state, "mode": "target", "toward_xy": point})
+            if state == "found":
+                bus.publish_state({"state": state, "reason": "found it"})
+            else:
+                bus.publish_state({"state": state, "mode": "target", "toward_xy": [1.5, 0.0]})
 
 
 if __name__ == "__main__":

@@ -74,7 +74,10 @@ def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path
     assert (result.ended, result.collisions, result.stopped) == ("stop", 0, True)
     assert 0.6 < result.path_m < 1.1
     assert result.wall["runtime.frames"] >= 2
-    assert (result.believed_at is None) or result.believed_at > 1
+    assert result.believed_at is not None
+    assert result.claim == "true"
+    assert result.reason == "found it"
+    assert result.actions["stop"] == 1
     numbers = [glance.number for glance in eyes.glances]
     assert numbers == list(range(1, len(numbers) + 1))
     rows = (tmp_path / "track.jsonl").read_text().splitlines()
