@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.map import NavigationMap
-from runtime.core.semantics import SemanticMap
+from runtime.core.semantics import Instance, SemanticMap
 from runtime.core.types import (
     F32,
     F64,
+    I32,
     Brief,
     Frontier,
     FrontierBrief,
@@ -37,16 +39,20 @@ class BriefConfig:
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
     """(r, c) masks -> cells of walking distance from the seeds, octagonal metric, inf beyond
     `limit` steps. One dilation a step: for small neighbourhoods it beats fast marching."""
-    reached = seeds.astype(np.uint8)
+    reached, wider = seeds.astype(np.uint8), np.empty(seeds.shape, np.uint8)
     allowed = (passable | seeds).astype(np.uint8)
-    steps = np.where(seeds, np.float32(0), np.float32(np.inf))
+    since = np.zeros(seeds.shape, np.uint16)  # steps that each cell has been reached for
+    count, done = cv2.countNonZero(reached), 0
     for n in range(1, limit + 1):
-        wider = np.minimum(cv2.dilate(reached, _CROSS if n % 2 else _SQUARE), allowed)
-        fresh = wider > reached
-        if not fresh.any():
+        cv2.dilate(reached, _CROSS if n % 2 else _SQUARE, dst=wider)
+        cv2.bitwise_and(wider, allowed, dst=wider)
+        before, count = count, cv2.countNonZero(wider)
+        if count == before:
             break
-        steps[fresh] = n
-        reached = wider.astype(np.uint8)
+        reached, wider, done = wider, reached, n
+        since += reached
+    steps = np.where(since > 0, np.float32(done + 1) - since.astype(np.float32), np.float32(np.inf))
+    steps[seeds] = 0.0
     return steps
 
 
@@ -61,16 +67,20 @@ def compose(
 ) -> Brief:
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
-    return Brief(
-        goal, stamp_ns, tuple(_frontier_brief(f, grid, semantic, views, cfg) for f in reachable)
-    )
+    things = _Things.of(semantic, grid.frame, cfg)
+    none = np.zeros(0, np.float32)
+    told = [
+        _frontier_brief(f, grid, semantic, things, views.get(f.id, none), cfg) for f in reachable
+    ]
+    return Brief(goal, stamp_ns, tuple(told))
 
 
 def _frontier_brief(
     frontier: Frontier,
     grid: NavigationMap,
     semantic: SemanticMap,
-    views: Mapping[int, F32],
+    things: "_Things",
+    view: F32,
     cfg: BriefConfig,
 ) -> FrontierBrief:
     window, origin = _window(grid.frame, frontier.cells_xy, cfg.object_range_m + 0.5)
@@ -80,27 +90,44 @@ def _frontier_brief(
     steps = walking_distances(grid.free[window], seeds, math.ceil(cfg.object_range_m / resolution))
     walk_m = steps * np.float32(resolution)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
-    objects = _objects(semantic, grid.frame, origin, walk_m, cfg)
-    view = views.get(frontier.id, np.zeros(0, np.float32))
+    objects = _objects(things, origin, walk_m, cfg)
     return FrontierBrief(frontier.id, frontier.distance_m, objects, rooms, view)
 
 
+@dataclass(frozen=True)
+class _Things:
+    """Certain objects and the cells under them: (N, 2), those of one object from `starts` on."""
+
+    instances: tuple[Instance, ...]
+    cells: I32
+    starts: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, semantic: SemanticMap, frame: GridFrame, cfg: BriefConfig) -> "_Things":
+        sure = [i for i in semantic.instances.values() if i.confidence >= cfg.object_confidence]
+        cells = [frame.cells(i.cells_xy) for i in sure]
+        starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
+        flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])
+        return cls(tuple(sure), flat, starts)
+
+
 def _objects(
-    semantic: SemanticMap, frame: GridFrame, origin: np.ndarray, walk_m: F32, cfg: BriefConfig
+    things: _Things, origin: np.ndarray, walk_m: F32, cfg: BriefConfig
 ) -> tuple[NearbyObject, ...]:
     """Objects whose footprint can be walked up to; 0.2 m around it counts as touching it."""
+    if not things.instances:
+        return ()
     touch = cv2.erode(walk_m, np.ones((9, 9), np.uint8))  # a minimum filter
-    near = []
-    for instance in semantic.instances.values():
-        if instance.confidence < cfg.object_confidence:
-            continue
-        cells = frame.cells(instance.cells_xy) - origin
-        inside = ((cells >= 0) & (cells < walk_m.shape)).all(axis=1)
-        if not inside.any():
-            continue
-        distance = float(touch[tuple(cells[inside].T)].min())
-        if distance <= cfg.object_range_m:
-            near.append(NearbyObject(instance.name, round(instance.confidence, 3), distance))
+    rows, cols = (things.cells - origin).T
+    inside = (rows >= 0) & (rows < walk_m.shape[0]) & (cols >= 0) & (cols < walk_m.shape[1])
+    away = np.full(len(rows), np.inf, np.float32)
+    away[inside] = touch[rows[inside], cols[inside]]
+    nearest = np.minimum.reduceat(away, things.starts)
+    near = [
+        NearbyObject(instance.name, round(instance.confidence, 3), float(distance))
+        for instance, distance in zip(things.instances, nearest, strict=True)
+        if distance <= cfg.object_range_m
+    ]
     return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
 
 

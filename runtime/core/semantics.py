@@ -171,8 +171,7 @@ def _fuse(
     semantic: SemanticMap, frame: GridFrame, sighting: Sighting, pose: Pose, cfg: SemanticsConfig
 ) -> int:
     xyz = np.median(sighting.points, axis=0)
-    flat = np.unique(frame.cells(sighting.points[:, :2]), axis=0)
-    cells = frame.centres(flat.astype(np.int32))
+    cells = _footprint(frame, sighting.points[:, :2])
     instance = _same(semantic, sighting.name, cells, (float(xyz[0]), float(xyz[1])), cfg)
     if instance is None:
         instance = Instance(
@@ -187,7 +186,7 @@ def _fuse(
         semantic.next_id += 1
     elif sighting.range_m < cfg.farther * instance.range_m:
         if sighting.range_m > cfg.nearer * instance.range_m:
-            cells = np.unique(np.round(np.concatenate([instance.cells_xy, cells]), 4), axis=0)
+            cells = _footprint(frame, np.concatenate([instance.cells_xy, cells]))
         instance.cells_xy = cells  # of the near views alone: far ones spill over the edges
         x, y = np.median(instance.cells_xy, axis=0)
         instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * float(xyz[2])
@@ -198,6 +197,13 @@ def _fuse(
     weight = _view_weight(instance, pose, cfg, remember=True)
     _add(instance, weight * max(-cfg.max_step, min(cfg.max_step, step)), cfg)
     return instance.id
+
+
+def _footprint(frame: GridFrame, xy: F64) -> F64:
+    """(N, 2) m -> (M, 2) centres of the cells under them, each once, in scan order."""
+    rows, cols = frame.cells(xy).astype(np.int64).T
+    code = np.unique(rows * 1_000_003 + cols)
+    return frame.centres(np.stack(np.divmod(code, 1_000_003), axis=1).astype(np.int32))
 
 
 def _same(

@@ -106,14 +106,15 @@ def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
 
 def _seen_side(terrain: Terrain, instance: Instance, cfg: TargetConfig) -> Mask:
     """(r, c) cells in the cone from the target toward a place it was seen from."""
-    rows, cols = np.indices(terrain.frame.shape)
-    xy = terrain.frame.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
-    azimuth = np.arctan2(xy[..., 1] - instance.xy[1], xy[..., 0] - instance.xy[0])
+    rows, cols = np.ogrid[: terrain.frame.rows, : terrain.frame.cols]
+    r = terrain.frame.resolution_m
+    x = (terrain.frame.x0_m + (cols + 0.5) * r - instance.xy[0]).astype(np.float32)
+    y = (terrain.frame.y0_m + (rows + 0.5) * r - instance.xy[1]).astype(np.float32)
+    least = np.float32(math.cos(cfg.view_cone_rad)) * np.hypot(x, y)
     side = np.zeros(terrain.frame.shape, bool)
     for view in instance.views:
         seen_from = math.atan2(view.y_m - instance.xy[1], view.x_m - instance.xy[0])
-        gap = np.abs((azimuth - seen_from + math.pi) % math.tau - math.pi)
-        side |= gap <= cfg.view_cone_rad
+        side |= x * np.float32(math.cos(seen_from)) + y * np.float32(math.sin(seen_from)) >= least
     return side
 
 

@@ -12,7 +12,7 @@ from runtime.core.keyframes import Keyframe
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import Field, Terrain, descend
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import F64, Action, Brief, Decision, Frontier, Mask, Pose, Twist
+from runtime.core.types import F64, I32, Action, Brief, Decision, Frontier, Mask, Pose, Twist
 
 
 @dataclass(frozen=True)
@@ -134,20 +134,30 @@ class World:
 def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
     """Turn identified cells into frontiers: goal point and walking distance from the robot."""
     frame, arrival = world.terrain.frame, world.reach.arrival_m
-    size = 2 * round(snap_m / frame.resolution_m) + 1
+    reach = round(snap_m / frame.resolution_m)
     found = []
     for id, cells_xy in cells_by_id.items():
-        cells = np.unique(frame.cells(cells_xy), axis=0)  # in scan order: ties go to the first
-        near = arrival[tuple(cells.T)]
+        cells = frame.cells(cells_xy)  # in scan order: ties go to the first
+        near = arrival[cells[:, 0], cells[:, 1]]
         if not np.isfinite(near).any():  # the body does not fit onto it: stand close by
-            mask = np.zeros(frame.shape, np.uint8)
-            mask[tuple(cells.T)] = 1
-            cells = np.argwhere(cv2.dilate(mask, np.ones((size, size), np.uint8))).astype(np.int32)
-            near = arrival[tuple(cells.T)]
+            cells = _around(cells, frame.shape, reach)
+            near = arrival[cells[:, 0], cells[:, 1]]
         best = int(np.argmin(near))
         x, y = frame.centres(cells[best])
         found.append(Frontier(id, cells_xy, (float(x), float(y)), float(near[best])))
     world.frontiers = tuple(found)
+
+
+def _around(cells: I32, shape: tuple[int, int], reach: int) -> I32:
+    """(N, 2) -> (M, 2) all cells within a square of `reach` cells, in scan order."""
+    low = np.maximum(cells.min(axis=0) - reach, 0)
+    high = np.minimum(cells.max(axis=0) + reach + 1, shape)
+    mask = np.zeros(high - low, np.uint8)
+    mask[tuple((cells - low).T)] = 1
+    size = 2 * reach + 1
+    wider = cv2.dilate(mask, np.ones((size, size), np.uint8))
+    found: I32 = (np.argwhere(wider) + low).astype(np.int32)
+    return found
 
 
 def toward(field: Field, pose: Pose, command: Command) -> Command:
