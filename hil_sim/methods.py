@@ -48,6 +48,7 @@ SINGLE: dict[str, Method] = {
     "rfnav": Method(),
     "closest": Method((_experts(),)),
     "geometry": Method((_experts(), 'consensus.fallback="geometry"')),
+    "rfnav+geometry": Method(('consensus.fallback="geometry"',)),
     "single-llm": Method((_experts("both"), 'consensus.mode="best"')),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),

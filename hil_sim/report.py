@@ -24,7 +24,7 @@ from runtime.edge.journal import plain
 from runtime.errors import RfNavError
 
 GROUPS = (
-    ("Against baselines", ("closest", "geometry", "single-llm", "rfnav")),
+    ("Against baselines", ("closest", "geometry", "single-llm", "rfnav+geometry", "rfnav")),
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
                                       "rfnav")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "rfnav")),
