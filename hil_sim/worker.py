@@ -36,6 +36,9 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
 LABELS_PX = (320, 240)
 """Frame size of methods that get true labels: their colours are never looked at."""
 
+MEMO_FRAMES = 1000
+"""Images whose detections the runtime keeps: methods of one episode see many of the same."""
+
 
 @dataclass(frozen=True)
 class Settings:
@@ -239,7 +242,8 @@ class _Standby:
         mode = () if settings.realtime else ("--lockstep",)
         command, more = model_fault(parse_faults(settings.faults), mode)
         self._command = command or rfnav_command(mode)
-        self._settings, self._config = (*settings.settings, *more), settings.config
+        self._settings = (f"detector.memo_frames={MEMO_FRAMES}", *settings.settings, *more)
+        self._config = settings.config
         self._runtime: Runtime | None = None
         self._entered = False
 
