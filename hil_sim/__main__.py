@@ -10,16 +10,20 @@ from runtime.errors import RfNavError
 
 COMMANDS = {
     "demo": ("hil_sim.demo", "demo_command", "One episode in a furnished home, told as it goes."),
-    "episodes": ("hil_sim.sample", "episodes_command", "Sample episodes into a suite."),
-    "eval": ("hil_sim.eval_command", "eval_command", "Drive a suite of episodes; print the table."),
+    "episodes": ("hil_sim.evaluation.sample", "episodes_command", "Sample episodes into a suite."),
+    "eval": (
+        "hil_sim.evaluation.command",
+        "eval_command",
+        "Drive a suite of episodes; print the table.",
+    ),
     "frames": ("hil_sim.frames", "frames_command", "Render labelled frames for training."),
     "import": (
         "hil_sim.sweethome.command",
         "import_command",
         "A Sweet Home 3D drawing as a scene.",
     ),
-    "generate": ("hil_sim.generated", "generate_command", "Draw furnished homes by seed."),
-    "report": ("hil_sim.report", "report_command", "Tables and figures of evaluations."),
+    "generate": ("hil_sim.generate.command", "generate_command", "Draw furnished homes by seed."),
+    "report": ("hil_sim.evaluation.report", "report_command", "Tables and figures of evaluations."),
     "show": ("hil_sim.show", "show_command", "Draw a scene."),
 }
 ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}

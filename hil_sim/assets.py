@@ -12,9 +12,9 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from hil_sim.builtin_meshes import BUILTINS
 from hil_sim.catalog import Catalog, CatalogError
 from hil_sim.meshes import Mesh, builtin, convert, load_mesh
+from hil_sim.shapes.named import BUILTINS
 
 PACKAGE = "sweethome3d-furniture"
 CATALOGUES = ("BlendSwap-CC-0", "BlendSwap-CC-BY", "KatorLegaz", "Reallusion", "Scopia")

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from hil_sim.episodes import Episode
+from hil_sim.evaluation.metrics import Outcome, soft_spl, spl
 from hil_sim.faults import Fault
 from hil_sim.link import HarnessError
 from hil_sim.lockstep import Run, Tally, drive
 from hil_sim.methods import method_named
-from hil_sim.metrics import Outcome, soft_spl, spl
 from hil_sim.mishaps import Mishaps
 from hil_sim.protocol import Ending, Protocol
 from hil_sim.robot import Robot

@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from hil_sim.furnish import box_of
-from hil_sim.generate import generate
+from hil_sim.furniture import box_of
+from hil_sim.generate.home import generate
 from hil_sim.labels import LABELLED, View, labels, seen_room
 from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.viewpoints import viewpoints

@@ -17,7 +17,7 @@ def open_scene(name_or_path: str | Path) -> Scene:
         return load_scene(name_or_path)
     generated = _GENERATED.fullmatch(name)
     if generated:
-        from hil_sim.generate import generate
+        from hil_sim.generate.home import generate
 
         split, seed, rooms = generated.groups()
         return generate(int(seed), split, int(rooms) if rooms else None)

@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.furnish import Box
+from hil_sim.furniture import Box
 from hil_sim.scene import CATEGORIES, Scene, room_at
 
 LABELLED = tuple(name for name in CATEGORIES if name not in ("other", "door"))

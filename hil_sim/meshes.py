@@ -92,7 +92,7 @@ def convert(
 
 def builtin(name: str, store: Path) -> Mesh:
     """A mesh of simple geometry by name, stood on the origin; CatalogError lists the known ones."""
-    from hil_sim.builtin_meshes import BUILTINS, SHAPES
+    from hil_sim.shapes.named import BUILTINS, SHAPES
 
     if name not in BUILTINS:
         raise CatalogError(

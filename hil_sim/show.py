@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.furnish import Box
+from hil_sim.furniture import Box
 from hil_sim.homes import open_scene
 from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.scene import Polygon, Scene, SceneObject, contains, polygon_area

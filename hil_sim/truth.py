@@ -27,7 +27,7 @@ from hil_sim.freespace import (
     scene_hash,
     success_cells,
 )
-from hil_sim.furnish import Box
+from hil_sim.furniture import Box
 from hil_sim.scene import Scene, SceneError, SceneObject
 from hil_sim.world import HM3D, Camera, World
 from runtime.core.types import Pose

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.furnish import Box, box_of
+from hil_sim.furniture import Box, box_of
 from hil_sim.scene import Scene
 
 CELL_M = 0.05

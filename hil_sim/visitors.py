@@ -8,9 +8,9 @@ import numpy as np
 import pybullet
 
 from hil_sim.body import Body
-from hil_sim.builtin_shapes import ball, box, cylinder
 from hil_sim.meshes import Soup
 from hil_sim.raster import Raster
+from hil_sim.shapes.primitives import ball, box, cylinder
 from hil_sim.shell import Surface, rgb_of
 
 HIDDEN_M = -40.0

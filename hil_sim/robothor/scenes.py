@@ -6,7 +6,7 @@ import random
 from collections.abc import Sequence
 from dataclasses import replace
 
-from hil_sim.furnish import Mesh, furniture, hex_colour
+from hil_sim.furniture import Mesh, furniture, hex_colour
 from hil_sim.robothor.evidence import OUTER
 from hil_sim.robothor.facing import TABLES, faced
 from hil_sim.robothor.footprints import LEAST_M, Footprint, footprint

@@ -7,7 +7,7 @@ from multiprocessing.connection import Connection
 
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
-from hil_sim.worker import Failure, Job, Message, Note, Send, Settings
+from hil_sim.evaluation.worker import Failure, Job, Message, Note, Send, Settings
 
 
 def result_of(method: str, episode: Episode, ended: str = "stop") -> EpisodeResult:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from hil_sim.assets import Assets
-from hil_sim.builtin_meshes import BUILTINS, SHAPES, VARIANTS
-from hil_sim.builtin_shapes import ball, box, cylinder, lathe, slab, tube
-from hil_sim.furnish import furniture
+from hil_sim.furniture import furniture
 from hil_sim.goals import BROAD, GOALS, SYNONYMS, categories_of
 from hil_sim.meshes import Soup, builtin
 from hil_sim.scene import CATEGORIES
+from hil_sim.shapes.named import BUILTINS, SHAPES, VARIANTS
+from hil_sim.shapes.primitives import ball, box, cylinder, lathe, slab, tube
 
 MOST_TRIANGLES = 800
 ROBOTHOR = {

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from hil_sim.cluster import remote
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode, Start
-from hil_sim.pool import local
-from hil_sim.worker import Failure, Job, Settings, Task
+from hil_sim.evaluation.cluster import remote
+from hil_sim.evaluation.pool import local
+from hil_sim.evaluation.worker import Failure, Job, Settings, Task
 
 HERE = str(Path(__file__).parent)
 JOBS = [

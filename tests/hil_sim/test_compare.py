@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_sim.compare import main
+from hil_sim.evaluation.compare import main
 
 
 def folder(path: Path, steps: int = 9, wall: float = 1.0, x: float = 0.5, rows: int = 2) -> str:

@@ -15,11 +15,11 @@ from click.testing import CliRunner
 
 from hil_sim.__main__ import cli, main
 from hil_sim.episodes import Episode, Start
-from hil_sim.evaluate import Evaluation, claim, plan, report, run, summaries
+from hil_sim.evaluation.evaluate import Evaluation, claim, plan, report, run, summaries
+from hil_sim.evaluation.metrics import table
+from hil_sim.evaluation.results import Results, stages
+from hil_sim.evaluation.worker import Settings
 from hil_sim.link import HarnessError
-from hil_sim.metrics import table
-from hil_sim.results import Results, stages
-from hil_sim.worker import Settings
 
 EPISODES = tuple(
     Episode(f"e{i}", "maple" if i < 4 else "cedar", Start(0, 0, 0), "bed", 4.0) for i in range(8)

@@ -8,7 +8,7 @@ import pytest
 
 from hil_sim.assets import Assets
 from hil_sim.frames import FRAMES_A_HOME, collect, counts, photograph, render
-from hil_sim.furnish import box_of
+from hil_sim.furniture import box_of
 from hil_sim.labels import LABELLED, View, labels, seen_room, to_optical
 from hil_sim.scene import Room, Scene, SceneObject
 

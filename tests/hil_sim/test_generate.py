@@ -6,13 +6,13 @@ import random
 import numpy as np
 import pytest
 
-from hil_sim.builtin_meshes import BUILTINS
 from hil_sim.episodes import HM3D_GOALS
 from hil_sim.freespace import FreeSpace, build_free_space, categories_of
-from hil_sim.furnish import ROBOT_M, Box, box_of, furniture
-from hil_sim.generate import generate
+from hil_sim.furniture import ROBOT_M, Box, box_of, furniture
+from hil_sim.generate.home import generate
+from hil_sim.generate.surfaces import lies_on, resting_place
 from hil_sim.scene import Scene, check_meshes, load_scene, parse_scene, room_at, scene_to_json
-from hil_sim.surfaces import lies_on, resting_place
+from hil_sim.shapes.named import BUILTINS
 from hil_sim.viewpoints import floor_of, viewpoints
 
 HOMES = [*(f"train {seed}" for seed in range(8)), "val 0", "val 1", "maple", "cedar"]

@@ -11,13 +11,13 @@ from dataclasses import replace
 import pytest
 
 from hil_sim.episodes import HM3D_GOALS
-from hil_sim.floorplan import Rect
 from hil_sim.freespace import categories_of
-from hil_sim.furnish import furniture
-from hil_sim.generate import generate
-from hil_sim.layouts import LayoutError, count_kinds, draw_plan
+from hil_sim.furniture import furniture
+from hil_sim.generate.floorplan import Rect
+from hil_sim.generate.home import generate
+from hil_sim.generate.layouts import LayoutError, count_kinds, draw_plan
+from hil_sim.generate.valid import problems
 from hil_sim.scene import Door, Scene, SceneObject, contains, scene_to_json
-from hil_sim.valid import problems
 
 SPLITS = ("train", "val")
 SEEDS = 100
@@ -68,7 +68,7 @@ def test_categories_with_three_meshes_keep_one_for_val() -> None:
 
 def test_a_seed_is_one_home_in_every_process() -> None:
     code = (
-        "import json, hashlib; from hil_sim.generate import generate;"
+        "import json, hashlib; from hil_sim.generate.home import generate;"
         "from hil_sim.scene import scene_to_json as j;"
         "print(hashlib.sha256(json.dumps([j(generate(s, 'val')) for s in (1, 2)]).encode())"
         ".hexdigest())"

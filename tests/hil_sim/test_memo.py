@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import pytest
 
-from hil_sim.memo import FrameMemo
+from hil_sim.evaluation.memo import FrameMemo
 from runtime.core.types import Pose
 
 CAMERA, SMALL = "large", "small"  # only compared

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from hil_sim.assets import Assets
-from hil_sim.builtin_meshes import SHAPES
 from hil_sim.catalog import Catalog, CatalogError, parse_properties
 from hil_sim.meshes import TRIANGLES, convert, read_obj, simplify
+from hil_sim.shapes.named import SHAPES
 
 CUBE = """\
 mtllib cube.mtl

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil_sim.metrics import Outcome, bootstrap, soft_spl, spl, summarise, table
+from hil_sim.evaluation.metrics import Outcome, bootstrap, soft_spl, spl, summarise, table
 
 LENGTHS = st.floats(0.25, 50)
 OUTCOMES = st.builds(

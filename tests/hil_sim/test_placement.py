@@ -12,15 +12,15 @@ from click.testing import CliRunner
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hil_sim import placement_stats, surface_stats
-from hil_sim.furnish import Box, box_of
-from hil_sim.generate import generate
-from hil_sim.generated import generate_command
-from hil_sim.placement import habits
-from hil_sim.placement_stats import Standing, count_rooms, read_room
+from hil_sim.furniture import Box, box_of
+from hil_sim.generate import placement_stats, surface_stats
+from hil_sim.generate.command import generate_command
+from hil_sim.generate.home import generate
+from hil_sim.generate.placement import habits
+from hil_sim.generate.placement_stats import Standing, count_rooms, read_room
+from hil_sim.generate.surfaces import lies_on, resting_place
 from hil_sim.robothor.metadata import Thing, metadata_path
 from hil_sim.scene import ROOM_TYPES, SceneObject, load_scene
-from hil_sim.surfaces import lies_on, resting_place
 
 ROOM = (0.0, 0.0, 4.0, 3.0)
 
@@ -184,4 +184,4 @@ def test_rooms_that_cannot_be_are_refused(rooms: str) -> None:
 def test_every_table_bed_and_sofa_has_been_measured() -> None:
     measured = json.loads(surface_stats.OUT.read_text(encoding="utf-8"))
     missing = [name for name, _ in surface_stats.wanted() if name not in measured]
-    assert not missing, "run python -m hil_sim.surface_stats"
+    assert not missing, "run python -m hil_sim.generate.surface_stats"

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from hil_sim.__main__ import cli
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode, Start
-from hil_sim.evaluate import Evaluation, claim
-from hil_sim.failures import CAUSES, cause, split
+from hil_sim.evaluation.evaluate import Evaluation, claim
+from hil_sim.evaluation.failures import CAUSES, cause, split
+from hil_sim.evaluation.metrics import bootstrap, difference
+from hil_sim.evaluation.report import fill, groups, read_folder, section
+from hil_sim.evaluation.results import Results
+from hil_sim.evaluation.worker import Settings
 from hil_sim.methods import METHODS
-from hil_sim.metrics import bootstrap, difference
-from hil_sim.report import fill, groups, read_folder, section
-from hil_sim.results import Results
-from hil_sim.worker import Settings
 from runtime.errors import RfNavError
 
 EPISODES = tuple(
@@ -167,7 +167,7 @@ def test_pairing_tells_apart_what_separate_intervals_do_not() -> None:
 
 
 def test_every_method_has_a_place_in_a_table() -> None:
-    from hil_sim.report import BOUNDS, GROUPS
+    from hil_sim.evaluation.report import BOUNDS, GROUPS
 
     named = {name for _, names in GROUPS for name in names} | set(BOUNDS)
     assert {name for name in METHODS if "/" not in name} == named

@@ -19,10 +19,10 @@ from hil_sim.episodes import (
     known_suites,
     load_suite,
 )
+from hil_sim.evaluation.suites import REPLICAS, _home, adopted, interleaved, make_suite, offers
 from hil_sim.freespace import FreeSpace, scene_hash
 from hil_sim.homes import open_scene
 from hil_sim.scene import Room, Scene, SceneError
-from hil_sim.suites import REPLICAS, _home, adopted, interleaved, make_suite, offers
 
 
 def episode(scene: str, goal: str, number: int = 0, length: float = 5.0, x: float = 0.5) -> Episode:

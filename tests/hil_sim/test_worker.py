@@ -7,9 +7,9 @@ import pytest
 
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode, load_suite
+from hil_sim.evaluation.worker import Failure, Job, Message, Settings, Task, drive, protocol_for
 from hil_sim.link import HarnessError
 from hil_sim.methods import method_named
-from hil_sim.worker import Failure, Job, Message, Settings, Task, drive, protocol_for
 
 MAPLE = tuple(e for e in load_suite("smoke") if e.scene == "maple")
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hil_sim.furnish import box_of
+from hil_sim.furniture import box_of
 from hil_sim.robothor import metadata
 from hil_sim.robothor.evidence import OUTER
 from hil_sim.robothor.facing import faced

@@ -1,0 +1,188 @@
+"""Episodes of a suite with every method, in worker processes, resumable. `command` asks."""
+
+import hashlib
+import json
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from tqdm import tqdm
+
+from hil_sim.episode_run import EpisodeResult
+from hil_sim.episodes import Episode, save_suite
+from hil_sim.evaluation.metrics import Summary, summarise
+from hil_sim.evaluation.pool import Work, local
+from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
+from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
+from hil_sim.link import HarnessError
+from runtime.edge.journal import plain
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """What is measured: the first `limit` episodes of a suite (0: all). `ray`: a cluster's
+    address; "" for processes of this machine."""
+
+    suite: str
+    all_episodes: tuple[Episode, ...]
+    methods: tuple[str, ...]
+    workers: int
+    settings: Settings
+    ray: str = ""
+    limit: int = 0
+
+    @property
+    def episodes(self) -> tuple[Episode, ...]:
+        """Those to drive."""
+        return self.all_episodes[: self.limit or None]
+
+
+def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
+    """Drive what is not finished; True unless interrupted. What goes wrong in a worker is raised
+    when the others are done, at once when nothing has been finished before."""
+    began_s = time.monotonic()
+    jobs = plan(evaluation, results)
+    total = len(evaluation.methods) * len(evaluation.episodes)
+    todo = sum(job.size for job in jobs)
+    failures: list[str] = []
+    done = 0
+    with (
+        tqdm(total=total, initial=total - todo, unit="episode", disable=None) as bar,
+        _workers(evaluation, jobs, target) as messages,
+    ):
+        try:
+            for message in messages:
+                done += isinstance(message, EpisodeResult)
+                _take(message, results, bar)
+                if isinstance(message, Failure):
+                    failures.append(message.text)
+                    if message.fatal and not done:
+                        break
+        except KeyboardInterrupt:
+            return False
+        finally:
+            if done:
+                results.timed(done, time.monotonic() - began_s, evaluation.workers)
+    results.settle(evaluation.all_episodes)
+    if failures:
+        more = f" (and {len(failures) - 1} more)" if len(failures) > 1 else ""
+        raise HarnessError(failures[0] + more)
+    return True
+
+
+def plan(evaluation: Evaluation, results: Results) -> list[Job]:
+    """Unfinished episodes by scene, in the suite's order; split further when workers would
+    idle."""
+    scenes: dict[str, list[Task]] = {}
+    for episode in evaluation.episodes:
+        left = tuple(m for m in evaluation.methods if not results.finished(m, episode))
+        if left:
+            scenes.setdefault(episode.scene, []).append(Task(episode, left))
+    parts = -(-evaluation.workers // max(1, len(scenes)))
+    return [
+        Job(scene, tuple(tasks[part::parts]))
+        for scene, tasks in scenes.items()
+        for part in range(min(parts, len(tasks)))
+    ]
+
+
+def _workers(
+    evaluation: Evaluation, jobs: list[Job], target: Work
+) -> AbstractContextManager[Iterator[Message]]:
+    if evaluation.ray:
+        from hil_sim.evaluation.cluster import remote  # Ray is an extra
+
+        return remote(jobs, evaluation.settings, evaluation.ray)
+    return local(jobs, evaluation.settings, evaluation.workers, target)
+
+
+def _take(message: Message, results: Results, bar: Any) -> None:
+    if isinstance(message, Note | Failure):
+        _say(bar, message.text)
+        return
+    results.add(message)
+    bar.update()
+    outcome = "success" if message.success else "failure"
+    _say(
+        bar,
+        f"{message.method} {message.episode}: {outcome} ({message.ended}), {message.steps} steps, "
+        f"{message.path_m:.1f} m of {message.shortest_path_m:.1f} m, "
+        f"{message.wall.get('total', 0.0):.0f} s",
+    )
+
+
+def _say(bar: Any, text: str) -> None:
+    bar.write(text, file=sys.stderr)
+
+
+def report(evaluation: Evaluation, results: Results, seed: int) -> dict[str, Any]:
+    """The table's figures and every episode; wall times under "wall" and nowhere else."""
+    rows: list[dict[str, Any]] = []
+    walls: dict[str, Any] = {}
+    for method in evaluation.methods:
+        for result in results.of(method, evaluation.episodes):
+            row = asdict(result)
+            walls.setdefault(method, {})[result.episode] = row.pop("wall")
+            rows.append(row)
+    methods = {
+        name: {**plain(summary), "errors": errors(results.of(name, evaluation.episodes))}
+        for name, summary in summaries(evaluation, results, seed)
+    }
+    return {
+        "suite": evaluation.suite,
+        "protocol": evaluation.settings.protocol,
+        "faults": list(evaluation.settings.faults),
+        "noise": list(evaluation.settings.noise),
+        "seed": seed,
+        "methods": methods,
+        "episodes": rows,
+        "wall": walls,
+    }
+
+
+def summaries(evaluation: Evaluation, results: Results, seed: int) -> list[tuple[str, Summary]]:
+    """Each method's figures over its episodes so far."""
+    return [
+        (name, summarise([r.outcome for r in results.of(name, evaluation.episodes)], seed))
+        for name in evaluation.methods
+    ]
+
+
+def claim(evaluation: Evaluation) -> None:
+    """OUT belongs to one suite and one configuration; HarnessError when it holds another's."""
+    settings = evaluation.settings
+    config = settings.config.read_text(encoding="utf-8") if settings.config else ""
+    mine = {
+        "suite": evaluation.suite,
+        "episodes": _digest(json.dumps([asdict(e) for e in evaluation.all_episodes])),
+        "protocol": settings.protocol,
+        "config": _digest(config),
+        "settings": list(settings.settings),
+        "faults": list(settings.faults),
+        "noise": list(settings.noise),
+        "sensors": list(settings.sensors),
+        "tilt": settings.tilt,
+        "seed": settings.seed,
+        "realtime": settings.realtime,
+    }
+    path = settings.out / RUN_FILE
+    try:
+        settings.out.mkdir(parents=True, exist_ok=True)
+        if path.is_file():
+            other = json.loads(path.read_text(encoding="utf-8"))
+            different = [key for key, value in mine.items() if other.get(key) != value]
+            if different:
+                raise HarnessError(
+                    f"{settings.out}: holds results of another {different[0]}; choose another --out"
+                )
+        path.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
+        save_suite(evaluation.all_episodes, settings.out / SUITE_FILE)
+    except OSError as error:
+        raise HarnessError(f"{settings.out}: cannot be written ({error.strerror})") from error
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:16]

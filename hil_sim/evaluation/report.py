@@ -1,0 +1,248 @@
+"""`hil-sim report`: tables and figures of evaluations, put into a document.
+
+What stands in the document outside of a folder's two marker comments is kept as it is:
+    <!-- report val -->  ...  <!-- end of report val -->
+"""
+
+import json
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from hil_sim.episode_run import EpisodeResult
+from hil_sim.episodes import Episode, load_suite
+from hil_sim.evaluation import report_tables as tables
+from hil_sim.evaluation.failures import split
+from hil_sim.evaluation.metrics import TRIVIAL_M, summarise
+from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, TIMES_FILE, Results
+from hil_sim.methods import METHODS, ORACLE
+from runtime.edge.journal import plain
+from runtime.errors import RfNavError
+
+GROUPS = (
+    ("Against baselines", ("closest", "geometry", "single-llm", "rfnav+geometry", "rfnav")),
+    ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
+                                      "rfnav")),
+    ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "rfnav")),
+)  # fmt: skip
+BOUNDS = (ORACLE, "oracle-goal")
+FULL = "rfnav"
+INTERVALS = (
+    "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
+    "where the interval leaves out 0."
+)
+RULE = (
+    "Detection: it stopped for something else, or had the goal in view (200 pixels within 5 m) and "
+    "never believed in it. Planning: it believed in an instance, or stopped for one, and did not "
+    "end where that counts. Exploration: the goal was never in view. The rule is in "
+    "`hil_sim/failures.py`."
+)
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What `hil-sim eval` left in one folder. `runs`: methods' results in the suite's order."""
+
+    path: Path
+    run: dict[str, Any]
+    episodes: tuple[Episode, ...]
+    runs: dict[str, list[EpisodeResult]]
+    times: list[dict[str, Any]]
+
+    @property
+    def name(self) -> str:
+        return self.path.resolve().name
+
+
+def read_folder(path: Path) -> Folder:
+    """RfNavError when it is none that `hil-sim eval` has written."""
+    if not (path / RUN_FILE).is_file() or not (path / SUITE_FILE).is_file():
+        raise RfNavError(f"{path}: holds no results; name a folder that `hil-sim eval` has written")
+    run = json.loads((path / RUN_FILE).read_text(encoding="utf-8"))
+    episodes = load_suite(path / SUITE_FILE)
+    results = Results(path)
+    found = {name: results.of(name, episodes) for name in METHODS}
+    times = path / TIMES_FILE
+    lines = times.read_text(encoding="utf-8").splitlines() if times.is_file() else []
+    runs = {name: rows for name, rows in found.items() if rows}
+    if not runs:
+        raise RfNavError(f"{path}: no episode is finished; run `hil-sim eval` again to go on")
+    return Folder(path, run, episodes, runs, [json.loads(line) for line in lines])
+
+
+def groups(folder: Folder) -> list[tuple[str, str, dict[str, list[EpisodeResult]]]]:
+    """The paper's tables that a folder has rows for: title, the method that is compared, and
+    results; each over the episodes that all its rows have. A table whose rows differ in that comes
+    twice: the rows with most episodes, then all."""
+    found = []
+    for prefix, aside in (("", ""), (f"{ORACLE}/", ", with true labels (oracle perception)")):
+        for title, names in GROUPS:
+            rows = {prefix + name: folder.runs.get(prefix + name) for name in names}
+            base = prefix + FULL
+            if prefix and rows[base] is None and len([r for r in rows.values() if r]) > 0:
+                rows.pop(base)  # the short name says the same
+                base = ORACLE
+                rows[base] = folder.runs.get(ORACLE)
+            if title == GROUPS[0][0]:
+                rows |= {bound: folder.runs.get(bound) for bound in BOUNDS if bound not in rows}
+            have = {name: results for name, results in rows.items() if results}
+            if base in have and len([n for n in have if n not in BOUNDS or n == base]) > 1:
+                found += [(title + aside, base, runs) for runs in _tiers(have, base)]
+    return found
+
+
+def _tiers(rows: dict[str, list[EpisodeResult]], base: str) -> list[dict[str, list[EpisodeResult]]]:
+    most = max(len(results) for results in rows.values())
+    largest = {name: r for name, r in rows.items() if len(r) == most or name == base}
+    tiers = [largest] if len(largest) > 1 and len(largest) < len(rows) else []
+    return [_common(tier) for tier in (*tiers, rows)]
+
+
+def _common(rows: dict[str, list[EpisodeResult]]) -> dict[str, list[EpisodeResult]]:
+    """The same, over the episodes that every row has."""
+    shared = set.intersection(*({r.episode for r in results} for results in rows.values()))
+    kept = {name: [r for r in results if r.episode in shared] for name, results in rows.items()}
+    return {name: results for name, results in kept.items() if results}
+
+
+def section(folder: Folder, seed: int, pictures: Sequence[tuple[str, str]]) -> str:
+    """One folder's block; `pictures` are (path, caption)."""
+    parts = [_title(folder), INTERVALS]
+    for title, base, runs in groups(folder):
+        count = len(runs[base]) if base in runs else 0
+        if count:
+            parts += [f"### {title}: {count} episodes", tables.outcomes(runs, seed),
+                      tables.differences(runs, base, seed)]  # fmt: skip
+    if len(parts) == 2:
+        parts.append(tables.outcomes(folder.runs, seed))
+    parts += _remarks(folder)
+    parts += ["### Why episodes failed", RULE, tables.failures(folder.runs),
+              "### Found, by goal", tables.categories(_main(folder)),
+              "### Where the time goes", _pace(folder), tables.times(folder.runs)]  # fmt: skip
+    parts += [f"![{caption}]({path})\n\n{caption}" for path, caption in pictures]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _title(folder: Folder) -> str:
+    run = folder.run
+    more = [
+        f"{key} {', '.join(run[key])}" for key in ("faults", "noise", "sensors") if run.get(key)
+    ]
+    rest = f"; {'; '.join(more)}" if more else ""
+    seed = f"seed {run.get('seed', 0)}"
+    return f"## Suite `{run['suite']}`, protocol `{run['protocol']}`, {seed}{rest}"
+
+
+def _remarks(folder: Folder) -> list[str]:
+    """What the figures leave out."""
+    found = []
+    trivial = sum(e.shortest_path_m < TRIVIAL_M for e in folder.episodes)
+    if trivial:
+        found.append(f"{trivial} of the suite's episodes have less than {TRIVIAL_M} m to go: "
+                     "they are left out of SPL and SoftSPL.")  # fmt: skip
+    for name, results in folder.runs.items():
+        off = summarise([r.outcome for r in results]).cut_off
+        if off:
+            found.append(f"{name}: {off} episodes ended cut off from success; left out of DTS.")
+    return found
+
+
+def _main(folder: Folder) -> dict[str, list[EpisodeResult]]:
+    """The methods with most episodes."""
+    most = max(len(results) for results in folder.runs.values())
+    return {name: r for name, r in folder.runs.items() if len(r) == most}
+
+
+def _pace(folder: Folder) -> str:
+    seconds = sum(row["seconds"] for row in folder.times)
+    if not seconds:
+        return ""
+    done = sum(row["episodes"] for row in folder.times)
+    workers = sorted({row["workers"] for row in folder.times})
+    cores = sorted({row["cores"] for row in folder.times})
+    return (
+        f"{done} episodes in {seconds / 60:.0f} minutes of wall time, setting up homes and models "
+        f"included: {60 * done / seconds:.1f} a minute with {_listed(workers)} workers on "
+        f"{_listed(cores)} cores. Methods of one episode share the frames of poses that they have "
+        "in common; the seconds below are those that an episode itself took, so that a method that "
+        "comes later in the list renders less."
+    )
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return " or ".join(str(number) for number in numbers)
+
+
+def fill(document: str, name: str, text: str) -> str:
+    """The document with a folder's block replaced, or added at its end."""
+    begin, end = f"<!-- report {name} -->", f"<!-- end of report {name} -->"
+    block = f"{begin}\n{text}\n{end}"
+    found = re.search(f"{re.escape(begin)}.*?{re.escape(end)}", document, re.DOTALL)
+    if found:
+        return document[: found.start()] + block + document[found.end() :]
+    if begin in document:
+        raise RfNavError(f"{begin}: its end is missing; write {end} after it")
+    return f"{document.rstrip()}\n\n{block}\n".lstrip("\n")
+
+
+def figures(folder: Folder, seed: int) -> dict[str, Any]:
+    """The same as the tables, for machines."""
+    return {
+        "run": folder.run,
+        "methods": {
+            name: {
+                **plain(summarise([r.outcome for r in results], seed)),
+                "frontier_m": plain(tables.frontier_distance(results, seed)),
+                "failures": split(results),
+            }
+            for name, results in folder.runs.items()
+        },
+        "tables": [
+            {"title": title, "episodes": len(runs[base]), "rows": list(runs),
+             "gains": plain(tables.gains(runs, base, seed))}
+            for title, base, runs in groups(folder)
+        ],
+    }  # fmt: skip
+
+
+@click.command("report")
+@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Markdown document.")
+@click.option("--json", "json_file", type=click.Path(path_type=Path), help="All figures as JSON.")
+@click.option("--seed", default=0, show_default=True, help="Of the bootstrap intervals.")
+@click.option("--episode", "chosen", multiple=True, help="Draw these episodes' paths.")
+@click.option("--no-pictures", is_flag=True, help="Tables only.")
+def report_command(
+    folders: tuple[Path, ...],
+    out: Path,
+    json_file: Path | None,
+    seed: int,
+    chosen: tuple[str, ...],
+    no_pictures: bool,
+) -> None:
+    """Put tables and figures of evaluations (FOLDERS) into a document, whose other text is kept.
+
+    \b
+    Example: hil-sim report out/val out/labels --out docs/results.md
+    """
+    document = out.read_text(encoding="utf-8") if out.is_file() else "# Results\n"
+    read = [read_folder(path) for path in folders]
+    for folder in read:
+        pictures: list[tuple[str, str]] = []
+        if not no_pictures:
+            from hil_sim.evaluation.report_pictures import (
+                draw_all,  # matplotlib takes a second to import
+            )
+
+            pictures = draw_all(folder, out.parent, chosen)
+        document = fill(document, folder.name, section(folder, seed, pictures))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    out.write_text(document, encoding="utf-8")
+    if json_file is not None:
+        data = {folder.name: figures(folder, seed) for folder in read}
+        json_file.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
+    click.echo(f"{out}: {', '.join(folder.name for folder in read)}")

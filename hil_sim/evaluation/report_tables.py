@@ -1,0 +1,118 @@
+"""A report's tables in Markdown: one line a method, means with 95 % bootstrap intervals."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from hil_sim.episode_run import EpisodeResult
+from hil_sim.evaluation.failures import CAUSES, split
+from hil_sim.evaluation.metrics import Figure, bootstrap, cell, difference, summarise
+from hil_sim.evaluation.results import FRAMES, mean_wall
+
+Runs = Mapping[str, Sequence[EpisodeResult]]  # a method's episodes, all methods the same ones
+
+
+@dataclass(frozen=True)
+class Gain:
+    """What a method is ahead of another by, on the episodes that both have driven."""
+
+    method: str
+    other: str
+    episodes: int
+    success: Figure
+    spl: Figure
+
+
+def outcomes(runs: Runs, seed: int) -> str:
+    """The main table."""
+    lines = _head("method", "SR %", "SPL %", "SoftSPL %", "DTS m", "FrontierDist m", "steps")
+    for name, results in runs.items():
+        s = summarise([r.outcome for r in results], seed)
+        cells = (cell(s.success, 100, 1), cell(s.spl, 100, 1), cell(s.soft_spl, 100, 1),
+                 cell(s.distance_m), cell(frontier_distance(results, seed)),
+                 cell(s.steps, 1, 0))  # fmt: skip
+        lines.append(_row(name, *cells))
+    return "\n".join(lines)
+
+
+def frontier_distance(results: Sequence[EpisodeResult], seed: int = 0) -> Figure:
+    """Mean over episodes of the mean true way, m, from an elected frontier to success."""
+    means = [sum(r.frontier_m) / len(r.frontier_m) for r in results if r.frontier_m]
+    return bootstrap(means, seed)
+
+
+def gains(runs: Runs, base: str, seed: int) -> list[Gain]:
+    """`base` against each other method, paired by episode."""
+    found = []
+    for name, results in runs.items():
+        if name == base:
+            continue
+        theirs = {r.episode: r for r in results}
+        pairs = [(r, theirs[r.episode]) for r in runs[base] if r.episode in theirs]
+        success = difference(
+            [float(a.success) for a, _ in pairs], [float(b.success) for _, b in pairs], seed
+        )
+        both = [(a.spl, b.spl) for a, b in pairs if a.spl is not None and b.spl is not None]
+        spl = difference([a for a, _ in both], [b for _, b in both], seed)
+        found.append(Gain(base, name, len(pairs), success, spl))
+    return found
+
+
+def differences(runs: Runs, base: str, seed: int) -> str:
+    """Paired differences to one method; an interval without 0 is marked."""
+    lines = _head(f"{base} minus", "episodes", "SR, points", "SPL, points")
+    for gain in gains(runs, base, seed):
+        lines.append(_row(gain.other, str(gain.episodes), *map(_marked, (gain.success, gain.spl))))
+    return "\n".join(lines)
+
+
+def failures(runs: Runs) -> str:
+    """How many episodes failed for which cause, collisions, and how the robot ended."""
+    lines = _head("method", "failed", *CAUSES, "collisions an episode", "ended stopped %")
+    for name, results in runs.items():
+        causes = split(results)
+        hits = sum(r.collisions for r in results) / len(results)
+        still = 100 * sum(r.stopped for r in results) / len(results)
+        failed = sum(causes.values())
+        counts = (str(causes[cause]) for cause in CAUSES)
+        lines.append(_row(name, f"{failed} of {len(results)}", *counts, f"{hits:.2f}",
+                          f"{still:.0f}"))  # fmt: skip
+    return "\n".join(lines)
+
+
+def categories(runs: Runs) -> str:
+    """Successes by goal: found / episodes."""
+    goals = sorted({r.goal for results in runs.values() for r in results})
+    lines = _head("goal", *runs)
+    for goal in goals:
+        cells = []
+        for results in runs.values():
+            of_goal = [r for r in results if r.goal == goal]
+            cells.append(f"{sum(r.success for r in of_goal)} / {len(of_goal)}")
+        lines.append(_row(goal, *cells))
+    return "\n".join(lines)
+
+
+def times(runs: Runs) -> str:
+    """Mean wall seconds an episode by stage, and frames rendered or shared with other methods."""
+    means = {name: mean_wall(results) for name, results in runs.items()}
+    names = {stage for mean in means.values() for stage in mean} - {"total", *FRAMES}
+    stages = sorted(names, key=lambda n: -sum(mean.get(n, 0.0) for mean in means.values()))
+    heads = [stage.removeprefix("runtime.") for stage in stages]
+    lines = _head("method", "s an episode", *heads, "frames rendered", "frames shared")
+    for name, mean in means.items():
+        cells = [f"{mean.get(stage, 0.0):.1f}" for stage in ("total", *stages)]
+        lines.append(_row(name, *cells, *(f"{mean.get(count, 0.0):.0f}" for count in FRAMES)))
+    return "\n".join(lines)
+
+
+def _marked(figure: Figure) -> str:
+    clear = figure.n > 0 and (figure.low > 0 or figure.high < 0)
+    return f"**{cell(figure, 100, 1)}**" if clear else cell(figure, 100, 1)
+
+
+def _head(*names: str) -> list[str]:
+    return [_row(*names), "|---" * len(names) + "|"]
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"

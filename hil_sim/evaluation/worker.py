@@ -1,0 +1,277 @@
+"""A process that drives episodes of one scene with every method, and tells its parent of each.
+
+One scene a process: PyBullet's EGL renderer cannot draw a second one. One runtime serves all
+methods; of one episode they share the frames that more than one of them looks at.
+"""
+
+import signal
+import sys
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hil_sim.assets import Assets
+from hil_sim.episode_run import EpisodeResult, run_episode
+from hil_sim.episodes import Episode, check_start
+from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
+from hil_sim.evaluation.metrics import spl
+from hil_sim.faults import model_fault, parse_faults
+from hil_sim.homes import open_scene
+from hil_sim.link import HarnessError, Runtime, rfnav_command
+from hil_sim.methods import Method, method_named
+from hil_sim.protocol import Protocol, protocol_named
+from hil_sim.quiet import keep_stdout_for_python
+from hil_sim.rig import camera_of, home_of, open_world, shortest, start_of
+from hil_sim.scene import SceneError
+from hil_sim.stage import Driver, Home
+from runtime.errors import RfNavError
+
+if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
+    from hil_sim.truth import Truth
+    from hil_sim.world import World
+
+LABELS_PX = (320, 240)
+"""Frame size of methods that get true labels: their colours are never looked at."""
+
+MEMO_FRAMES = 1000
+"""Images whose detections the runtime keeps: methods of one episode see many of the same."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What all workers of an evaluation share."""
+
+    out: Path
+    protocol: str = "hm3d"
+    config: Path | None = None
+    settings: tuple[str, ...] = ()  # `--set` for the runtime
+    renderer: str = "auto"
+    faults: tuple[str, ...] = ()
+    noise: tuple[str, ...] = ()
+    sensors: tuple[str, ...] = ()  # beside the camera
+    tilt: str = "level"
+    seed: int = 0  # of noise and faults
+    realtime: bool = False
+
+
+@dataclass(frozen=True)
+class Task:
+    """One episode and the methods that have not driven it yet."""
+
+    episode: Episode
+    methods: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Episodes of one scene."""
+
+    scene: str
+    tasks: tuple[Task, ...]
+
+    @property
+    def name(self) -> str:
+        """For a log file: each episode begins in one job."""
+        return self.tasks[0].episode.id.replace("/", "_")
+
+    @property
+    def size(self) -> int:
+        """How many results it will have."""
+        return sum(len(task.methods) for task in self.tasks)
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something slow begins."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Failure:
+    """The worker cannot go on, or an episode cannot begin (not `fatal`); one line."""
+
+    text: str
+    fatal: bool = True
+
+
+Message = Note | Failure | EpisodeResult
+Send = Callable[[Message], None]
+
+
+def work(job: Job, settings: Settings, parent: Connection) -> None:
+    """The process's main function; ends early on SIGTERM, taking its runtime along."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    keep_stdout_for_python()
+    try:
+        drive(job, settings, parent.send)
+    except RfNavError as error:
+        parent.send(Failure(str(error)))
+    finally:
+        parent.close()
+
+
+def drive(job: Job, settings: Settings, send: Send) -> None:
+    """Every task of a job, one message for each that is done."""
+    assets = Assets()
+    methods = {name for task in job.tasks for name in task.methods}
+    with ExitStack() as stack:
+        standby = stack.enter_context(_Standby(job, settings))
+        needed = any(method_named(name).driver == "runtime" for name in methods)
+        if needed:
+            standby.spawn()  # it loads while the scene does
+        world = stack.enter_context(open_world(open_scene(job.scene), assets, settings.renderer))
+        if needed:
+            standby.ready()  # what it cannot do is said before slow work begins
+        from hil_sim.truth import Truth
+
+        truth = Truth(world, assets, lambda text: send(Note(text)))
+        rig = _Rig(world, truth, standby, settings)
+        for task in job.tasks:
+            try:
+                check_start(task.episode, truth.space)
+                rig.memo.clear()
+                for method in task.methods:
+                    send(rig.run(task.episode, method))
+            except SceneError as error:
+                send(Failure(str(error), fatal=False))
+
+
+class _Rig:
+    """One scene with a robot in it, for one method's episode after another."""
+
+    def __init__(
+        self, world: "World", truth: "Truth", standby: "_Standby", settings: Settings
+    ) -> None:
+        self._world, self._truth, self._standby = world, truth, standby
+        self._settings = settings
+        self._faults = parse_faults(settings.faults)
+        # Who walks in front of the camera must be in every frame.
+        self.memo = FrameMemo(_renderer(world), 0 if self._faults else LIMIT_BYTES)
+
+    def run(self, episode: Episode, name: str) -> EpisodeResult:
+        """Drive one episode; what goes wrong with the runtime is in the result."""
+        method = method_named(name)
+        protocol = protocol_for(self._settings, method)
+        camera, tilt = camera_of(protocol), protocol.tilt_rad
+        home = home_of(
+            self._world, self._truth, protocol, episode.goal,
+            lambda pose: self.memo.look(pose, camera, tilt, not method.labels),
+        )  # fmt: skip
+        home.distance_m(start_of(episode))  # what is slow happens before the clock runs
+        self.memo.reset()
+        try:
+            result = self._episode(episode, name, method, home, protocol)
+        except HarnessError as error:  # the goal was refused
+            result = refused(episode, protocol, name, str(error), home)
+        if result.ended.startswith("error"):
+            self._standby.close()
+        frames = {"rendered": self.memo.rendered, "recalled": self.memo.recalled}
+        return replace(result, wall={**result.wall, **frames})
+
+    def _episode(
+        self, episode: Episode, name: str, method: Method, home: Home, protocol: Protocol
+    ) -> EpisodeResult:
+        driver: Driver
+        if method.driver == "shortest":
+            driver, home = shortest(self._truth, home, episode, protocol)
+        else:
+            driver = self._standby.ready()
+        log_dir, seed = self._settings.out / name / episode.id, self._settings.seed
+        if isinstance(driver, Runtime) and self._settings.realtime:
+            from hil_sim.realtime import run_realtime
+
+            return run_realtime(
+                episode, home, driver, protocol, name, log_dir,
+                faults=self._faults, seed=seed, renderer=self._settings.renderer,
+            )  # fmt: skip
+        return run_episode(
+            episode, home, driver, protocol, name, log_dir, faults=self._faults, seed=seed
+        )
+
+
+def protocol_for(settings: Settings, method: Method) -> Protocol:
+    """The protocol as a method sees it: those with true labels have smaller frames."""
+    protocol = protocol_named(settings.protocol, settings.tilt, settings.noise, settings.sensors)
+    if method.driver == "shortest" and (protocol.base is not None or settings.realtime):
+        raise HarnessError("oracle-goal: takes steps and turns; choose hm3d or robothor, lockstep")
+    if method.labels:
+        width, height = LABELS_PX
+        protocol = replace(protocol, width=width, height=height)
+    return protocol
+
+
+def _renderer(world: "World") -> Render:
+    return lambda x, y, yaw, camera, pitch, colour: world.render(
+        x, y, yaw, camera, pitch, colour=colour
+    )
+
+
+def refused(
+    episode: Episode, protocol: Protocol, method: str, why: str, home: Home
+) -> EpisodeResult:
+    """The result of an episode that never began."""
+    blank = EpisodeResult(
+        episode=episode.id,
+        scene=episode.scene,
+        goal=episode.goal,
+        method=method,
+        protocol=protocol.name,
+        success=False,
+        ended=f"error: {why}",
+        steps=0,
+        collisions=0,
+        decisions=0,
+        shortest_path_m=episode.shortest_path_m,
+        path_m=0.0,
+        distance_m=home.distance_m(start_of(episode)),
+        spl=None,
+        soft_spl=0.0,
+    )
+    return replace(blank, spl=spl(blank.outcome))
+
+
+class _Standby:
+    """A runtime that loads while the scene does, and comes back after it has failed."""
+
+    def __init__(self, job: Job, settings: Settings) -> None:
+        self._log = settings.out / "logs" / f"runtime-{job.name}.log"
+        mode = () if settings.realtime else ("--lockstep",)
+        command, more = model_fault(parse_faults(settings.faults), mode)
+        self._command = command or rfnav_command(mode)
+        self._settings = (f"detector.memo_frames={MEMO_FRAMES}", *settings.settings, *more)
+        self._config = settings.config
+        self._runtime: Runtime | None = None
+        self._entered = False
+
+    def __enter__(self) -> "_Standby":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def spawn(self) -> Runtime:
+        """Begin to load, if nothing is loaded."""
+        if self._runtime is None:
+            self._runtime = Runtime(self._log, self._config, self._settings, self._command)
+        return self._runtime
+
+    def ready(self) -> Runtime:
+        """The runtime; RfNavError when it cannot start."""
+        runtime = self.spawn()
+        if not self._entered:
+            try:
+                runtime.__enter__()
+            except HarnessError as error:
+                raise RfNavError(str(error)) from error
+            self._entered = True
+        return runtime
+
+    def close(self) -> None:
+        """End it, if it runs; the next `ready` starts another."""
+        if self._runtime is not None:
+            self._runtime.close()
+        self._runtime, self._entered = None, False
