@@ -12,6 +12,7 @@ from models.errors import ModelError
 from models.session import open_session
 
 MAX_TOKENS = 64
+MEMO = 10_000  # texts whose rows are kept
 
 Rows = NDArray[np.float32]
 
@@ -24,6 +25,7 @@ class TextEncoder:
             Path(directory) / "model.onnx", threads
         )
         self._tokenizer = _open_tokenizer(Path(directory) / "tokenizer.json")
+        self._memo: dict[str, Rows] = {}
         self._inputs = {i.name for i in self._session.get_inputs()}
         self.dimension = int(self.embed(["a"]).shape[1])
 
@@ -36,6 +38,13 @@ class TextEncoder:
         return np.concatenate([self._row(text) for text in texts])
 
     def _row(self, text: str) -> Rows:
+        if text not in self._memo:
+            if len(self._memo) >= MEMO:
+                self._memo.clear()
+            self._memo[text] = self._embedded(text)
+        return self._memo[text]
+
+    def _embedded(self, text: str) -> Rows:
         ids = np.array([self._tokenizer.encode(text).ids], np.int64)
         mask = np.ones_like(ids)
         feeds = {"input_ids": ids, "attention_mask": mask, "token_type_ids": np.zeros_like(ids)}
