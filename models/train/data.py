@@ -24,6 +24,7 @@ KEEP_FRACTION = 0.3
 """A box of which a crop leaves less than this becomes an ignore region."""
 
 NOISE_SLACK = 128
+UNLEARNED = -1
 
 Image = NDArray[np.uint8]
 
@@ -49,12 +50,15 @@ class Batch(NamedTuple):
     room: Tensor
 
 
-def read_frames(directory: Path, categories: Sequence[str]) -> list[Labelled]:
-    """All finished frames of a directory, labels as indices into `categories`.
+def read_frames(
+    directory: Path, categories: Sequence[str], held_out: Sequence[str] = ()
+) -> list[Labelled]:
+    """All finished frames of a directory, labels as indices into `categories`; what is of a
+    `held_out` category becomes an ignore region.
 
     Reads annotations.json where it is there, and the shards of a rendering that still runs.
     """
-    index = {name: i for i, name in enumerate(categories)}
+    index = {name: i for i, name in enumerate(categories)} | dict.fromkeys(held_out, UNLEARNED)
     frames: dict[Path, Labelled] = {}
     for path in sorted(directory.rglob("*.json")):
         try:
@@ -90,12 +94,13 @@ def _labelled(path: Path, row: dict[str, Any], index: dict[str, int]) -> Labelle
     for mark in marks:
         if mark["category"] not in index:
             raise ModelError(f"{path}: category {mark['category']!r} has no names in names.toml")
+    labels = np.array([index[m["category"]] for m in marks], np.int64)
     xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
     return Labelled(
         path=path,
         boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
-        labels=np.array([index[m["category"]] for m in marks], np.int64),
-        ignore=np.array([bool(m["ignore"]) for m in marks], np.bool_),
+        labels=np.maximum(labels, 0),
+        ignore=np.array([bool(m["ignore"]) for m in marks], np.bool_) | (labels == UNLEARNED),
         room=str(row.get("room") or ""),
     )
 

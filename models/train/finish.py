@@ -151,7 +151,7 @@ def main(data: Path, out: Path, passes: int, seed: int) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
     names = load_names(TextEncoder(store.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
-    frames = read_frames(data, names.categories)
+    frames = read_frames(data, names.categories, names.held_out)
     features = collect(network, frames, names, passes, seed, click.echo)
     torch.save(
         {"average": finish(network, features, names, seed, click.echo).state_dict()}, out / FINISHED

@@ -20,9 +20,11 @@ Embed = Callable[[Sequence[str]], np.ndarray]
 
 @dataclass(frozen=True)
 class Names:
-    """Embedded names. `compare` (C, C): 1 where category j's names count for a region of i."""
+    """Embedded names. `compare` (C, C): 1 where category j's names count for a region of i.
+    `held_out` categories are in the frames and never learned."""
 
     categories: tuple[str, ...]
+    held_out: tuple[str, ...]
     rooms: tuple[str, ...]
     compare: Tensor
     _category_rows: tuple[Tensor, ...]
@@ -53,6 +55,7 @@ def load_names(embed: Embed, path: Path = PATH) -> Names:
     ]
     return Names(
         categories=tuple(known),
+        held_out=tuple(table.get("held_out", ())),
         rooms=tuple(rooms["names"]),
         compare=compare,
         _category_rows=tuple(_rows(embed, body["names"]) for body in known.values()),

@@ -149,7 +149,7 @@ def train(
         trainer.restore(checkpoint)
         say(f"resumed at step {trainer.step}, {trainer.spent_s / 60:.1f} min spent")
     while trainer.done() < 1:
-        frames = read_frames(data, trainer.names.categories)
+        frames = read_frames(data, trainer.names.categories, trainer.names.held_out)
         say(f"epoch {trainer.epoch}: {len(frames)} frames")
         source = batches(frames, trainer.names.rooms, recipe.batch, trainer.rng, trainer.size)
         for losses in _steps(trainer, source):

@@ -1,6 +1,7 @@
 """The trainer on drawn frames: targets, augmentation, and a loss that falls."""
 
 import json
+import tomllib
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,7 +15,7 @@ from models.errors import ModelError  # noqa: E402
 from models.train import data, finish, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou, room_loss  # noqa: E402
-from models.train.names import load_names  # noqa: E402
+from models.train.names import PATH, load_names  # noqa: E402
 from models.train.network import Network  # noqa: E402
 from models.train.synthetic import SHAPES, draw_frames  # noqa: E402
 from models.train.trainer import Recipe, Trainer  # noqa: E402
@@ -39,6 +40,25 @@ def trainer(frames: Path) -> Trainer:
     torch.set_num_threads(2)
     recipe = Recipe(warmup_steps=1, minutes=1e3)
     return Trainer(Network(frozen=0), load_names(embed), recipe)
+
+
+def test_held_out_categories_are_ignored_and_unseen_names_are_not_trained(frames: Path) -> None:
+    names = load_names(embed)
+    whole = data.read_frames(frames, names.categories)
+    gone = names.categories[int(whole[0].labels[0])]
+    rest = [name for name in names.categories if name != gone]
+    held = data.read_frames(frames, rest, [gone])
+    for before, after in zip(whole, held, strict=True):
+        lost = [names.categories[i] == gone for i in before.labels]
+        assert after.ignore.tolist() == (before.ignore | np.array(lost, bool)).tolist()
+        kept = [rest[i] for i, out in zip(after.labels, lost, strict=True) if not out]
+        named = zip(before.labels, lost, strict=True)
+        assert kept == [names.categories[i] for i, out in named if not out]
+    table = tomllib.loads(PATH.read_text(encoding="utf-8"))
+    trained = {name for body in table["categories"].values() for name in body["names"]}
+    unseen = {name for body in table["categories"].values() for name in body.get("unseen", ())}
+    assert len(unseen) > 50
+    assert not trained & (unseen | {n for many in table["held_out"].values() for n in many})
 
 
 def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
