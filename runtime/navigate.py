@@ -14,6 +14,7 @@ from runtime.core import (
     brief,
     consensus,
     control,
+    coverage,
     frontiers,
     gain,
     keyframes,
@@ -25,6 +26,7 @@ from runtime.core import (
 from runtime.core.brief import BriefConfig
 from runtime.core.consensus import ConsensusConfig
 from runtime.core.control import STILL, Along, ControlConfig, Course, Spin, Toward
+from runtime.core.coverage import CoverageConfig
 from runtime.core.frontiers import FrontierConfig
 from runtime.core.gain import GainConfig
 from runtime.core.geometry import bearing, wrap_angle
@@ -87,6 +89,7 @@ class NavigateConfig:
     map: MapConfig = field(default_factory=MapConfig)
     semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
     frontiers: FrontierConfig = field(default_factory=FrontierConfig)
+    coverage: CoverageConfig = field(default_factory=CoverageConfig)
     keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
     gain: GainConfig = field(default_factory=GainConfig)
     brief: BriefConfig = field(default_factory=BriefConfig)
@@ -111,6 +114,7 @@ def perceive(
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
     outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
+    coverage.look(world.looked, world.map.frame, outline, cfg.coverage)
     semantics.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
     if detections.scene.size:
         keyframes.keep(world.keyframes, Keyframe(obs.pose, detections.scene), cfg.keyframes)
@@ -119,11 +123,14 @@ def perceive(
 
 def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
-    terrain = planner.survey(world.map, world.pose, cfg.robot.radius_m, cfg.planner)
-    world.seen = terrain, planner.march_from(terrain, world.pose.xy, unhurried=False)
+    frame = world.map.frame
+    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, cfg.planner)
     edge = frontiers.boundary(world.map, world.given_up, cfg.frontiers)
-    parts = frontiers.components(edge, world.map.frame, cfg.frontiers.min_cells)
-    named = frontiers.identify(world.memory, parts, world.map.frame, cfg.frontiers)
+    parts = frontiers.components(edge, frame, cfg.frontiers.min_cells)
+    if world.thorough:
+        dim = coverage.overlooked(world.map, world.looked, world.given_up) & ~edge
+        parts += frontiers.components(dim, frame, cfg.coverage.min_cells)
+    named = frontiers.identify(world.memory, parts, frame, cfg.frontiers)
     with_distances(world, named)
     return world
 
@@ -303,17 +310,22 @@ def _turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action 
 
 
 def _finish(world: World, cfg: NavigateConfig) -> Command:
-    """Nothing is left to explore: look at weak candidates, retry what was given up once, stop."""
+    """No frontier is left: look at weak candidates, then once more at what was given up, then at
+    what was seen only from afar; then stop."""
     weak = _approach_target(world, cfg, cfg.explore.weak_log_odds)
     if weak is not None:
         return weak
+    if world.thorough and world.retried:
+        return Command(
+            Action.STOP, "stop", None, f"no {world.goal} found and nothing left to explore"
+        )
     if not world.retried:
-        world.retried = True
+        world.retried, what = True, "retry what was given up before"
         world.given_up[:] = False
-        with_frontiers(world, cfg)
-        again = "retry frontiers given up before"
-        return Command(Action.TURN_LEFT, "look", None, again, course=Spin(cfg.control.look_radps))
-    return Command(Action.STOP, "stop", None, f"no {world.goal} found and nothing left to explore")
+    else:
+        world.thorough, what = True, "go to what was seen only from afar"
+    with_frontiers(world, cfg)
+    return Command(Action.TURN_LEFT, "look", None, what, course=Spin(cfg.control.look_radps))
 
 
 def _stalled(

@@ -131,6 +131,7 @@ class Search:
         world.map, world.memory, world.keyframes = before.map, before.memory, before.keyframes
         world.semantic = replace(before.semantic, names=names)
         world.given_up = np.zeros_like(before.given_up)
+        world.looked = np.zeros_like(before.looked)
         world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
         self.world = world
 

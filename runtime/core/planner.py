@@ -20,6 +20,9 @@ class PlannerConfig:
     comfort_m: float = 0.20  # further clearance that planning pays for, without insisting on it
     slowest: float = 0.25  # relative speed right at an obstacle
     escape_m: float = 0.35  # around the robot, cells that are free pass as traversable
+    pocket_m2: float = 1.5  # a robot that can reach no more than this is wedged
+    squeeze_m: tuple[float, ...] = (0.7, 1.2)  # around a wedged robot, in turn,
+    squeeze_slack_m: float = 0.07  # gaps may be this much too tight: maps err by a cell
 
 
 @dataclass(frozen=True)
@@ -49,9 +52,29 @@ class Field:
         return float(self.arrival_m[row, col]) if self.frame.contains(row, col) else math.inf
 
 
-def survey(grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig) -> Terrain:
+def look_around(
+    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig
+) -> tuple[Terrain, Field]:
+    """The terrain, and the geodesic distance from the robot. A wedged robot, to which nearly
+    nothing is reachable, is let through gaps close to it that look a little too tight."""
+    terrain = survey(grid, pose, radius_m, cfg)
+    reach = march_from(terrain, pose.xy, unhurried=False)
+    for squeeze_m in cfg.squeeze_m:
+        cells = int(np.isfinite(reach.arrival_m).sum())
+        small = cells * terrain.frame.resolution_m**2 < cfg.pocket_m2
+        if not small or 3 * cells > int(terrain.traversable.sum()):
+            break
+        terrain = survey(grid, pose, radius_m, cfg, squeeze_m)
+        reach = march_from(terrain, pose.xy, unhurried=False)
+    return terrain, reach
+
+
+def survey(
+    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig, squeeze_m: float = 0.0
+) -> Terrain:
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
-    the body would graze something: it is there already and must be able to leave."""
+    the body would graze something: it is there already and must be able to leave. Within
+    `squeeze_m` free cells count as clear although they are a little too tight."""
     rows, cols = grid.known_window()
     r, f = grid.frame.resolution_m, grid.frame
     frame = GridFrame(
@@ -67,6 +90,9 @@ def survey(grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig)
     hard = radius_m + cfg.margin_m
     proven = free & (grid.driven[rows, cols] > 0)
     clearance = np.where(proven, np.maximum(clearance, np.float32(hard)), clearance)
+    if squeeze_m > 0:
+        tight = _near(frame, pose, squeeze_m) & free & (clearance >= radius_m - cfg.squeeze_slack_m)
+        clearance = np.where(tight, np.maximum(clearance, np.float32(hard)), clearance)
     traversable = free & (clearance >= hard)
     near = _near(frame, pose, cfg.escape_m) & free
     ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)

@@ -88,7 +88,8 @@ def standpoints(
     candidates &= distance <= max(cfg.stop_m, best + 0.08)
     rows, cols = np.nonzero(candidates)
     clear = _line_of_sight(grid, terrain, np.stack([rows, cols], axis=1), instance)
-    candidates[rows[~clear], cols[~clear]] = False
+    if clear.any():  # else it stands on something that the camera looks over
+        candidates[rows[~clear], cols[~clear]] = False
     return candidates
 
 

@@ -59,6 +59,7 @@ class World:
     pose: Pose
     stamp_ns: int
     given_up: Mask  # (R, C) frontier cells that were looked at in vain
+    looked: Mask  # (R, C) cells seen from near
     memory: FrontierMemory = field(default_factory=FrontierMemory)
     frontiers: tuple[Frontier, ...] = ()
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
@@ -78,6 +79,7 @@ class World:
     blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
     keyframes: list[Keyframe] = field(default_factory=list)
     collisions: int = 0
+    thorough: bool = False  # no frontier is left: what was seen only from afar is gone to
     retried: bool = False  # given-up frontiers were already given a second chance
     visited_xy: list[tuple[float, float]] = field(default_factory=list)
 
@@ -95,8 +97,8 @@ class World:
         """A world of which nothing is known but that the robot stands in it."""
         grid = NavigationMap.around(pose, radius_m, cfg)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
-        given_up = np.zeros(grid.frame.shape, bool)
-        return cls(goal, grid, semantic, pose, 0, given_up, looks_left=looks)
+        given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
+        return cls(goal, grid, semantic, pose, 0, given_up, looked, looks_left=looks)
 
     @property
     def terrain(self) -> Terrain:
@@ -117,6 +119,7 @@ class World:
             top, bottom, left, right = padding
             self.semantic.grow(padding)
             self.given_up = np.pad(self.given_up, ((top, bottom), (left, right)))
+            self.looked = np.pad(self.looked, ((top, bottom), (left, right)))
 
     def give_up(self, cells_xy: F64, near_m: float = math.inf) -> None:
         """Never ask for these frontier cells again (those within `near_m` of the robot)."""

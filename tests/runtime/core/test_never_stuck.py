@@ -1,0 +1,93 @@
+"""A wedged robot gets out, what stands on a table can be reached, and what was seen only from afar
+is gone to before the search ends."""
+
+import numpy as np
+
+from runtime.core.coverage import CoverageConfig, look, overlooked
+from runtime.core.map import MapConfig, NavigationMap
+from runtime.core.planner import PlannerConfig, look_around, march_from, survey
+from runtime.core.semantics import Instance
+from runtime.core.target import TargetConfig, standpoints
+from runtime.core.types import Pose
+
+POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
+
+
+def floor(half_m: float = 3.0) -> NavigationMap:
+    """A square of free floor around the robot."""
+    grid = NavigationMap.around(POSE, RADIUS_M, MapConfig())
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x) < half_m) & (np.abs(y) < half_m)] = -10
+    grid.changed()
+    return grid
+
+
+def axes(grid: NavigationMap) -> tuple[np.ndarray, np.ndarray]:
+    frame = grid.frame
+    rows, cols = np.indices(frame.shape)
+    xy = frame.centres(np.stack([rows.ravel(), cols.ravel()], 1).astype(np.int32))
+    return xy[:, 0].reshape(frame.shape), xy[:, 1].reshape(frame.shape)
+
+
+def walled_in(gap_m: float) -> NavigationMap:
+    """A ring of obstacles 0.5 m around the robot, with one gap ahead of it."""
+    grid = floor()
+    x, y = axes(grid)
+    ring = (np.hypot(x, y) > 0.5) & (np.hypot(x, y) < 0.62) & ~((x > 0) & (np.abs(y) < gap_m / 2))
+    grid.evidence[ring] = 10
+    grid.changed()
+    return grid
+
+
+def area_m2(arrival: np.ndarray) -> float:
+    return float(np.isfinite(arrival).sum()) * 0.05**2
+
+
+def test_a_wedged_robot_is_let_through_a_gap_a_cell_too_tight():
+    grid, cfg = walled_in(0.34), PlannerConfig()
+    plain = march_from(survey(grid, POSE, RADIUS_M, cfg), POSE.xy, unhurried=False)
+    assert area_m2(plain.arrival_m) < 1.5
+    _, reach = look_around(grid, POSE, RADIUS_M, cfg)
+    assert area_m2(reach.arrival_m) > 10.0
+
+
+def test_it_is_not_let_through_a_gap_it_cannot_fit():
+    _, reach = look_around(walled_in(0.15), POSE, RADIUS_M, PlannerConfig())
+    assert area_m2(reach.arrival_m) < 1.5
+
+
+def test_free_ground_is_planned_over_as_always():
+    grid, cfg = floor(), PlannerConfig()
+    terrain, reach = look_around(grid, POSE, RADIUS_M, cfg)
+    plain = survey(grid, POSE, RADIUS_M, cfg)
+    assert terrain.speed.tolist() == plain.speed.tolist()
+    assert area_m2(reach.arrival_m) > 20.0
+
+
+def test_a_vase_amid_a_table_can_be_stood_before():
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x - 1.5) < 0.5) & (np.abs(y) < 0.8)] = 10  # the table top
+    grid.changed()
+    terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
+    vase = Instance(
+        1, "vase", np.zeros(0, np.float32), (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]),
+        log_odds=4.0, views=[POSE],
+    )  # fmt: skip
+    stands = standpoints(grid, terrain, reach, vase, TargetConfig())
+    assert stands.any()
+    rows, cols = np.nonzero(stands)
+    ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
+    assert (ahead[:, 0] < 1.0).all()  # on the side it was seen from
+
+
+def test_what_is_out_of_near_range_stays_overlooked():
+    grid, cfg = floor(), CoverageConfig()
+    looked = np.zeros(grid.frame.shape, bool)
+    outline = np.array([[-2.0, 0.0], [2.9, -1.0], [2.9, 1.0]])  # from the left, nearly 5 m deep
+    look(looked, grid.frame, outline, cfg)
+    left = overlooked(grid, looked, np.zeros(grid.frame.shape, bool))
+    near, far = grid.frame.cell(-0.5, 0.0), grid.frame.cell(1.5, 0.0)
+    assert looked[near]
+    assert not left[near]
+    assert left[far]
