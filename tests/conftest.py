@@ -3,5 +3,10 @@
 import sys
 from pathlib import Path
 
+from hypothesis import settings
+
+settings.register_profile("untimed", deadline=None)  # correctness tests do not time
+settings.load_profile("untimed")
+
 sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]
 sys.path.insert(0, str(Path(__file__).parent / "hil_sim"))

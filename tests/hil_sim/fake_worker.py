@@ -44,7 +44,7 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
             send(Failure("furniture: none here; run `hil-sim assets pull`"))
             return
         if mode == "hang" and index == 1:
-            time.sleep(60)
+            time.sleep(600)
         for method in task.methods:
             if mode == "shuffle":
                 time.sleep(random.random() / 50)
