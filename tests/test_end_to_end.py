@@ -45,7 +45,8 @@ def test_a_robot_finds_the_toilet_in_a_small_flat(tmp_path: Path):
             m["expert"] for m in decision["missing"]
         }
         assert heard == {"o2f", "r2f", "sle"}
-        assert {"expert": "sle", "cause": "no model"} in decision["missing"]
+        causes = {m["cause"] for m in decision["missing"]}
+        assert causes <= {"no evidence", "no preference"}
     arrays, meta = read_map(out)
     assert arrays["free"].sum() > 1000
     assert "toilet" in {thing["name"] for thing in meta["objects"]}
