@@ -6,6 +6,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -90,6 +91,15 @@ def test_a_workers_own_failure_is_passed_on(worker: Any, tmp_path: Path) -> None
         run(evaluation(tmp_path, "fail"), Results(tmp_path), worker.work)
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """A shell that starts tests in the background has Ctrl-C ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_leaves_finished_work(worker: Any, tmp_path: Path) -> None:
     def interrupt() -> None:
         until_s = time.monotonic() + 90
