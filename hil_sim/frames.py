@@ -1,6 +1,6 @@
 """`hil-sim frames`: labelled frames of generated homes, to train and test detectors on.
 
-One process renders one home (EGL reuses texture ids wrongly after a reset). Finished homes are
+One process renders one home. Finished homes are
 kept as shards, so that an interrupted run goes on where it stopped.
 """
 

@@ -143,7 +143,7 @@ if __name__ == "__main__":
     from hil_sim.episodes import HM3D_GOALS
     from hil_sim.scene import load_scene
 
-    for name in sys.argv[1:]:  # one process a scene: EGL reuses texture ids wrongly
+    for name in sys.argv[1:]:  # one process a scene
         if len(sys.argv) > 2:
             subprocess.run([sys.executable, "-m", "hil_sim.truth", name], check=True)
             continue

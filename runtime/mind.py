@@ -4,6 +4,7 @@ With `__main__` the only importer of models/.
 """
 
 import hashlib
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
@@ -102,7 +103,10 @@ class LocalMind:
                 raise ModelError(str(error)) from error
             path = Path(self._models.score_file) if self._models.score_file else default_path()
             rungs = ((name, local), ("embedding", Similarity(self._encoder)))
-            self._scorer = Scorer(rungs, self._clock, ScoreFile(path, local.identity))
+            file = ScoreFile(path, local.identity)
+            self._scorer = Scorer(rungs, self._clock, file)
+            if file.error:  # nothing depends on it but how soon the experts answer
+                print(f"rfnav: {file.error}", file=sys.stderr)
         return self._scorer
 
     def detect(self, rgb: U8) -> Detections:
