@@ -1,7 +1,8 @@
-"""`hil-sim frames`: labelled frames of generated homes, to train and test detectors on.
+"""`hil-sim frames`: labelled frames of generated homes and RoboTHOR replicas, to train and test
+detectors on.
 
-One process renders one home. Finished homes are
-kept as shards, so that an interrupted run goes on where it stopped.
+One process renders one home. Finished homes are kept as shards, so that an interrupted run goes on
+where it stopped.
 """
 
 import json
@@ -21,18 +22,19 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from hil_sim.furniture import box_of
-from hil_sim.generate.home import generate
+from hil_sim.homes import open_scene
 from hil_sim.labels import LABELLED, View, labels, seen_room
 from hil_sim.quiet import hushed, keep_stdout_for_python
+from hil_sim.robothor.metadata import APARTMENTS
 from hil_sim.viewpoints import viewpoints
 
 FRAMES_A_HOME = 25
 HEIGHT_M = (0.73, 1.03)
-PITCH_RAD = math.radians(8)
+PITCH_RAD = math.radians(10)
 HFOV_RAD = math.radians(79)
 
 
-def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: Path) -> int:
+def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int:
     """Render one home into out/images and write its shard; returns the number of frames."""
     keep_stdout_for_python()
     with hushed():
@@ -40,7 +42,7 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
         from hil_sim.world import Appearance, Camera, Light, World
 
     cv2.setNumThreads(1)
-    scene, rng = generate(seed, split), random.Random(f"frames/{split}/{seed}")
+    scene, rng = open_scene(name), random.Random(f"frames/{name}")
     boxes, rows = [box_of(obj) for obj in scene.objects], []
     with World(scene, Assets(), "auto", Appearance()) as world:
         for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
@@ -48,14 +50,14 @@ def render_home(seed: int, split: str, frames: int, size: tuple[int, int], out: 
             view = View(x, y, rng.uniform(*HEIGHT_M), yaw, -pitch, HFOV_RAD)
             camera = Camera(*size, HFOV_RAD, view.z_m)
             frame = world.render(x, y, yaw, camera, pitch, Light(*daylight(rng)))
-            name = f"{split}-{seed:06d}-{index:02d}.jpg"
+            image = f"{name}-{index:02d}.jpg"
             rgb = photograph(rng, frame.rgb)
-            cv2.imwrite(str(out / "images" / name), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
+            cv2.imwrite(str(out / "images" / image), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
             room = seen_room(scene, view, frame.depth_m)
             objects = [vars(label) for label in found]
-            rows.append({"file_name": name, "room": room, "objects": objects})
-    shard = _shard(out, split, seed)
+            rows.append({"file_name": image, "room": room, "objects": objects})
+    shard = _shard(out, name)
     partial = shard.with_suffix(".part")
     partial.write_text(json.dumps(rows), encoding="utf-8")
     os.replace(partial, shard)
@@ -74,7 +76,7 @@ def daylight(rng: random.Random) -> tuple[Triple, Triple, float, float]:
     direction = (reach * math.cos(azimuth), reach * math.sin(azimuth), reach * height)
     warm = rng.uniform(-0.05, 0.12)
     colour = (min(1.0, 1.0 + warm), 0.98, min(1.0, 0.98 - warm))
-    return direction, colour, rng.uniform(0.5, 0.7), rng.uniform(0.3, 0.5)
+    return direction, colour, rng.uniform(0.4, 0.7), rng.uniform(0.25, 0.6)
 
 
 def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -88,44 +90,48 @@ def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
+def homes(split: str, seed: int, frames: int, replicas: bool) -> list[str]:
+    """Names of as many homes as `frames` need: the split's RoboTHOR replicas first where they are
+    asked for, then generated homes of seeds from `seed` on."""
+    first = f"FloorPlan_{split.capitalize()}"
+    found = [name for name in APARTMENTS if replicas and name.startswith(first)]
+    count = math.ceil(frames / FRAMES_A_HOME)
+    return [*found, *(f"{split}-{seed + i}" for i in range(count - len(found)))][:count]
+
+
 def render(
-    out: Path, frames: int, seed: int, split: str, size: tuple[int, int], workers: int = 2
+    out: Path, frames: int, names: list[str], size: tuple[int, int], workers: int = 2
 ) -> dict[str, Any]:
-    """Render the homes of seeds from `seed` on until there are `frames`; returns the COCO data."""
+    """Render these homes until there are `frames`; returns the COCO data."""
     for folder in ("images", "shards"):
         (out / folder).mkdir(parents=True, exist_ok=True)
-    homes = range(seed, seed + math.ceil(frames / FRAMES_A_HOME))
-    todo = [home for home in homes if not _shard(out, split, home).exists()]
-    done = (len(homes) - len(todo)) * FRAMES_A_HOME
+    todo = [name for name in names if not _shard(out, name).exists()]
+    done = (len(names) - len(todo)) * FRAMES_A_HOME
     spawn = multiprocessing.get_context("spawn")
     with (
-        tqdm(
-            total=frames, initial=min(done, frames), unit="frame", desc=split, disable=None
-        ) as bar,
+        tqdm(total=frames, initial=min(done, frames), unit="frame", disable=None) as bar,
         ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
     ):
-        jobs = [pool.submit(render_home, home, split, FRAMES_A_HOME, size, out) for home in todo]
+        jobs = [pool.submit(render_home, name, FRAMES_A_HOME, size, out) for name in todo]
         try:
             for job in as_completed(jobs):
                 bar.update(min(job.result(), frames - bar.n))
         except KeyboardInterrupt:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    coco = collect(out, split, homes, frames, size)
+    coco = collect(out, names, frames, size)
     (out / "annotations.json").write_text(json.dumps(coco), encoding="utf-8")
     return coco
 
 
-def _shard(out: Path, split: str, seed: int) -> Path:
-    return out / "shards" / f"{split}-{seed:06d}.json"
+def _shard(out: Path, name: str) -> Path:
+    return out / "shards" / f"{name}.json"
 
 
-def collect(
-    out: Path, split: str, homes: range, frames: int, size: tuple[int, int]
-) -> dict[str, Any]:
+def collect(out: Path, names: list[str], frames: int, size: tuple[int, int]) -> dict[str, Any]:
     """The shards of these homes as one COCO detection file."""
     ids = {name: i + 1 for i, name in enumerate(LABELLED)}
-    rows = [row for home in homes for row in json.loads(_shard(out, split, home).read_text())]
+    rows = [row for name in names for row in json.loads(_shard(out, name).read_text())]
     images: list[dict[str, Any]] = []
     annotations: list[dict[str, Any]] = []
     for image_id, row in enumerate(rows[:frames], 1):
@@ -165,21 +171,22 @@ def counts(coco: dict[str, Any]) -> dict[str, int]:
 @click.option("--frames", default=1000, show_default=True, type=click.IntRange(1))
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First home.")
 @click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
-@click.option("--width", default=416, show_default=True, type=click.IntRange(64, 1920))
-@click.option("--height", default=320, show_default=True, type=click.IntRange(64, 1920))
+@click.option("--replicas", is_flag=True, help="The split's RoboTHOR replicas first.")
+@click.option("--width", default=640, show_default=True, type=click.IntRange(64, 1920))
+@click.option("--height", default=480, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
 def frames_command(
-    out: Path, frames: int, seed: int, split: str, width: int, height: int, workers: int,
-    json_file: Path | None,
+    out: Path, frames: int, seed: int, split: str, replicas: bool, width: int, height: int,
+    workers: int, json_file: Path | None,
 ) -> None:  # fmt: skip
-    """Render labelled frames of generated homes (COCO detection format).
+    """Render labelled frames of generated homes and RoboTHOR replicas (COCO detection format).
 
     \b
-    Example: hil-sim frames --out frames/train --frames 5000 --split train
+    Example: hil-sim frames --out frames/train --frames 5000 --split train --replicas
     A run that was interrupted goes on with the same command.
     """
-    coco = render(out, frames, seed, split, (width, height), workers)
+    coco = render(out, frames, homes(split, seed, frames, replicas), (width, height), workers)
     found = counts(coco)
     for name, count in found.items():
         click.echo(f"{name:16} {count:6}")

@@ -11,8 +11,12 @@ from hil_sim.furniture import Box
 from hil_sim.scene import CATEGORIES, Scene, room_at
 
 LABELLED = tuple(name for name in CATEGORIES if name not in ("other", "door"))
-LEAST_PIXELS = 100
-LEAST_VISIBLE = 0.25
+LEAST_PIXELS = 200
+"""Of a 640x480 frame; of a smaller one as many fewer."""
+FULL_PX = 640 * 480
+"""Pixels are counted as in a frame of this size."""
+LEAST_SIDE_PX = 6
+LEAST_VISIBLE = 0.3
 FILL = 0.6
 """Share of a box's silhouette that the object inside typically covers."""
 OWN_ROOM_SHARE = 0.5
@@ -63,7 +67,8 @@ def labels(
         x0, x1, y0, y1 = int(cols[0]), int(cols[-1]) + 1, int(rows[0]), int(rows[-1]) + 1
         area = int(counts[index])
         cut = x0 == 0 or y0 == 0 or x1 == width or y1 == height
-        small = area < LEAST_PIXELS * (4 if cut else 1) or min(x1 - x0, y1 - y0) < 6
+        least = LEAST_PIXELS * segmentation.size / FULL_PX * (4 if cut else 1)
+        small = area < least or min(x1 - x0, y1 - y0) < LEAST_SIDE_PX
         share = _visible_share(boxes[index], view, depth, mask)
         found.append(
             Label(category, (x0, y0, x1 - x0, y1 - y0), area, small or share < LEAST_VISIBLE)

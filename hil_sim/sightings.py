@@ -5,9 +5,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.labels import LABELLED
+from hil_sim.labels import FULL_PX, LABELLED
 from hil_sim.scene import Scene, room_at
-from hil_sim.witness import FULL_PX
 from runtime.core.types import Pose
 
 LEAST_PIXELS = 100

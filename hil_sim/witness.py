@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.labels import FULL_PX
 from hil_sim.protocol import Sighting
 from hil_sim.robot import Robot
 from runtime.core.types import Pose
 
-FULL_PX = 640 * 480
-"""Pixels are counted as in a frame of this size."""
 LEAST_PIXELS, SEEN_M = 200, 5.0
 """The goal counts as seen with this many pixels of one instance, no further than this."""
 BELIEVED_M = 0.5

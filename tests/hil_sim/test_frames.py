@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hil_sim.assets import Assets
-from hil_sim.frames import FRAMES_A_HOME, collect, counts, photograph, render
+from hil_sim.frames import FRAMES_A_HOME, collect, counts, homes, photograph, render
 from hil_sim.furniture import box_of
 from hil_sim.labels import LABELLED, View, labels, seen_room, to_optical
 from hil_sim.scene import Room, Scene, SceneObject
@@ -89,13 +89,20 @@ def test_shards_become_one_coco_file(tmp_path: Path) -> None:
         {"file_name": f"{i}.jpg", "room": "kitchen", "objects": [label, {**label, "ignore": True}]}
         for i in range(3)
     ]
-    (tmp_path / "shards" / "train-000004.json").write_text(json.dumps(rows))
-    coco = collect(tmp_path, "train", range(4, 5), 2, SIZE)
+    (tmp_path / "shards" / "train-4.json").write_text(json.dumps(rows))
+    coco = collect(tmp_path, ["train-4"], 2, SIZE)
     assert [image["file_name"] for image in coco["images"]] == ["0.jpg", "1.jpg"]
     assert coco["images"][0]["room"] == "kitchen"
     assert [a["iscrowd"] for a in coco["annotations"]] == [0, 1, 0, 1]
     assert counts(coco)["sofa"] == 2
     assert counts(coco)["bed"] == 0
+
+
+def test_replicas_come_first_and_stay_in_their_split() -> None:
+    names = homes("val", 7, 16 * FRAMES_A_HOME, replicas=True)
+    assert names[0] == "FloorPlan_Val1_1"
+    assert names[14:] == ["FloorPlan_Val3_5", "val-7"]
+    assert homes("train", 7, 2 * FRAMES_A_HOME, replicas=False) == ["train-7", "train-8"]
 
 
 def test_a_photograph_repeats_by_seed_and_keeps_its_shape() -> None:
@@ -109,9 +116,10 @@ def test_a_photograph_repeats_by_seed_and_keeps_its_shape() -> None:
 @pytest.mark.slow
 @pytest.mark.skipif(not Assets().present, reason="the furniture is not in the cache")
 def test_a_home_is_rendered_and_kept(tmp_path: Path) -> None:
-    coco = render(tmp_path, 3, 0, "train", SIZE, workers=1)
+    names = homes("train", 0, 3, replicas=False)
+    coco = render(tmp_path, 3, names, SIZE, workers=1)
     assert len(coco["images"]) == 3
     assert len(list((tmp_path / "images").glob("*.jpg"))) == FRAMES_A_HOME
     before = {p: p.stat().st_mtime_ns for p in (tmp_path / "images").iterdir()}
-    assert render(tmp_path, 3, 0, "train", SIZE, workers=1) == coco
+    assert render(tmp_path, 3, names, SIZE, workers=1) == coco
     assert before == {p: p.stat().st_mtime_ns for p in (tmp_path / "images").iterdir()}
