@@ -30,15 +30,21 @@ KEEP_MEMORY = {
 @click.option("--batch", default=8, show_default=True)
 @click.option("--threads", default=2, show_default=True)
 @click.option("--seed", default=1, show_default=True)
-def main(data: Path, out: Path, minutes: float, batch: int, threads: int, seed: int) -> None:
+@click.option(
+    "--start",
+    type=click.Path(path_type=Path, exists=True),
+    help="Checkpoint of an earlier run to begin with; default: ImageNet's weights.",
+)
+def main(
+    data: Path, out: Path, minutes: float, batch: int, threads: int, seed: int, start: Path | None
+) -> None:
     """Train, or go on training, the detector; checkpoints and log.csv go to OUT."""
     torch.set_num_threads(threads)
     cv2.setNumThreads(1)
     state = torch.load(store.fetch("efficientnet-lite0"), map_location="cpu", weights_only=True)
     encoder = TextEncoder(store.fetch("minilm"))
-    train(
-        data, out, state, encoder.embed, Recipe(minutes=minutes, batch=batch, seed=seed), click.echo
-    )
+    recipe = Recipe(minutes=minutes, batch=batch, seed=seed)
+    train(data, out, state, encoder.embed, recipe, click.echo, start)
 
 
 if __name__ == "__main__":

@@ -20,6 +20,9 @@ from models.errors import ModelError
 WIDTH, HEIGHT = FULL = 416, 320
 SMALL = 320, 256
 """Sizes (width, height) px. A frame at SMALL takes 0.62 of the time of one at FULL."""
+ZOOMED, ZOOM = 0.75, (0.65, 2.0)
+"""Share of the frames that are zoomed, and by how much: what is in a frame at 640 px is seen at the
+size it has there by networks that take smaller ones."""
 KEEP_FRACTION = 0.3
 """A box of which a crop leaves less than this becomes an ignore region."""
 
@@ -126,8 +129,8 @@ def augment(
     """Flip, zoom and shift, then what cameras do; boxes follow and are clipped."""
     height, width = image.shape[:2]
     move = np.array([[size[0] / width, 0, 0], [0, size[1] / height, 0]], np.float64)
-    if rng.random() < 0.6:
-        zoom = float(np.exp(rng.uniform(np.log(0.6), np.log(1.7))))
+    if rng.random() < ZOOMED:
+        zoom = float(np.exp(rng.uniform(*np.log(ZOOM))))
         slack = np.array(size) * (1 - zoom)
         move = move * zoom
         move[:, 2] += slack * rng.random(2)

@@ -136,12 +136,18 @@ def train(
     embed: Embed,
     recipe: Recipe,
     say: Callable[[str], None],
+    start: Path | None = None,
 ) -> None:
-    """Train until the recipe's minutes are used; frames that appear meanwhile join each epoch."""
+    """Train until the recipe's minutes are used; frames that appear meanwhile join each epoch.
+
+    `start`: a checkpoint whose averaged weights a new run begins with, in place of ImageNet's.
+    """
     torch.manual_seed(recipe.seed)
     out.mkdir(parents=True, exist_ok=True)
     network = Network()
     network.backbone.load_imagenet(backbone)
+    if start is not None:
+        network.load_state_dict(torch.load(start, map_location="cpu", weights_only=True)["average"])
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     trainer = Trainer(network, load_names(embed), recipe)
     checkpoint = out / CHECKPOINT
