@@ -30,7 +30,7 @@ from runtime.core.coverage import CoverageConfig
 from runtime.core.frontiers import FrontierConfig
 from runtime.core.gain import GainConfig
 from runtime.core.geometry import bearing, wrap_angle
-from runtime.core.keyframes import Keyframe, KeyframeConfig
+from runtime.core.keyframes import KeyframeConfig
 from runtime.core.map import MapConfig
 from runtime.core.planner import PlannerConfig
 from runtime.core.semantics import SemanticsConfig
@@ -116,8 +116,9 @@ def perceive(
     outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
     coverage.look(world.looked, world.map.frame, outline, cfg.coverage)
     semantics.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
-    if detections.scene.size:
-        keyframes.keep(world.keyframes, Keyframe(obs.pose, detections.scene), cfg.keyframes)
+    if detections.scene.size or cfg.keyframes.image_width_px:
+        frame = keyframes.take(obs, detections, mount, cfg.keyframes)
+        keyframes.keep(world.keyframes, frame, cfg.keyframes)
     return with_frontiers(world, cfg)
 
 
@@ -158,7 +159,7 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
     frames, candidates = world.keyframes, world.frontiers
     views = {
-        f.id: keyframes.best_view(frames, f.centre_xy, world.map, cfg.keyframes) for f in candidates
+        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
     }
     told = brief.compose(
         world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief

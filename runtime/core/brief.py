@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
+from runtime.core.keyframes import View
 from runtime.core.map import NavigationMap
 from runtime.core.semantics import Instance, SemanticMap
 from runtime.core.types import (
@@ -62,15 +63,14 @@ def compose(
     grid: NavigationMap,
     semantic: SemanticMap,
     frontiers: Iterable[Frontier],
-    views: Mapping[int, F32],
+    views: Mapping[int, View],
     cfg: BriefConfig,
 ) -> Brief:
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
     things = _Things.of(semantic, grid.frame, cfg)
-    none = np.zeros(0, np.float32)
     told = [
-        _frontier_brief(f, grid, semantic, things, views.get(f.id, none), cfg) for f in reachable
+        _frontier_brief(f, grid, semantic, things, views.get(f.id, View()), cfg) for f in reachable
     ]
     return Brief(goal, stamp_ns, tuple(told))
 
@@ -80,7 +80,7 @@ def _frontier_brief(
     grid: NavigationMap,
     semantic: SemanticMap,
     things: "_Things",
-    view: F32,
+    view: View,
     cfg: BriefConfig,
 ) -> FrontierBrief:
     window, origin = _window(grid.frame, frontier.cells_xy, cfg.object_range_m + 0.5)
@@ -91,7 +91,9 @@ def _frontier_brief(
     walk_m = steps * np.float32(resolution)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
     objects = _objects(things, origin, walk_m, cfg)
-    return FrontierBrief(frontier.id, frontier.distance_m, objects, rooms, view)
+    return FrontierBrief(
+        frontier.id, frontier.distance_m, objects, rooms, view.embedding, view.jpeg
+    )
 
 
 @dataclass(frozen=True)

@@ -123,6 +123,9 @@ class FrontierBrief:
     rooms: tuple[tuple[str, float], ...]  # room type and probability, vocabulary order; or empty
     view: F32 = field(default_factory=lambda: np.zeros(0, np.float32), compare=False, repr=False)
     """(D,) embedding of the keyframe that looks toward it best, or (0,)."""
+    image: bytes = field(default=b"", compare=False, repr=False)
+    """That keyframe as a JPEG, a marker on the floor where the frontier is; b"" when none is
+    kept."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +176,8 @@ class Decision:
     ballot: Ballot
     stamp_ns: int
     why: str  # the event that made it due
+    without: tuple[tuple[str, int | None], ...] = ()
+    """By expert that voted: what would have been elected without its vote."""
 
 
 class Action(StrEnum):
