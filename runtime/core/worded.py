@@ -1,0 +1,268 @@
+"""Experts that reason in words, for large models: a brief becomes a conversation, and the reply, a
+reason and a set of frontiers, becomes a vote. No model here.
+
+What may be answered is told twice, as a JSON schema (for servers) and as a GBNF grammar (for
+llama.cpp): `{"reason": "...", "frontiers": [2, 5]}` with a non-empty subset of the brief's
+frontiers, or `"frontiers": "abstain"`. A model that was held to neither is read as leniently as
+can be done without guessing.
+"""
+
+import base64
+import json
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+
+REASON_CHARS = 240
+NAME_CHARS = 60
+REPLY_CHARS = 20_000  # of a reply that are looked at
+ABSTAIN = "abstain"
+
+_TASK = {
+    "o2f": "Judge only by the objects that were seen near each frontier.",
+    "r2f": "Judge only by the type of room that each frontier seems to lead to.",
+    "both": "Judge by the objects near each frontier and by its type of room.",
+    "sle": (
+        "Judge by the picture taken toward each frontier, in which a red dot with a white rim "
+        "marks the place, and by the objects and the type of room there."
+    ),
+}
+_SYSTEM = """\
+You guide a robot that looks for an object in a home that it has never seen before. It has mapped \
+a part of the home. A frontier is a place where the mapped part ends and unexplored space begins. \
+Recommend every frontier behind which the object is likely to be found, and only those. {task} \
+Answer with one JSON object: {{"reason": "one short sentence", "frontiers": [ids]}}. If nothing \
+speaks for one frontier rather than another, answer with "frontiers": "abstain"."""
+
+
+@dataclass(frozen=True)
+class Message:
+    """What is said by `role`; parts in order, text as str and JPEG images as bytes."""
+
+    role: str
+    parts: tuple[str | bytes, ...]
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """A conversation and the ids that its answer may name, sorted."""
+
+    expert: str
+    messages: tuple[Message, ...]
+    ids: tuple[int, ...]
+
+    @property
+    def images(self) -> int:
+        return sum(isinstance(part, bytes) for m in self.messages for part in m.parts)
+
+    @property
+    def text_bytes(self) -> int:
+        """UTF-8 bytes of all text: no tokenizer makes more tokens than that of it."""
+        texts = (part for m in self.messages for part in m.parts if isinstance(part, str))
+        return sum(len(text.encode()) for text in texts)
+
+
+def compose(expert: str, brief: Brief, images: bool = True) -> Prompt | Missing:
+    """The question that one expert is asked; Missing when it has nothing to go by. Without
+    `images` there are none in it, and an expert of images has nothing to go by."""
+    if len(brief.frontiers) < 2:
+        return Missing(expert, "no evidence")  # one frontier is no choice
+    shown = images and expert == "sle"
+    if expert == "sle" and not images:
+        return Missing(expert, "privacy: no image may be sent")
+    if not any(_evidence(expert, f) for f in brief.frontiers):
+        return Missing(expert, "no images" if expert == "sle" else "no evidence")
+    goal = _word(brief.goal)
+    parts: list[str | bytes] = [f"The robot looks for: {goal}.\n"]
+    for frontier in brief.frontiers:
+        parts.append(_told(expert, frontier))
+        if shown and frontier.image:
+            parts.append(frontier.image)
+    parts.append(f"\nWhich frontiers should the robot explore to find: {goal}?")
+    system = Message("system", (_SYSTEM.format(task=_TASK[expert]),))
+    ids = tuple(sorted(f.id for f in brief.frontiers))
+    return Prompt(expert, (system, Message("user", _joined(parts))), ids)
+
+
+def single(brief: Brief, frontier: FrontierBrief) -> tuple[Message, ...]:
+    """SLE's question about one frontier's picture, to be answered by yes or no."""
+    goal = _word(brief.goal)
+    question = (
+        f"A robot in a home looks for: {goal}. In this picture a red dot with a white rim marks "
+        f"where unexplored space begins. {_around(frontier)}"
+        f"Is {goal} likely to be found beyond the dot? Answer yes or no."
+    )
+    return (Message("user", (frontier.image, question)),)
+
+
+def chat(messages: Iterable[Message]) -> list[dict[str, Any]]:
+    """Messages as OpenAI-compatible endpoints and llama.cpp's handlers take them; images become
+    data URLs."""
+    return [{"role": m.role, "content": _content(m.parts)} for m in messages]
+
+
+def schema(ids: Sequence[int]) -> dict[str, Any]:
+    """JSON schema of an answer that names only these frontiers."""
+    subset = {
+        "type": "array",
+        "items": {"type": "integer", "enum": list(ids)},
+        "minItems": 1,
+        "maxItems": len(ids),
+    }
+    return {
+        "type": "object",
+        "properties": {
+            "reason": {"type": "string"},
+            "frontiers": {"anyOf": [subset, {"type": "string", "enum": [ABSTAIN]}]},
+        },
+        "required": ["reason", "frontiers"],
+        "additionalProperties": False,
+    }
+
+
+def grammar(ids: Sequence[int]) -> str:
+    """GBNF of the same answer; a set is spelled in ascending order, so that none is named twice."""
+    ordered = sorted(set(ids))
+    lines = [
+        'root ::= "{\\"reason\\": " text ", \\"frontiers\\": " ( set | none ) "}"',
+        f'none ::= "\\"{ABSTAIN}\\""',
+        # printable, without quote and backslash: nothing in it needs an escape
+        f'text ::= "\\"" [^"\\\\\\x00-\\x1F\\x7F]{{1,{REASON_CHARS}}} "\\""',
+        f'set ::= "[" ( {" | ".join(f"from{n}" for n in range(len(ordered)))} ) "]"',
+    ]
+    for n, number in enumerate(ordered):
+        later = " | ".join(f"from{k}" for k in range(n + 1, len(ordered)))
+        lines.append(f'from{n} ::= "{number}"' + (f' ( ", " ( {later} ) )?' if later else ""))
+    return "\n".join(lines) + "\n"
+
+
+def read(reply: str, expert: str, ids: Iterable[int], rung: str = "local") -> Vote | Missing:
+    """A model's reply as a vote, by equal shares of its set; anything but a non-empty set of known
+    frontiers is Missing, with the cause."""
+    found = _answer(reply[:REPLY_CHARS])
+    if found is None:
+        return Missing(expert, "nonsense: no answer in the reply")
+    reason, named = _line(found.get("reason"), REASON_CHARS), found["frontiers"]
+    if isinstance(named, str) and named.strip().lower() == ABSTAIN:
+        return Missing(expert, f"abstains: {reason}" if reason else "abstains")
+    numbers = [_number(item) for item in named] if isinstance(named, list) else [None]
+    chosen = sorted({n for n in numbers if n is not None})
+    if None in numbers:
+        return Missing(expert, f"nonsense: frontiers are {_line(json.dumps(named), 60)}")
+    known = sorted(set(ids))
+    strangers = [n for n in chosen if n not in known]
+    if strangers:
+        told = _line(", ".join(map(str, strangers)), 60)
+        return Missing(expert, f"nonsense: voted for unknown frontier {told}")
+    if not chosen:
+        return Missing(expert, "nonsense: voted for no frontier")
+    shares = tuple((n, 1.0 / len(chosen) if n in chosen else 0.0) for n in known)
+    return Vote(expert, tuple(chosen), shares, reason or "no reason given", rung)
+
+
+def _answer(text: str) -> dict[str, Any] | None:
+    """The last JSON object in a text that has "frontiers": models tend to think aloud first."""
+    decoder, at, found = json.JSONDecoder(), 0, None
+    while (at := text.find("{", at)) >= 0:
+        try:
+            value, end = decoder.raw_decode(text, at)
+        except (ValueError, RecursionError):
+            at += 1
+            continue
+        if isinstance(value, dict) and "frontiers" in value:
+            found = value
+        at = end
+    return found
+
+
+def _number(item: object) -> int | None:
+    """2, "2" and "frontier 2" are 2; True, 2.5 and "two" are nothing."""
+    if isinstance(item, bool):
+        return None
+    if isinstance(item, int):
+        return item
+    if isinstance(item, str):
+        digits = re.fullmatch(r"\s*(?:frontier\s*)?#?(\d{1,9})\s*", item, re.IGNORECASE | re.ASCII)
+        return int(digits[1]) if digits else None
+    return None
+
+
+def _evidence(expert: str, frontier: FrontierBrief) -> bool:
+    if expert == "sle":
+        return bool(frontier.image)
+    objects, rooms = bool(frontier.objects), bool(frontier.rooms)
+    return {"o2f": objects, "r2f": rooms, "both": objects or rooms}[expert]
+
+
+def _told(expert: str, frontier: FrontierBrief) -> str:
+    lines = [f"\nFrontier {frontier.id}, {frontier.distance_m:.1f} m away."]
+    if expert != "r2f":
+        lines.append(_objects(frontier))
+    if expert != "o2f":
+        lines.append(_rooms(frontier))
+    if expert == "sle":
+        lines.append("Its picture:" if frontier.image else "There is no picture of it.")
+    return " ".join(line for line in lines if line)
+
+
+def _around(frontier: FrontierBrief) -> str:
+    told = [text for text in (_objects(frontier), _rooms(frontier)) if text]
+    return "".join(f"{text} " for text in told)
+
+
+def _objects(frontier: FrontierBrief) -> str:
+    if not frontier.objects:
+        return "No object is known near it."
+    seen = (
+        f"{_word(o.name)} ({o.distance_m:.1f} m, {o.confidence:.0%} sure)" for o in frontier.objects
+    )
+    return f"Objects near it: {', '.join(seen)}."
+
+
+def _rooms(frontier: FrontierBrief) -> str:
+    likely = sorted(frontier.rooms, key=lambda room: (-room[1], room[0]))[:3]
+    told = [f"{_word(name)} ({p:.0%})" for name, p in likely if p >= 0.05]
+    return f"Room: {', '.join(told)}." if told else "Its type of room is not known."
+
+
+def _joined(parts: Sequence[str | bytes]) -> tuple[str | bytes, ...]:
+    """Texts beside each other made one."""
+    out: list[str | bytes] = []
+    for part in parts:
+        if out and isinstance(part, str) and isinstance(last := out[-1], str):
+            out[-1] = last + part
+        else:
+            out.append(part)
+    return tuple(out)
+
+
+def _content(parts: Sequence[str | bytes]) -> str | list[dict[str, Any]]:
+    if len(parts) == 1 and isinstance(text := parts[0], str):
+        return text
+    return [
+        {"type": "text", "text": part}
+        if isinstance(part, str)
+        else {"type": "image_url", "image_url": {"url": data_url(part)}}
+        for part in parts
+    ]
+
+
+def data_url(jpeg: bytes) -> str:
+    """RFC 2397."""
+    return f"data:image/jpeg;base64,{base64.b64encode(jpeg).decode()}"
+
+
+def _word(name: str) -> str:
+    """A name from the map as it may stand in a prompt: one short line."""
+    return _line(name, NAME_CHARS)
+
+
+def _line(text: object, limit: int) -> str:
+    """Printable, on one line, not longer than `limit`."""
+    if not isinstance(text, str):
+        return ""
+    line = " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return line if len(line) <= limit else line[: limit - 1] + "…"
