@@ -5,7 +5,7 @@ With `__main__` the only importer of models/.
 
 import hashlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Self
 
@@ -16,7 +16,7 @@ from models.language import LanguageModel
 from models.text import TextEncoder
 from models.vocabulary import load_vocabulary
 from runtime.config import Config
-from runtime.core import experts
+from runtime.core import consensus, experts
 from runtime.core.experts import OBJECTS, ROOMS
 from runtime.core.types import U8, Brief, Detections, Missing, Vote
 from runtime.edge.clock import Clock, Deadline
@@ -90,7 +90,14 @@ class LocalMind:
             scorer.warm(experts.questions(OBJECTS, understood.name, ()))
         if self._panel is not None:
             self._panel.close()
-        self._panel = Panel(self._experts(config), self._clock)
+        rule = config.navigate.consensus
+
+        def settled(votes: Sequence[Vote], pending: Collection[str], brief: Brief) -> bool:
+            # What the geometry ranks first is not in the brief: then everyone is waited for.
+            known = rule.fallback == "closest"
+            return known and consensus.settled(votes, pending, brief.frontiers, rule)
+
+        self._panel = Panel(self._experts(config), self._clock, settled=settled)
         return understood, self._panel
 
     def _ask_models(self) -> Scorer:

@@ -2,11 +2,12 @@
 
 import random
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Protocol
 
-from runtime.core.types import Ballot, Decision, Frontier, Vote
+from runtime.core.types import Ballot, Decision, Vote
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,16 @@ class ConsensusConfig:
 
 
 MODES = ("strict", "lenient", "best", "majority-3", "majority-5")
+
+
+class Candidate(Protocol):
+    """A frontier, as far as a vote needs to know it."""
+
+    @property
+    def id(self) -> int: ...
+
+    @property
+    def distance_m(self) -> float: ...
 
 
 def agree(sets: Sequence[frozenset[int]], lenient: bool = False) -> tuple[str, frozenset[int]]:
@@ -40,9 +51,41 @@ def agree(sets: Sequence[frozenset[int]], lenient: bool = False) -> tuple[str, f
     return "closest", frozenset()
 
 
+@dataclass(frozen=True)
+class _Field:
+    """What a vote is held over: the reachable frontiers, nearest first (ties: the older)."""
+
+    distance_m: Mapping[int, float]
+    fallback: int
+
+    @classmethod
+    def of(cls, frontiers: Iterable[Candidate], order: Sequence[int] = ()) -> "_Field | None":
+        """None when no frontier can be reached."""
+        far = sorted((f.distance_m, f.id) for f in frontiers if f.distance_m < float("inf"))
+        if not far:
+            return None
+        known = {id: distance for distance, id in far}
+        return cls(known, next((i for i in order if i in known), far[0][1]))
+
+    @property
+    def closest(self) -> int:
+        return next(iter(self.distance_m))
+
+    def ranked(self, ids: Collection[int], rank: str) -> list[int]:
+        """The best of `ids` first, as `consensus.rank` has it."""
+        sign = -1 if rank == "farthest" else 1
+        return sorted(ids, key=lambda i: (sign * self.distance_m[i], i))
+
+    def sets(self, votes: Iterable[Vote]) -> list[frozenset[int]]:
+        """Each vote's reachable frontiers, by expert; a vote for none of them is none."""
+        by_name = sorted(votes, key=_name)
+        inside = (frozenset(i for i in v.frontiers if i in self.distance_m) for v in by_name)
+        return [s for s in inside if s]
+
+
 def elect(
     ballot: Ballot,
-    frontiers: Iterable[Frontier],
+    frontiers: Iterable[Candidate],
     cfg: ConsensusConfig,
     stamp_ns: int = 0,
     why: str = "",
@@ -50,50 +93,107 @@ def elect(
 ) -> Decision:
     """Decide a ballot among the reachable frontiers. Ties in distance go to the older frontier.
     `order` ranks frontiers for the fallback; without it the closest is the fallback."""
-    reachable = sorted(
-        (f for f in frontiers if f.distance_m < float("inf")), key=lambda f: (f.distance_m, f.id)
-    )
-    if not reachable:
+    field = _Field.of(frontiers, order)
+    if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
-    known = frozenset(f.id for f in reachable)
-    sets = [s for v in sorted(ballot.votes, key=_name) if (s := frozenset(v.frontiers) & known)]
-    if cfg.mode in ("strict", "lenient"):
-        rule, chosen = agree(sets, cfg.mode == "lenient")
-    else:
-        rule, chosen = _single(ballot, reachable, cfg, stamp_ns)
-    closest = reachable[0].id
-    ranked = [f.id for f in reachable if f.id in chosen]
-    if ranked and cfg.rank == "farthest":
-        top = max(f.distance_m for f in reachable if f.id in chosen)
-        ranked = [f.id for f in reachable if f.id in chosen and f.distance_m == top]
-    alive = {f.id for f in reachable}
-    fallback = next((i for i in order if i in alive), closest)
-    if not ranked and order:
+    winner, rule, chosen = _outcome(ballot.votes, field, cfg, stamp_ns)
+    if not chosen and order:
         rule = cfg.fallback
-    winner = ranked[0] if ranked else fallback
-    return Decision(winner, rule, tuple(sorted(chosen)), closest, ballot, stamp_ns, why)
+    without = tuple(
+        (left_out, _outcome(others, field, cfg, stamp_ns)[0])
+        for left_out in sorted(v.expert for v in ballot.votes)
+        for others in [[v for v in ballot.votes if v.expert != left_out]]
+    )
+    standing = tuple(sorted(chosen))
+    return Decision(winner, rule, standing, field.closest, ballot, stamp_ns, why, without)
 
 
-def successor(decision: Decision, frontiers: Iterable[Frontier]) -> int | None:
-    """The elected frontier if it still exists and can be reached, else the nearest of the chosen
-    set that does, else the closest of all; None when there is none."""
-    alive = {f.id: f.distance_m for f in frontiers if f.distance_m < float("inf")}
-    if decision.frontier in alive:
+def _outcome(
+    votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
+) -> tuple[int, str, frozenset[int]]:
+    """The elected frontier, the rule, the chosen set."""
+    if cfg.mode in ("strict", "lenient"):
+        rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")
+    else:
+        rule, chosen = _single(votes, field, cfg, stamp_ns)
+    ranked = field.ranked(chosen, cfg.rank)
+    return ranked[0] if ranked else field.fallback, rule, chosen
+
+
+def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
+    """Whether the votes elect by themselves: False when the fallback would decide. Votes are taken
+    to be for reachable frontiers, as a brief lists no others."""
+    if cfg.mode in ("strict", "lenient"):
+        sets = [frozenset(v.frontiers) for v in ballot.votes if v.frontiers]
+        return bool(agree(sets, cfg.mode == "lenient")[1])
+    return any(p > 0 for v in sorted(ballot.votes, key=_name)[:1] for _, p in v.probabilities)
+
+
+def settled(
+    votes: Sequence[Vote],
+    pending: Collection[str],
+    frontiers: Iterable[Candidate],
+    cfg: ConsensusConfig,
+    order: Sequence[int] = (),
+) -> bool:
+    """True iff no possible votes of the `pending` experts (by name; each may name any non-empty
+    set of frontiers, or abstain) can change the frontier that `votes` elect. Exact.
+
+    Let k experts have voted, m be pending, c(f) count the votes for f, and a be the winner now.
+    With two or more votes and an agreement on a, a new vote can keep "all" (then any frontier of
+    the intersection may win: there must be no other), or break it; then every frontier wins that
+    two name and that ranks before all others that two name: m new votes lift f to c(f) + m. So a
+    stands iff it is the only one of the intersection, if there is one, and none that ranks before
+    it can be lifted to two. Without an agreement among two or more, one new vote can always make
+    one. With fewer than two votes, two pending ones can elect anything; one pending one can elect
+    any frontier of the lone vote, or leave things to the fallback.
+    """
+    field = _Field.of(frontiers, order)
+    if not pending or field is None or len(field.distance_m) == 1:
+        return True
+    if cfg.mode not in ("strict", "lenient"):
+        # One expert's word counts, the first by name that votes.
+        return any(v.expert < min(pending) for v in votes)
+    sets, left = field.sets(votes), len(pending)
+    if len(sets) < 2:
+        if left > 1 or not sets:
+            return left == 1 and not sets and cfg.mode == "strict"
+        return sets[0] == {field.fallback}
+    rule, chosen = agree(sets)
+    if not chosen or (rule == "all" and len(chosen) > 1):
+        return False
+    named = Counter(i for s in sets for i in s)
+    winner = field.ranked(chosen, cfg.rank)[0]
+    order_of_all = field.ranked(list(field.distance_m), cfg.rank)
+    before = order_of_all[: order_of_all.index(winner)]
+    return all(named[i] + left < 2 for i in before)
+
+
+def successor(
+    decision: Decision, frontiers: Iterable[Candidate], rank: str = "nearest"
+) -> int | None:
+    """The decision on a newer map: the elected frontier if it still exists and can be reached, else
+    the next of the chosen set (by `rank`, at today's distances), else the closest of all; None when
+    there is none. The ballot is not counted again: it was about another map."""
+    field = _Field.of(frontiers)
+    if field is None:
+        return None
+    if decision.frontier in field.distance_m:
         return decision.frontier
-    candidates = [i for i in decision.chosen if i in alive] or sorted(alive)
-    return min(candidates, key=lambda i: (alive[i], i), default=None)
+    heirs = field.ranked([i for i in decision.chosen if i in field.distance_m], rank)
+    return heirs[0] if heirs else field.closest
 
 
 def _single(
-    ballot: Ballot, reachable: Sequence[Frontier], cfg: ConsensusConfig, stamp_ns: int
+    votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
 ) -> tuple[str, frozenset[int]]:
     """The modes that follow one expert: its surest frontier, or the most frequent of samples of its
-    probabilities. `reachable` is sorted by distance: ties go to the nearest."""
-    if not ballot.votes:
+    probabilities. Ties go to the nearest."""
+    if not votes:
         return "closest", frozenset()
-    vote = min(ballot.votes, key=_name)
+    vote = min(votes, key=_name)
     p = dict(vote.probabilities)
-    ids = [f.id for f in reachable if p.get(f.id, 0.0) > 0]
+    ids = [i for i in field.distance_m if p.get(i, 0.0) > 0]
     if not ids:
         return "closest", frozenset()
     if cfg.mode == "best":
