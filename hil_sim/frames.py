@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from hil_sim.furniture import box_of
-from hil_sim.homes import open_scene
+from hil_sim.homes import REPLICA, open_scene
 from hil_sim.labels import LABELLED, View, labels, seen_room
 from hil_sim.quiet import hushed, keep_stdout_for_python
 from hil_sim.robothor.metadata import APARTMENTS
@@ -35,7 +35,8 @@ HFOV_RAD = math.radians(79)
 
 
 def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int:
-    """Render one home into out/images and write its shard; returns the number of frames."""
+    """Render one home into out/images and write its shard; returns the number of frames. A
+    replica's views get no room type: those of its rooms are only inferred from the furniture."""
     keep_stdout_for_python()
     with hushed():
         from hil_sim.assets import Assets
@@ -54,7 +55,7 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
             rgb = photograph(rng, frame.rgb)
             cv2.imwrite(str(out / "images" / image), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
-            room = seen_room(scene, view, frame.depth_m)
+            room = "" if name.startswith(REPLICA) else seen_room(scene, view, frame.depth_m)
             objects = [vars(label) for label in found]
             rows.append({"file_name": image, "room": room, "objects": objects})
     shard = _shard(out, name)
