@@ -37,6 +37,7 @@ class LocalMind:
             load_vocabulary(Path(models.vocabulary)) if models.vocabulary else load_vocabulary()
         )
         self.rooms = vocabulary.rooms
+        self._spoken = tuple(experts.spoken_room(name) for name in vocabulary.rooms)
         self._objects = vocabulary.objects
         self._scorer: Scorer | None = None
         self._panel: Panel | None = None
@@ -85,8 +86,8 @@ class LocalMind:
         self._config, self._classes = config, understood.classes
         if config.panel.experts:
             scorer = self._ask_models()
-            rooms = [experts.spoken_room(name) for name in self.rooms]
-            scorer.warm(experts.questions(ROOMS, understood.name, rooms))
+            scorer.warm(experts.questions(ROOMS, understood.name, self._spoken))
+            scorer.warm(experts.door_questions(self._spoken))
             scorer.warm(experts.questions(OBJECTS, understood.name, ()))
         if self._panel is not None:
             self._panel.close()
@@ -156,13 +157,14 @@ class LocalMind:
             return experts.vote_objects(brief, self._near(brief, by), cfg)
 
         def rooms(brief: Brief, by: Deadline) -> Vote | Missing:
-            return experts.vote_rooms(brief, self._around(brief, by), cfg)
+            return experts.vote_rooms(brief, self._around(brief, by), cfg, self._doors(by))
 
         def scene(brief: Brief, by: Deadline) -> Vote | Missing:
             return experts.vote_scene(brief, self._likeness(brief), cfg)
 
         def both(brief: Brief, by: Deadline) -> Vote | Missing:
-            return experts.vote_both(brief, self._near(brief, by), self._around(brief, by), cfg)
+            near, around = self._near(brief, by), self._around(brief, by)
+            return experts.vote_both(brief, near, around, cfg, self._doors(by))
 
         table: dict[str, Expert] = {"o2f": objects, "r2f": rooms, "sle": scene, "both": both}
         return {name: table[name] for name in config.panel.experts}
@@ -171,7 +173,14 @@ class LocalMind:
         return self._affinities(experts.OBJECTS, brief, experts.things_near(brief), by)
 
     def _around(self, brief: Brief, by: Deadline) -> dict[str, float]:
-        return self._affinities(experts.ROOMS, brief, experts.room_types(brief.frontiers), by)
+        rooms = self._spoken if any(f.rooms for f in brief.frontiers) else ()
+        return self._affinities(experts.ROOMS, brief, rooms, by)
+
+    def _doors(self, by: Deadline) -> experts.Doors:
+        if self._scorer is None:
+            return experts.NO_DOORS
+        answers = self._scorer.answer(experts.door_questions(self._spoken), by)
+        return experts.behind(self._spoken, answers)
 
     def _affinities(
         self, topic: experts.Topic, brief: Brief, things: Sequence[str], by: Deadline

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
+from runtime.core.instances import Instance
 from runtime.core.keyframes import View
 from runtime.core.map import NavigationMap
-from runtime.core.semantics import Instance, SemanticMap
+from runtime.core.semantics import SemanticMap
 from runtime.core.types import (
     F32,
     F64,
@@ -35,6 +36,8 @@ class BriefConfig:
     object_confidence: float = 0.6  # less certain ones are not mentioned
     room_range_m: float = 1.5  # around the frontier, where room evidence is averaged
     room_weight_min: float = 1.0  # mean evidence, in views, below which no room type is told
+    doorway_m: tuple[float, float] = (0.5, 1.4)  # width of a gap that is taken for a doorway
+    jamb_m: float = 0.25  # from both its ends to something occupied
 
 
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
@@ -91,8 +94,29 @@ def _frontier_brief(
     walk_m = steps * np.float32(resolution)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
     objects = _objects(things, origin, walk_m, cfg)
+    door = doorway(frontier.cells_xy, grid, cfg)
     return FrontierBrief(
-        frontier.id, frontier.distance_m, objects, rooms, view.embedding, view.jpeg
+        frontier.id, frontier.distance_m, objects, rooms, view.embedding, view.jpeg, door
+    )
+
+
+def doorway(cells_xy: F64, grid: NavigationMap, cfg: BriefConfig) -> bool:
+    """Whether cells (N, 2) m span a door's width and have something standing at both ends."""
+    middle = cells_xy.mean(axis=0)
+    axis = np.linalg.svd(cells_xy - middle, full_matrices=False)[2][0]
+    along = (cells_xy - middle) @ axis
+    width = float(np.ptp(along)) + grid.frame.resolution_m
+    if not cfg.doorway_m[0] <= width <= cfg.doorway_m[1]:
+        return False
+    reach = math.ceil(cfg.jamb_m / grid.frame.resolution_m)
+    ends = grid.frame.cells(cells_xy[[int(along.argmin()), int(along.argmax())]])
+    return all(
+        bool(
+            grid.occupied[
+                max(0, r - reach) : r + reach + 1, max(0, c - reach) : c + reach + 1
+            ].any()
+        )
+        for r, c in ends
     )
 
 

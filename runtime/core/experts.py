@@ -7,11 +7,11 @@ word in other contexts (some nouns are likely everywhere).
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Brief, Missing, Vote
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class ExpertConfig:
     object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
     prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
     view_scale: float = 8.0  # nats per unit of cosine between a view and the goal
+    door_weight: float = 0.7  # of what a doorway seems to lead to, against the room it is seen from
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,9 @@ class Topic:
     anchors: tuple[str, ...]
 
 
+Doors = Mapping[str, Mapping[str, float]]
+"""By room type: what a door of it leads to."""
+NO_DOORS: Doors = {}
 REFERENCES = ("bed", "sofa", "table", "toilet", "refrigerator", "lamp", "desk", "plant")
 OBJECTS = Topic(
     (
@@ -56,6 +60,10 @@ ROOMS = Topic(
     ("kitchen", "bathroom", "bedroom", "living room", "dining room", "home office", "hallway"),
 )
 
+DOORS = (
+    "Next to the {thing}, through the door, is the",
+    "The door of the {thing} leads to the",
+)
 SCENE = "a room with a {thing}"
 
 
@@ -89,14 +97,42 @@ def affinities(
     return known
 
 
+def door_questions(rooms: Sequence[str]) -> tuple[Question, ...]:
+    """Everything to be scored before `behind` can be computed; `rooms` are all room types."""
+    contexts = [t.format(thing=room) for room in rooms for t in DOORS]
+    return tuple(Question(context, " " + other) for context in contexts for other in rooms)
+
+
+def behind(rooms: Sequence[str], answers: Mapping[Question, float]) -> Doors:
+    """What a door of each room type leads to: probabilities of the other types; {} while a question
+    is unanswered. A language model likes to say the same room again; a door leads to another."""
+    try:
+        nats = {
+            (room, other): fmean(
+                answers[Question(t.format(thing=room), " " + other)]
+                - fmean(answers[Question(t.format(thing=r), " " + other)] for r in rooms)
+                for t in DOORS
+            )
+            for room in rooms
+            for other in rooms
+            if other != room
+        }
+    except KeyError:
+        return {}
+    total = {r: math.fsum(math.exp(nats[r, o]) for o in rooms if o != r) for r in rooms}
+    return {r: {o: math.exp(nats[r, o]) / total[r] for o in rooms if o != r} for r in rooms}
+
+
 def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
     """O2F: which frontiers do the objects near them recommend?"""
     return _vote("o2f", brief, object_evidence(brief, affinity, cfg), cfg)
 
 
-def vote_rooms(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
-    """R2F: which frontiers do their room types recommend?"""
-    return _vote("r2f", brief, room_evidence(brief, affinity), cfg)
+def vote_rooms(
+    brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig, doors: Doors = NO_DOORS
+) -> Vote | Missing:
+    """R2F: which frontiers do their room types, and what doors seem to lead to, recommend?"""
+    return _vote("r2f", brief, room_evidence(brief, affinity, doors, cfg), cfg)
 
 
 def object_evidence(
@@ -120,16 +156,29 @@ def object_evidence(
     return evidence
 
 
-def room_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tuple[float, str]]:
-    """Nats and the likeliest room type, by frontier."""
+def room_evidence(
+    brief: Brief, affinity: Mapping[str, float], doors: Doors, cfg: ExpertConfig
+) -> dict[int, tuple[float, str]]:
+    """Nats and the likeliest room type, by frontier; a doorway also has what is behind it."""
+    beyond = {
+        room: sum(p * affinity[other] for other, p in others.items())
+        for room, others in doors.items()
+        if all(other in affinity for other in others)
+    }
     evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
-        known = [(p, name) for name, p in frontier.rooms if spoken_room(name) in affinity]
-        if not known or sum(p for p, _ in known) <= 0:
+        spoken = [(p, spoken_room(name), name) for name, p in frontier.rooms]
+        known = [(p, room, name) for p, room, name in spoken if room in affinity]
+        total = sum(p for p, _, _ in known)
+        if total <= 0:
             continue
-        total = sum(p for p, _ in known)
-        nats = sum(p * affinity[spoken_room(name)] for p, name in known) / total
-        evidence[frontier.id] = nats, max(known)[1]
+        nats = sum(p * affinity[room] for p, room, _ in known) / total
+        told = max(known)[2]
+        if frontier.doorway and all(room in beyond for _, room, _ in known):
+            behind_it = sum(p * beyond[room] for p, room, _ in known) / total
+            nats += cfg.door_weight * (behind_it - nats)
+            told = f"door of {told}"
+        evidence[frontier.id] = nats, told
     return evidence
 
 
@@ -145,9 +194,11 @@ def vote_both(
     by_object: Mapping[str, float],
     by_room: Mapping[str, float],
     cfg: ExpertConfig,
+    doors: Doors = NO_DOORS,
 ) -> Vote | Missing:
     """One expert in place of two, to compare with: objects' and rooms' evidence added up."""
-    near, around = object_evidence(brief, by_object, cfg), room_evidence(brief, by_room)
+    near = object_evidence(brief, by_object, cfg)
+    around = room_evidence(brief, by_room, doors, cfg)
     ids = sorted({*near, *around})
     evidence = {i: near.get(i, (0.0, ""))[0] + around.get(i, (0.0, ""))[0] for i in ids}
     told = {i: ", ".join(v[i][1] for v in (near, around) if i in v) for i in ids}
@@ -192,11 +243,6 @@ def spoken_room(name: str) -> str:
 def things_near(brief: Brief) -> tuple[str, ...]:
     """Names of all objects in the brief, sorted."""
     return tuple(sorted({o.name for f in brief.frontiers for o in f.objects}))
-
-
-def room_types(frontiers: Iterable[FrontierBrief]) -> tuple[str, ...]:
-    """Room types in the brief as the language model is told of them, sorted."""
-    return tuple(sorted({spoken_room(name) for f in frontiers for name, _ in f.rooms}))
 
 
 def _preference(template: str, thing: str, goal: str, answers: Mapping[Question, float]) -> float:

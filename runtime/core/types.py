@@ -126,6 +126,7 @@ class FrontierBrief:
     image: bytes = field(default=b"", compare=False, repr=False)
     """That keyframe as a JPEG, a marker on the floor where the frontier is; b"" when none is
     kept."""
+    doorway: bool = False  # it fills a gap between obstacles: what is behind is another room
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """From scores to votes: what the experts ask, and what they make of the answers."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import pytest
@@ -14,6 +15,8 @@ from runtime.core.experts import (
     ExpertConfig,
     Question,
     affinities,
+    behind,
+    door_questions,
     questions,
     recommend,
     vote_objects,
@@ -127,7 +130,8 @@ def test_the_set_is_exactly_what_is_above_the_bar(evidence: dict[int, float]):
         i: math.exp((e - max(evidence.values())) / CFG.temperature) for i, e in evidence.items()
     }
     bar = CFG.bar / len(evidence)
-    expected = tuple(sorted(i for i in evidence if weights[i] / sum(weights.values()) >= bar))
+    total = math.fsum(weights.values())
+    expected = tuple(sorted(i for i in evidence if weights[i] / total >= bar))
     if expected:
         assert isinstance(outcome, Vote)
         assert outcome.frontiers == expected
@@ -139,3 +143,39 @@ def test_equal_evidence_is_no_preference():
     told = brief(near(1), near(2), near(3))
     outcome = recommend("o2f", told, {1: 1.0, 2: 1.0, 3: 1.0}, {1: "", 2: "", 3: ""}, CFG)
     assert outcome == Missing("o2f", "no preference")
+
+
+ALL_ROOMS = ("kitchen", "bathroom", "hallway")
+
+
+def told_of_doors(likely: str) -> dict[Question, float]:
+    """Answers of a model that says `likely` behind the hallway's door, and else the same room."""
+    return {
+        q: 3.0 * (q.continuation == f" {likely}" and "hallway" in q.context)
+        + 5.0 * (q.continuation.strip() in q.context)
+        for q in door_questions(ALL_ROOMS)
+    }
+
+
+def test_a_door_leads_to_another_room_type() -> None:
+    doors = behind(ALL_ROOMS, told_of_doors("bathroom"))
+    assert doors["hallway"]["bathroom"] > 0.8
+    for room in ALL_ROOMS:
+        assert room not in doors[room]
+        assert sum(doors[room].values()) == pytest.approx(1.0)
+
+
+def test_doors_are_unknown_while_a_question_is_open() -> None:
+    answers = told_of_doors("bathroom")
+    answers.popitem()
+    assert behind(ALL_ROOMS, answers) == {}
+
+
+def test_a_doorway_is_judged_by_what_it_leads_to() -> None:
+    affinity = {"bathroom": 3.0, "kitchen": -1.0, "hallway": 0.0}
+    doors = behind(ALL_ROOMS, told_of_doors("bathroom"))
+    here = in_rooms(1, hallway=1.0), replace(in_rooms(2, hallway=1.0), doorway=True)
+    vote = vote_rooms(brief(*here), affinity, CFG, doors)
+    assert isinstance(vote, Vote)
+    assert vote.frontiers == (2,)
+    assert "door of hallway" in vote.reason
