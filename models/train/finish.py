@@ -20,7 +20,7 @@ from models.errors import ModelError
 from models.text import TextEncoder
 from models.train.data import Batch, Labelled, batches, read_frames
 from models.train.export import load_network
-from models.train.losses import background, gather, room_loss, word_loss
+from models.train.losses import background, gather, room_loss, view_loss, word_loss
 from models.train.names import Names, load_names
 from models.train.network import Network
 from models.train.targets import assign, make_grid
@@ -34,13 +34,15 @@ DROPOUT = 0.5
 
 @dataclass(frozen=True)
 class Features:
-    """`regions` (P, C) with `label` (P,), -1 background, and `weight` (P,); `summary` (N, S)."""
+    """`regions` (P, C) with `label` (P,), -1 background, and `weight` (P,); `summary` (N, S) of
+    whole views with `room` (N,), -1 unknown, and `present` (N, categories): 1, 0 or NaN."""
 
     regions: Tensor
     label: Tensor
     weight: Tensor
     summary: Tensor
     room: Tensor
+    present: Tensor
 
 
 @torch.no_grad()
@@ -53,7 +55,7 @@ def collect(
     parts: list[tuple[Tensor, ...]] = []
     for number in range(passes):
         for batch in batches(frames, names.rooms, BATCH, rng):
-            parts.append(_of_batch(network, batch))
+            parts.append((*_of_batch(network, batch), _present(batch, names.compare)))
         say(f"features: pass {number + 1} of {passes}")
     return Features(*(torch.cat(column) for column in zip(*parts, strict=True)))
 
@@ -73,9 +75,22 @@ def _of_batch(network: Network, batch: Batch) -> tuple[Tensor, ...]:
     return torch.cat(regions), label, weight, raw.summary, batch.room
 
 
+def _present(batch: Batch, compare: Tensor) -> Tensor:
+    """(B, categories): 1 what counts as seen, NaN what is ignored or near to something seen."""
+    rows = []
+    for labels, ignore in zip(batch.labels, batch.ignore, strict=True):
+        seen = torch.unique(labels[~ignore])  # type: ignore[no-untyped-call]
+        row = torch.zeros(len(compare))
+        row[labels[ignore]] = torch.nan
+        row[(compare[seen] == 0).any(0)] = torch.nan
+        row[seen] = 1.0
+        rows.append(row)
+    return torch.stack(rows)
+
+
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
-    room_steps: int = 500, word_steps: int = 1000,
+    room_steps: int = 1000, word_steps: int = 1000, view_weight: float = 0.1,
 ) -> Network:  # fmt: skip
     """A copy of the network whose word heads were trained on stored features."""
     torch.manual_seed(seed)
@@ -85,17 +100,26 @@ def finish(
     _reset(out)
     known = torch.nonzero(features.room >= 0).flatten()
 
+    scale, bias = torch.nn.Parameter(torch.tensor(2.7)), torch.nn.Parameter(torch.tensor(-4.0))
+
+    def views() -> Tensor:
+        at = torch.from_numpy(rng.integers(0, len(summary), 256))
+        seen = torch.nn.functional.dropout(summary[at], DROPOUT)
+        return view_loss(out, seen, features.present[at], names.draw_views(rng), scale, bias)
+
     def rooms() -> Tensor:
         at = known[torch.from_numpy(rng.integers(0, len(known), 256))]
         seen = torch.nn.functional.dropout(summary[at], DROPOUT)
-        return room_loss(out, seen, features.room[at], names.draw_rooms(rng))
+        room = room_loss(out, seen, features.room[at], names.draw_rooms(rng))
+        return room + view_weight * views()
 
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
         parts = features.regions[at], features.label[at], features.weight[at]
         return word_loss(out, *parts, names.draw(rng), names.compare)
 
-    _descend("rooms", [*out.room.parameters(), out.room_log_scale], rooms, room_steps, 1e-3, say)
+    heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
+    _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)
     _fold_standard(out, middle, spread)
     scales = [out.log_scale, out.bias]
     _descend("words", [*out.region.parameters(), *scales], words, word_steps, 5e-4, say)
@@ -127,7 +151,7 @@ def _fold_standard(network: Network, middle: Tensor, spread: Tensor) -> None:
 
 
 def _descend(
-    what: str, parameters: list[Tensor], cost: Callable[[], Tensor], steps: int, rate: float,
+    what: str, parameters: Sequence[Tensor], cost: Callable[[], Tensor], steps: int, rate: float,
     say: Callable[[str], None],
 ) -> None:  # fmt: skip
     optimiser = torch.optim.AdamW(parameters, lr=rate, weight_decay=0.02)

@@ -142,3 +142,14 @@ def room_loss(network: Network, summary: Tensor, room: Tensor, rows: Tensor) -> 
         return summary.sum() * 0.0
     logits = network.embed_scene(summary) @ rows.T * network.room_log_scale.exp()
     return F.cross_entropy(logits, room, ignore_index=-1, label_smoothing=0.05)
+
+
+def view_loss(
+    network: Network, summary: Tensor, present: Tensor, rows: Tensor, scale: Tensor, bias: Tensor
+) -> Tensor:
+    """Sigmoid alignment of whole views with what is in them: `present` (B, C) is 1, 0, or NaN where
+    a category neither counts as seen nor as absent; `rows` (C, 384)."""
+    logits = network.embed_scene(summary) @ rows.T * scale.exp() + bias
+    known = ~present.isnan()
+    cost = F.binary_cross_entropy_with_logits(logits, present.nan_to_num(), reduction="none")
+    return (cost * known).sum() / len(summary)

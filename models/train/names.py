@@ -28,6 +28,7 @@ class Names:
     rooms: tuple[str, ...]
     compare: Tensor
     _category_rows: tuple[Tensor, ...]
+    _view_rows: tuple[Tensor, ...]
     _room_rows: tuple[Tensor, ...]
     _never: Tensor
 
@@ -36,6 +37,10 @@ class Names:
         rows = [r[int(rng.integers(len(r)))] for r in self._category_rows]
         never = self._never[torch.from_numpy(rng.permutation(len(self._never))[:NEVER_DRAWN])]
         return torch.cat((torch.stack(rows), never))
+
+    def draw_views(self, rng: np.random.Generator) -> Tensor:
+        """(C, 384): one phrase per category for a view that shows it."""
+        return torch.stack([r[int(rng.integers(len(r)))] for r in self._view_rows])
 
     def draw_rooms(self, rng: np.random.Generator) -> Tensor:
         """(R, 384): one phrase per room type."""
@@ -59,6 +64,10 @@ def load_names(embed: Embed, path: Path = PATH) -> Names:
         rooms=tuple(rooms["names"]),
         compare=compare,
         _category_rows=tuple(_rows(embed, body["names"]) for body in known.values()),
+        _view_rows=tuple(
+            _rows(embed, [table["views"]["phrase"].format(n) for n in body["names"]])
+            for body in known.values()
+        ),
         _room_rows=tuple(_rows(embed, p) for p in phrases),
         _never=_rows(embed, table["words"]["never"]),
     )

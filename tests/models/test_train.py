@@ -85,6 +85,9 @@ def test_features_of_frames_are_stored(frames: Path, trainer: Trainer) -> None:
     labelled = data.read_frames(frames, names.categories) * 2
     features = finish.collect(trainer.average.eval(), labelled, names, 1, 0, print)
     assert len(features.summary) == len(features.room) == finish.BATCH
+    drawn = [names.categories[i] for i in np.flatnonzero((features.present == 1).any(0))]
+    assert set(drawn) <= set(SHAPES)
+    assert len(drawn) > 1
     assert len(features.regions) == len(features.label) == len(features.weight)
 
 
@@ -95,11 +98,15 @@ def test_the_word_heads_learn_from_stored_features(trainer: Trainer) -> None:
     width = network.room[0].in_features
     summary = torch.randn(32, width) * 3 + 5
     summary[:, 0] += 8 * room
-    features = finish.Features(torch.randn(64, 96), label, torch.rand(64), summary, room)
+    present = torch.zeros(32, len(names.categories))
+    present[:, 3], present[:, 4] = room.float(), torch.nan
+    features = finish.Features(torch.randn(64, 96), label, torch.rand(64), summary, room, present)
     done = finish.finish(network, features, names, 0, print, room_steps=60, word_steps=2)
     rows = names.draw_rooms(np.random.default_rng(0))
     before, after = (float(room_loss(n, summary, room, rows).detach()) for n in (network, done))
     assert after < 0.5 * before
+    seen = done.embed_scene(summary) @ names.draw_views(np.random.default_rng(0)).T
+    assert float((seen[room == 1, 3].mean() - seen[room == 0, 3].mean()).detach()) > 0.1
 
 
 def test_augmented_boxes_stay_on_their_objects(tmp_path: Path) -> None:
