@@ -30,10 +30,10 @@ from runtime.core.coverage import CoverageConfig
 from runtime.core.frontiers import FrontierConfig
 from runtime.core.gain import GainConfig
 from runtime.core.geometry import bearing, wrap_angle
+from runtime.core.instances import SemanticsConfig
 from runtime.core.keyframes import KeyframeConfig
 from runtime.core.map import MapConfig
 from runtime.core.planner import PlannerConfig
-from runtime.core.semantics import SemanticsConfig
 from runtime.core.target import TargetConfig
 from runtime.core.types import (
     Action,
@@ -238,28 +238,37 @@ def _approach_target(
     instance = target.choose(world.semantic, world.goal, world.pose, cfg.target, least)
     if instance is None:
         return None
-    stands = target.standpoints(world.map, terrain, reach, instance, cfg.target)
+    place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target
+    stands = target.standpoints(*place)
     if not stands.any():
         return None  # not reachable as far as the map goes: explore on
-    believed = target.confirmed(instance, cfg.target)
-    what = f"{instance.name} {instance.id} (p {instance.confidence:.2f})"
-    row, col = terrain.frame.cell(world.pose.x_m, world.pose.y_m)
+    again = target.wants_other_side(instance, world.goal, cfg.target)
+    if again:
+        stands = target.other_sides(*place)
+        if not stands.any():
+            target.undecided(instance, world.goal, world.pose, cfg.target)
+            return _approach_target(world, cfg, least)
+    what = f"{world.goal} {instance.id} (p {instance.confidence_of(world.goal):.2f})"
+    row, col = world.terrain.frame.cell(world.pose.x_m, world.pose.y_m)
     if stands[row, col]:
         turn = _turn(world, instance.xy, cfg)
         if turn is not None:
             facing = Toward(instance.xy)
             return Command(turn, "face", instance.xy, f"face {what}", course=facing)
-        if believed and instance.range_m <= cfg.target.seen_m:
+        if target.judge(instance, world.goal, world.pose, cfg.target):
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
-        target.reject(instance, cfg.target)
         return _approach_target(world, cfg, least)
-    field = planner.march(terrain, stands)
-    if _stalled(world, ("target", instance.id), field, cfg):
-        target.reject(instance, cfg.target)
+    field = planner.march(world.terrain, stands)
+    if _stalled(world, ("side" if again else "target", instance.id), field, cfg):
+        if again:
+            target.undecided(instance, world.goal, world.pose, cfg.target)
+        else:
+            target.reject(instance, world.goal, cfg.target)
         return _approach_target(world, cfg, least)
-    verb = "approach" if believed else "inspect"
+    verb = "approach" if target.confirmed(instance, world.goal, cfg.target) else "inspect"
     action, course = _drive(world, field, cfg)
-    command = Command(action, "target", instance.xy, f"{verb} {what}", course=course)
+    why = f"{verb} {what}{' from another side' if again else ''}"
+    command = Command(action, "target", instance.xy, why, course=course)
     return toward(field, world.pose, command)
 
 

@@ -274,7 +274,7 @@ def _map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], 
                 "xy": i.xy,
                 "z_m": i.z_m,
                 "views": len(i.views),
-                "rejections": i.rejections,
+                "rejections": sum(i.rejections.values()),
                 "cells_xy": i.cells_xy.round(3),
             }
             for i in world.semantic.instances.values()

@@ -12,54 +12,17 @@ from runtime.core.geometry import (
     map_to_optical,
     project,
     rays,
-    wrap_angle,
+)
+from runtime.core.instances import (
+    Instance,
+    SemanticsConfig,
+    Sighting,
+    add,
+    fuse,
+    view_weight,
 )
 from runtime.core.map import NavigationMap, polygon_mask
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
-
-
-@dataclass(frozen=True)
-class SemanticsConfig:
-    """[semantics]"""
-
-    stride: int = 4  # every n-th pixel of a box is projected
-    core_share: float = 0.6  # of a box's width and height, where its depth is read
-    cluster_m: float = 0.35  # points this close in depth to the core belong to the object
-    min_points: int = 6
-    associate_m: float = 0.6  # between a detection and the instance it is another view of
-    neutral_score: float = 0.25  # a detection of this score speaks neither for nor against
-    max_step: float = 2.0  # of log-odds that one view can add
-    miss_step: float = 0.5  # of log-odds that a view without the object costs
-    miss_range_m: tuple[float, float] = (1.2, 4.0)  # where not seeing an object means something
-    repeat_weight: float = 0.15  # of a view that is no new one
-    new_view_m: float = 0.4
-    new_view_rad: float = math.radians(20.0)
-    nearer: float = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
-    farther: float = 1.5  # from there on a view adds evidence but no footprint
-    log_odds_max: float = 8.0
-    room_range_m: float = 3.0  # a view's room type is credited to cells this close
-
-
-@dataclass
-class Instance:
-    """One object: what it is called, how sure, where. Positions in the map frame, m."""
-
-    id: int
-    name: str
-    embedding: F32  # (D,) of its best view
-    xy: tuple[float, float]
-    z_m: float  # middle of the points seen
-    cells_xy: F64  # (N, 2) centres of the map cells under it
-    log_odds: float = 0.0
-    best_score: float = 0.0
-    range_m: float = math.inf  # of the nearest view
-    views: list[Pose] = field(default_factory=list)  # poses that count as distinct views
-    rejections: int = 0  # as a target, after looks from close by
-
-    @property
-    def confidence(self) -> float:
-        """Fused probability that the object is there and is what it is called."""
-        return 1.0 / (1.0 + math.exp(-self.log_odds))
 
 
 @dataclass
@@ -93,17 +56,6 @@ class SemanticMap:
         """Follow `NavigationMap.grow`."""
         top, bottom, left, right = padding
         self.rooms = np.pad(self.rooms, ((0, 0), (top, bottom), (left, right)))
-
-
-@dataclass(frozen=True)
-class Sighting:
-    """One detection in space."""
-
-    name: str
-    score: float
-    embedding: F32
-    points: F64  # (N, 3) m in the map frame
-    range_m: float  # from the camera, along its axis
 
 
 def locate(
@@ -162,82 +114,12 @@ def place(
     """Fuse one image's detections and its room type into the map."""
     seen = set()
     for sighting in locate(obs, detections, semantic.names, mount, cfg):
-        seen.add(_fuse(semantic, grid.frame, sighting, obs.pose, cfg))
+        new_id = semantic.next_id
+        instance = fuse(semantic.instances, new_id, grid.frame, sighting, obs.pose, cfg)
+        semantic.next_id += instance.id == new_id
+        seen.add(instance.id)
     _miss(semantic, obs, mount, seen, cfg)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline, cfg)
-
-
-def _fuse(
-    semantic: SemanticMap, frame: GridFrame, sighting: Sighting, pose: Pose, cfg: SemanticsConfig
-) -> int:
-    xyz = np.median(sighting.points, axis=0)
-    cells = _footprint(frame, sighting.points[:, :2])
-    instance = _same(semantic, sighting.name, cells, (float(xyz[0]), float(xyz[1])), cfg)
-    if instance is None:
-        instance = Instance(
-            semantic.next_id,
-            sighting.name,
-            sighting.embedding,
-            (float(xyz[0]), float(xyz[1])),
-            float(xyz[2]),
-            cells,
-        )
-        semantic.instances[instance.id] = instance
-        semantic.next_id += 1
-    elif sighting.range_m < cfg.farther * instance.range_m:
-        if sighting.range_m > cfg.nearer * instance.range_m:
-            cells = _footprint(frame, np.concatenate([instance.cells_xy, cells]))
-        instance.cells_xy = cells  # of the near views alone: far ones spill over the edges
-        x, y = np.median(instance.cells_xy, axis=0)
-        instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * float(xyz[2])
-    instance.range_m = min(instance.range_m, sighting.range_m)
-    if sighting.score > instance.best_score:
-        instance.best_score, instance.embedding = sighting.score, sighting.embedding
-    step = _logit(sighting.score) - _logit(cfg.neutral_score)
-    weight = _view_weight(instance, pose, cfg, remember=True)
-    _add(instance, weight * max(-cfg.max_step, min(cfg.max_step, step)), cfg)
-    return instance.id
-
-
-def _footprint(frame: GridFrame, xy: F64) -> F64:
-    """(N, 2) m -> (M, 2) centres of the cells under them, each once, in scan order."""
-    rows, cols = frame.cells(xy).astype(np.int64).T
-    code = np.unique(rows * 1_000_003 + cols)
-    return frame.centres(np.stack(np.divmod(code, 1_000_003), axis=1).astype(np.int32))
-
-
-def _same(
-    semantic: SemanticMap, name: str, cells: F64, xy: tuple[float, float], cfg: SemanticsConfig
-) -> Instance | None:
-    """The instance of that name nearest to the new cells, if near enough."""
-    best: tuple[float, int] | None = None
-    for instance in semantic.instances.values():
-        if instance.name != name:
-            continue
-        if math.dist(instance.xy, xy) > 4.0:
-            continue
-        gap = min(
-            math.dist(instance.xy, xy),
-            float(np.hypot(*(instance.cells_xy - xy).T).min()),
-            float(np.hypot(*(cells - instance.xy).T).min()),
-        )
-        if gap <= cfg.associate_m and (best is None or (gap, instance.id) < best):
-            best = gap, instance.id
-    return semantic.instances[best[1]] if best else None
-
-
-def _view_weight(instance: Instance, pose: Pose, cfg: SemanticsConfig, remember: bool) -> float:
-    """1 for a view from a new place or direction, little for one more from where it was seen."""
-    bearing = math.atan2(instance.xy[1] - pose.y_m, instance.xy[0] - pose.x_m)
-    for view in instance.views:
-        moved = math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m)
-        earlier = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
-        turned = abs(wrap_angle(bearing - earlier))
-        if moved < cfg.new_view_m and turned < cfg.new_view_rad:
-            return cfg.repeat_weight
-    if remember:
-        instance.views.append(pose)
-    return 1.0
 
 
 def _miss(
@@ -260,8 +142,9 @@ def _miss(
         patch = patch[patch > 0]
         if patch.size == 0 or float(np.median(patch)) < z - 0.6:
             continue  # hidden
-        weight = _view_weight(instance, obs.pose, cfg, remember=False)
-        _add(instance, -weight * cfg.miss_step, cfg)
+        weight = view_weight(instance, instance.name, obs.pose, cfg, remember=False)
+        for name in instance.odds:
+            add(instance, name, -weight * cfg.miss_step, cfg)
 
 
 def _credit_room(
@@ -289,13 +172,3 @@ def _credit_room(
         int(high[1] - low[1]),
     )
     semantic.rooms[:, *window] += rooms[:, None, None] * polygon_mask(patch, near)
-
-
-def _add(instance: Instance, step: float, cfg: SemanticsConfig) -> None:
-    total = instance.log_odds + step
-    instance.log_odds = max(-cfg.log_odds_max, min(cfg.log_odds_max, total))
-
-
-def _logit(p: float) -> float:
-    p = min(max(p, 1e-4), 1 - 1e-4)
-    return math.log(p / (1 - p))

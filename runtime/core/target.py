@@ -6,10 +6,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from runtime.core import instances
+from runtime.core.geometry import bearing, wrap_angle
+from runtime.core.instances import Instance
 from runtime.core.map import NavigationMap
 from runtime.core.planner import Field, Terrain
-from runtime.core.semantics import Instance, SemanticMap
+from runtime.core.semantics import SemanticMap
 from runtime.core.types import F64, Mask, Pose
+
+_LOOKS = 2  # from different sides, before the evidence decides
 
 
 @dataclass(frozen=True)
@@ -18,7 +23,9 @@ class TargetConfig:
 
     inspect_log_odds: float = 0.8  # worth a detour to look again
     confirm_log_odds: float = 1.6  # believed, when seen from enough views
-    confirm_views: int = 2
+    confirm_views: int = 2  # at least, of which two must differ
+    second_side_rad: float = math.radians(20.0)  # in bearing by this,
+    second_nearer: float = 1.4  # or in range by this factor
     rejection_log_odds: float = -1.0  # what is left of the evidence after a look from close by
     stop_m: float = 0.70  # from the nearest seen cell of the target
     seen_m: float = 1.8  # a target is stopped at only when it was seen from as near as this
@@ -28,17 +35,58 @@ class TargetConfig:
     rival_share: float = 0.5  # footprint shared with a stronger instance of another name
 
 
-def confirmed(instance: Instance, cfg: TargetConfig) -> bool:
-    """Whether the instance is believed to be what it is called."""
-    return instance.log_odds >= cfg.confirm_log_odds and len(instance.views) >= cfg.confirm_views
+def confirmed(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
+    """Whether the instance is believed to be the goal: enough evidence, from two directions, and
+    some of it of this search."""
+    return supported(instance, goal, cfg) and from_two_sides(instance, goal, cfg)
 
 
-def reject(instance: Instance, cfg: TargetConfig) -> None:
-    """It was looked at from close by and not believed: what spoke for it is forgotten, its views
-    too. Only new views, more of them after each rejection, bring it back."""
-    instance.rejections += 1
-    instance.log_odds = min(instance.log_odds, instance.rejections * cfg.rejection_log_odds)
-    instance.views.clear()
+def supported(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
+    """Whether the evidence would do, wherever it was seen from."""
+    return not instance.remembered and instance.odds.get(goal, -math.inf) >= cfg.confirm_log_odds
+
+
+def from_two_sides(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
+    """Whether two views of it truly differ: in bearing, or one is much nearer than the other. What
+    looks like the goal by chance seldom does so twice."""
+    views = instance.views_as(goal)
+    if len(views) < cfg.confirm_views:
+        return False
+    ranges = [math.dist(view.xy, instance.xy) for view in views]
+    if min(ranges) * cfg.second_nearer <= max(ranges):
+        return True
+    bearings = [bearing(instance.xy, (view.x_m, view.y_m)) for view in views]
+    widest = max(abs(wrap_angle(a - b)) for a in bearings for b in bearings)
+    return widest >= cfg.second_side_rad
+
+
+def judge(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> bool:
+    """The robot stands before it and faces it: whether to stop here. If there was no second side
+    to look at it from, the evidence has to do."""
+    enough = len(instance.looks) >= _LOOKS and supported(instance, goal, cfg)
+    if instance.range_m <= cfg.seen_m and (enough or confirmed(instance, goal, cfg)):
+        return True
+    undecided(instance, goal, pose, cfg)
+    return False
+
+
+def undecided(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> None:
+    """A look at it settled nothing, or could not be had: once more from another side is worth the
+    way while something speaks for it; else, and after that, it is rejected."""
+    instance.looks.append(pose)
+    last = len(instance.looks) >= _LOOKS and not supported(instance, goal, cfg)
+    if last or len(instance.looks) > _LOOKS or instance.odds[goal] < cfg.inspect_log_odds:
+        reject(instance, goal, cfg)
+
+
+def wants_other_side(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
+    """Whether it was faced once and is neither believed nor rejected."""
+    return len(instance.looks) == 1 and not confirmed(instance, goal, cfg)
+
+
+def reject(instance: Instance, goal: str, cfg: TargetConfig) -> None:
+    """It was looked at from close by and not believed to be the goal."""
+    instances.reject(instance, goal, cfg.rejection_log_odds)
 
 
 def choose(
@@ -50,21 +98,25 @@ def choose(
     candidates = [
         i
         for i in semantic.instances.values()
-        if i.name == goal and i.views and i.log_odds >= bar and not _outdone(i, semantic, cfg)
+        if i.odds.get(goal, -math.inf) >= bar
+        and i.views_as(goal)
+        and not _outdone(i, goal, semantic, cfg)
     ]
 
     def merit(i: Instance) -> tuple[bool, float, int]:
         distance = math.hypot(i.xy[0] - pose.x_m, i.xy[1] - pose.y_m)
-        return confirmed(i, cfg), i.log_odds - cfg.distance_cost * distance, -i.id
+        return confirmed(i, goal, cfg), i.odds[goal] - cfg.distance_cost * distance, -i.id
 
     return max(candidates, key=merit, default=None)
 
 
-def _outdone(instance: Instance, semantic: SemanticMap, cfg: TargetConfig) -> bool:
-    """Whether the same place is more surely something else."""
+def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetConfig) -> bool:
+    """Whether the same thing, or another in the same place, is more surely something else."""
+    if instance.name != goal:
+        return True
     mine = {(round(x, 3), round(y, 3)) for x, y in instance.cells_xy}
     for other in semantic.instances.values():
-        if other.name == instance.name or other.log_odds <= instance.log_odds:
+        if other.name == goal or other.log_odds <= instance.log_odds:
             continue
         if math.dist(other.xy, instance.xy) > 1.5:
             continue
@@ -75,22 +127,69 @@ def _outdone(instance: Instance, semantic: SemanticMap, cfg: TargetConfig) -> bo
 
 
 def standpoints(
-    grid: NavigationMap, terrain: Terrain, reach: Field, instance: Instance, cfg: TargetConfig
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    instance: Instance,
+    goal: str,
+    cfg: TargetConfig,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close. If
     furniture keeps it further away, the nearest reachable cells; none beyond `reach_m`."""
     distance = _distance_to(terrain, instance.cells_xy)
     candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
-    candidates &= _seen_side(terrain, instance, cfg)
+    candidates &= _seen_side(terrain, instance, instance.views_as(goal), cfg.view_cone_rad)
     if not candidates.any():
         return candidates
     best = float(distance[candidates].min())
     candidates &= distance <= max(cfg.stop_m, best + 0.08)
-    rows, cols = np.nonzero(candidates)
+    return _in_sight(grid, terrain, candidates, instance)
+
+
+def other_sides(
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    instance: Instance,
+    goal: str,
+    cfg: TargetConfig,
+) -> Mask:
+    """(r, c) of the terrain: reachable cells close by that look at the target from a direction
+    that it was not seen from yet."""
+    distance = _distance_to(terrain, instance.cells_xy)
+    candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
+    views = instance.views_as(goal)
+    candidates &= _seen_side(terrain, instance, views, cfg.view_cone_rad)
+    candidates &= ~_seen_side(terrain, instance, [*views, *instance.looks], cfg.second_side_rad)
+    return _in_sight(grid, terrain, candidates, instance) if candidates.any() else candidates
+
+
+def look_from(
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    instance: Instance,
+    cfg: TargetConfig,
+) -> tuple[float, float] | None:
+    """Where to look at an object from, m in the map frame: of its standpoints the one that is
+    nearest on foot; None when it cannot be reached."""
+    stands = standpoints(grid, terrain, reach, instance, instance.name, cfg)
+    if not stands.any():
+        return None
+    away = np.where(stands, reach.arrival_m, np.inf)
+    row, col = np.unravel_index(int(away.argmin()), away.shape)
+    x, y = terrain.frame.centres(np.array([row, col], np.int32))
+    return float(x), float(y)
+
+
+def _in_sight(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Instance) -> Mask:
+    """(r, c) those of the cells that nothing hides the target from. If there are none, all: it
+    stands on something that the camera looks over."""
+    rows, cols = np.nonzero(cells)
     clear = _line_of_sight(grid, terrain, np.stack([rows, cols], axis=1), instance)
-    if clear.any():  # else it stands on something that the camera looks over
-        candidates[rows[~clear], cols[~clear]] = False
-    return candidates
+    if clear.any():
+        cells[rows[~clear], cols[~clear]] = False
+    return cells
 
 
 def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
@@ -105,15 +204,15 @@ def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
     return metres * terrain.frame.resolution_m
 
 
-def _seen_side(terrain: Terrain, instance: Instance, cfg: TargetConfig) -> Mask:
-    """(r, c) cells in the cone from the target toward a place it was seen from."""
+def _seen_side(terrain: Terrain, instance: Instance, views: list[Pose], cone_rad: float) -> Mask:
+    """(r, c) cells that see the target from within `cone_rad` of the direction of some view."""
     rows, cols = np.ogrid[: terrain.frame.rows, : terrain.frame.cols]
     r = terrain.frame.resolution_m
     x = (terrain.frame.x0_m + (cols + 0.5) * r - instance.xy[0]).astype(np.float32)
     y = (terrain.frame.y0_m + (rows + 0.5) * r - instance.xy[1]).astype(np.float32)
-    least = np.float32(math.cos(cfg.view_cone_rad)) * np.hypot(x, y)
+    least = np.float32(math.cos(cone_rad)) * np.hypot(x, y)
     side = np.zeros(terrain.frame.shape, bool)
-    for view in instance.views:
+    for view in views:
         seen_from = math.atan2(view.y_m - instance.xy[1], view.x_m - instance.xy[0])
         side |= x * np.float32(math.cos(seen_from)) + y * np.float32(math.sin(seen_from)) >= least
     return side

@@ -4,9 +4,9 @@ is gone to before the search ends."""
 import numpy as np
 
 from runtime.core.coverage import CoverageConfig, look, overlooked
+from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
-from runtime.core.semantics import Instance
 from runtime.core.target import TargetConfig, standpoints
 from runtime.core.types import Pose
 
@@ -70,11 +70,8 @@ def test_a_vase_amid_a_table_can_be_stood_before():
     grid.evidence[(np.abs(x - 1.5) < 0.5) & (np.abs(y) < 0.8)] = 10  # the table top
     grid.changed()
     terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
-    vase = Instance(
-        1, "vase", np.zeros(0, np.float32), (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]),
-        log_odds=4.0, views=[POSE],
-    )  # fmt: skip
-    stands = standpoints(grid, terrain, reach, vase, TargetConfig())
+    vase = Instance(1, {"vase": 4.0}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE])
+    stands = standpoints(grid, terrain, reach, vase, "vase", TargetConfig())
     assert stands.any()
     rows, cols = np.nonzero(stands)
     ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))

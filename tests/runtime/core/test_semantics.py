@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from runtime.core.instances import Instance, SemanticsConfig
 from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.semantics import Instance, SemanticMap, SemanticsConfig, place
+from runtime.core.semantics import SemanticMap, place
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
 
 CFG = SemanticsConfig()

@@ -1,0 +1,259 @@
+"""Object instances: one for each thing, whatever a view called it; evidence fused over views."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from runtime.core.geometry import GridFrame, wrap_angle
+from runtime.core.types import F32, F64, Pose
+
+_NO_EMBEDDING = np.zeros(0, np.float32)
+
+
+@dataclass(frozen=True)
+class SemanticsConfig:
+    """[semantics]"""
+
+    stride: int = 4  # every n-th pixel of a box is projected
+    core_share: float = 0.6  # of a box's width and height, where its depth is read
+    cluster_m: float = 0.35  # points this close in depth to the core belong to the object
+    min_points: int = 6
+    associate_m: float = 0.6  # between a detection and the instance it is another view of
+    other_name_m: float = 0.3  # that much nearer, when it was never called that before,
+    # its embedding at least so like (of one thing's views that were given two names a third are,
+    # of different things less than a metre apart 2 %),
+    same_cosine: float = 0.7
+    same_size_share: float = 0.35  # the shorter of the two at least that share of the longer,
+    same_height_share: float = 0.5  # and that much of the flatter one's height in common
+    neutral_score: float = 0.25  # a detection of this score speaks neither for nor against
+    max_step: float = 2.0  # of log-odds that one view can add
+    miss_step: float = 0.5  # of log-odds that a view without the object costs
+    miss_range_m: tuple[float, float] = (1.2, 4.0)  # where not seeing an object means something
+    repeat_weight: float = 0.15  # of a view that is no new one
+    new_view_m: float = 0.4
+    new_view_rad: float = math.radians(20.0)
+    nearer: float = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
+    farther: float = 1.5  # from there on a view adds evidence but no footprint
+    log_odds_max: float = 8.0
+    room_range_m: float = 3.0  # a view's room type is credited to cells this close
+    recall_log_odds: float = 1.5  # at most, for what an earlier search saw: to be looked at again
+
+
+@dataclass(frozen=True)
+class Sighting:
+    """One detection in space."""
+
+    name: str
+    score: float
+    embedding: F32  # (D,) unit, or (0,)
+    points: F64  # (N, 3) m in the map frame
+    range_m: float  # from the camera, along its axis
+
+
+@dataclass
+class Instance:
+    """One object: what it was called, how surely, where. Positions in the map frame, m."""
+
+    id: int
+    odds: dict[str, float]  # by name: fused log-odds that the object is there and is that
+    xy: tuple[float, float]
+    z_m: float  # middle of the points seen
+    cells_xy: F64  # (N, 2) centres of the map cells under it
+    low_m: float = 0.0  # its height above the floor, from
+    high_m: float = 0.0  # and to
+    embedding_sum: F32 = field(default_factory=lambda: _NO_EMBEDDING)  # (D,) of views, by score
+    best_score: float = 0.0
+    range_m: float = math.inf  # of the nearest view
+    views: list[Pose] = field(default_factory=list)  # poses that count as distinct views
+    rejections: dict[str, int] = field(default_factory=dict)  # as a target of that name
+    since: dict[str, int] = field(default_factory=dict)  # the first view after the rejection
+    looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
+    remembered: bool = False  # from an earlier search, and not seen again yet
+
+    @property
+    def name(self) -> str:
+        """What it is most surely; of equals the first that it was called."""
+        return max(self.odds, key=lambda name: self.odds[name])
+
+    @property
+    def log_odds(self) -> float:
+        """Of the object being there and being what it is called."""
+        return self.odds[self.name]
+
+    @property
+    def confidence(self) -> float:
+        """The same as a probability."""
+        return self.confidence_of(self.name)
+
+    def confidence_of(self, name: str) -> float:
+        """Fused probability that it is there and is that."""
+        return 1.0 / (1.0 + math.exp(-self.odds[name])) if name in self.odds else 0.0
+
+    @property
+    def embedding(self) -> F32:
+        """(D,) unit: the views' mean by score; (0,) for a detector without embeddings."""
+        norm = float(np.linalg.norm(self.embedding_sum))
+        return self.embedding_sum / np.float32(norm) if norm > 0 else _NO_EMBEDDING
+
+    def views_as(self, name: str) -> list[Pose]:
+        """The distinct views that count for a name: those since it was last rejected as that."""
+        return self.views[self.since.get(name, 0) :]
+
+
+def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
+    """Length and width of the footprint's tightest rectangle, and height, m: of what was seen."""
+    _, sides, _ = cv2.minAreaRect(instance.cells_xy.astype(np.float32))
+    return max(sides) + cell_m, min(sides) + cell_m, instance.high_m - instance.low_m
+
+
+def shares(instance: Instance) -> dict[str, float]:
+    """What it is, by name, if it is there at all: probabilities that sum to 1."""
+    best = max(instance.odds.values())
+    weights = {name: math.exp(odds - best) for name, odds in instance.odds.items()}
+    total = sum(weights.values())
+    return {name: weight / total for name, weight in weights.items()}
+
+
+def reject(instance: Instance, name: str, odds_each: float) -> None:
+    """It was looked at from close by and not believed to be that: what spoke for it is forgotten,
+    its views too. Only new views, more of them after each rejection, bring it back."""
+    count = instance.rejections.get(name, 0) + 1
+    instance.rejections[name] = count
+    instance.odds[name] = min(instance.odds.get(name, 0.0), count * odds_each)
+    instance.since[name] = len(instance.views)
+    instance.looks.clear()
+
+
+def fuse(
+    instances: dict[int, Instance],
+    new_id: int,
+    frame: GridFrame,
+    sighting: Sighting,
+    pose: Pose,
+    cfg: SemanticsConfig,
+) -> Instance:
+    """Add a sighting to the instance that it is another view of, or to a new one."""
+    xyz = np.median(sighting.points, axis=0)
+    xy, z_m = (float(xyz[0]), float(xyz[1])), float(xyz[2])
+    heights = np.sort(sighting.points[:, 2])
+    cut = len(heights) // 20  # strays at the rim
+    low_m, high_m = float(heights[cut]), float(heights[-1 - cut])
+    cells = footprint(frame, sighting.points[:, :2])
+    seen = Instance(new_id, {sighting.name: 0.0}, xy, z_m, cells, low_m, high_m)
+    seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
+    instance = same(instances, seen, frame.resolution_m, cfg)
+    if instance is None:
+        instance = instances[new_id] = seen
+    else:
+        _widen(instance, seen, sighting.range_m, frame, cfg)
+        instance.embedding_sum = _joined(instance.embedding_sum, seen.embedding_sum)
+    instance.range_m = min(instance.range_m, sighting.range_m)
+    instance.best_score = max(instance.best_score, sighting.score)
+    instance.remembered = False
+    step = logit(sighting.score) - logit(cfg.neutral_score)
+    weight = view_weight(instance, sighting.name, pose, cfg, remember=True)
+    add(instance, sighting.name, weight * max(-cfg.max_step, min(cfg.max_step, step)), cfg)
+    for other in instance.odds:
+        if other != sighting.name:  # it was seen, and not called that
+            add(instance, other, -weight * cfg.miss_step, cfg)
+    return instance
+
+
+def _widen(
+    instance: Instance, seen: Instance, range_m: float, frame: GridFrame, cfg: SemanticsConfig
+) -> None:
+    """Where it is and how large, of the near views alone: far ones spill over the edges."""
+    if range_m >= cfg.farther * instance.range_m:
+        return
+    cells, low_m, high_m = seen.cells_xy, seen.low_m, seen.high_m
+    if range_m > cfg.nearer * instance.range_m:
+        cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
+        low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
+    instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
+    x, y = np.median(cells, axis=0)
+    instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * seen.z_m
+
+
+def _joined(total: F32, one: F32) -> F32:
+    return total + one if total.shape == one.shape else one
+
+
+def footprint(frame: GridFrame, xy: F64) -> F64:
+    """(N, 2) m -> (M, 2) centres of the cells under them, each once, in scan order."""
+    rows, cols = frame.cells(xy).astype(np.int64).T
+    code = np.unique(rows * 1_000_003 + cols)
+    return frame.centres(np.stack(np.divmod(code, 1_000_003), axis=1).astype(np.int32))
+
+
+def same(
+    instances: Mapping[int, Instance], seen: Instance, cell_m: float, cfg: SemanticsConfig
+) -> Instance | None:
+    """The instance that a first view `seen` is another view of: the nearest that was called that
+    before, or that is alike in place, size and embedding whatever it was called. A name that is
+    new to it costs as much as `other_name_m`."""
+    (name,) = seen.odds
+    best: tuple[float, int] | None = None
+    for instance in instances.values():
+        known = name in instance.odds
+        if not known and not seen.embedding_sum.size:
+            continue
+        if math.dist(instance.xy, seen.xy) > 4.0:
+            continue
+        gap = min(
+            math.dist(instance.xy, seen.xy),
+            float(np.hypot(*(instance.cells_xy - seen.xy).T).min()),
+            float(np.hypot(*(seen.cells_xy - instance.xy).T).min()),
+        )
+        if not known:
+            gap += cfg.other_name_m
+        if gap > cfg.associate_m or (best is not None and (gap, instance.id) >= best):
+            continue
+        if known or alike(instance, seen, cell_m, cfg):
+            best = gap, instance.id
+    return instances[best[1]] if best else None
+
+
+def alike(a: Instance, b: Instance, cell_m: float, cfg: SemanticsConfig) -> bool:
+    """Whether two things in one place could be one that was called by two names: they look alike,
+    stand at one height, and neither is much smaller than the other."""
+    one, other = a.embedding, b.embedding
+    if not one.size or one.shape != other.shape or float(one @ other) < cfg.same_cosine:
+        return False
+    common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
+    least = min(a.high_m - a.low_m, b.high_m - b.low_m)
+    if common < cfg.same_height_share * least:
+        return False
+    lengths = size_m(a, cell_m)[0], size_m(b, cell_m)[0]
+    return min(lengths) >= cfg.same_size_share * max(lengths)
+
+
+def view_weight(
+    instance: Instance, name: str, pose: Pose, cfg: SemanticsConfig, remember: bool
+) -> float:
+    """1 for a view from a new place or direction, little for one more from where it was seen."""
+    bearing = math.atan2(instance.xy[1] - pose.y_m, instance.xy[0] - pose.x_m)
+    for view in instance.views_as(name):
+        moved = math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m)
+        if moved >= cfg.new_view_m:
+            continue
+        earlier = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
+        if abs(wrap_angle(bearing - earlier)) < cfg.new_view_rad:
+            return cfg.repeat_weight
+    if remember:
+        instance.views.append(pose)
+    return 1.0
+
+
+def add(instance: Instance, name: str, step: float, cfg: SemanticsConfig) -> None:
+    """Evidence for a name, within bounds that later evidence can still undo."""
+    total = instance.odds.get(name, 0.0) + step
+    instance.odds[name] = max(-cfg.log_odds_max, min(cfg.log_odds_max, total))
+
+
+def logit(p: float) -> float:
+    """Log-odds of a probability, bounded."""
+    p = min(max(p, 1e-4), 1 - 1e-4)
+    return math.log(p / (1 - p))
