@@ -26,6 +26,8 @@ from runtime.edge.scorer import Scorer, Similarity
 from runtime.errors import ConfigError, ModelError
 from runtime.goal import Goal, understand
 
+GOALS_KEPT = 1000  # whose affinities are remembered
+
 
 class LocalMind:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
@@ -43,6 +45,8 @@ class LocalMind:
         self._panel: Panel | None = None
         self._config = config
         self._classes: tuple[tuple[str, ...], ...] = ()
+        self._behind: dict[str, experts.Doors] = {}
+        self._affinity: dict[tuple[str, experts.Topic, str], dict[str, float]] = {}
         self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
@@ -84,6 +88,8 @@ class LocalMind:
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         self._config, self._classes = config, understood.classes
+        if len(self._affinity) > GOALS_KEPT:
+            self._affinity = {}
         if config.panel.experts:
             scorer = self._ask_models()
             scorer.warm(experts.questions(ROOMS, understood.name, self._spoken))
@@ -98,7 +104,7 @@ class LocalMind:
             known = rule.fallback == "closest"
             return known and consensus.settled(votes, pending, brief.frontiers, rule)
 
-        self._panel = Panel(self._experts(config), self._clock, settled=settled)
+        self._panel = Panel(self.seated(config), self._clock, settled=settled)
         return understood, self._panel
 
     def _ask_models(self) -> Scorer:
@@ -146,11 +152,16 @@ class LocalMind:
         if self._scorer is not None:
             self._scorer.warm(experts.questions(OBJECTS, goal, names))
 
+    def settle(self, by: Deadline) -> bool:
+        """Wait until nothing is left to be scored in the background; False when `by` came first."""
+        return self._scorer is None or self._scorer.settle(by)
+
     def rung(self) -> str:
         """Which model answers the experts."""
         return self._scorer.rung if self._scorer is not None else "none"
 
-    def _experts(self, config: Config) -> dict[str, Expert]:
+    def seated(self, config: Config) -> dict[str, Expert]:
+        """Those that the configuration seats, by name; they may be asked without a panel too."""
         cfg = config.experts
 
         def objects(brief: Brief, by: Deadline) -> Vote | Missing:
@@ -179,16 +190,33 @@ class LocalMind:
     def _doors(self, by: Deadline) -> experts.Doors:
         if self._scorer is None:
             return experts.NO_DOORS
-        answers = self._scorer.answer(experts.door_questions(self._spoken), by)
-        return experts.behind(self._spoken, answers)
+        rung = self._scorer.rung
+        if rung not in self._behind:
+            answers = self._scorer.answer(experts.door_questions(self._spoken), by)
+            found = experts.behind(self._spoken, answers)
+            if not found or self._scorer.rung != rung:
+                return found
+            self._behind[rung] = found
+        return self._behind[rung]
 
     def _affinities(
         self, topic: experts.Topic, brief: Brief, things: Sequence[str], by: Deadline
     ) -> dict[str, float]:
         if self._scorer is None or not things or len(brief.frontiers) < 2:
             return {}  # one frontier is no choice: nothing to ask
-        answers = self._scorer.answer(experts.questions(topic, brief.goal, things), by)
-        return experts.affinities(topic, brief.goal, things, answers)
+        rung = self._scorer.rung
+        known = self._known(rung, topic, brief.goal)
+        asked = [thing for thing in things if thing not in known]
+        if asked:
+            answers = self._scorer.answer(experts.questions(topic, brief.goal, asked), by)
+            if self._scorer.rung != rung:  # scores of different models are never mixed
+                return self._affinities(topic, brief, things, by)
+            known.update(experts.affinities(topic, brief.goal, asked, answers))
+        return {thing: known[thing] for thing in things if thing in known}
+
+    def _known(self, rung: str, topic: experts.Topic, goal: str) -> dict[str, float]:
+        """Affinities that were computed before, of one goal by one model."""
+        return self._affinity.setdefault((rung, topic, goal), {})
 
     def _likeness(self, brief: Brief) -> dict[int, float]:
         """Cosine of each frontier's view with the goal's room prompt: the rung below a
