@@ -1,74 +1,106 @@
-"""Detectors: ours, whose classes are text chosen at run time, and YOLO files with a fixed list."""
+"""Detectors by contract; ours, whose classes are text chosen at run time."""
 
-import ast
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, Protocol
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from models import layouts
-from models.boxes import letterbox, suppress
+from models.boxes import letterbox
+from models.detections import Detector as Detector
+from models.detections import Floats, checked, select
+from models.detections import RawDetections as RawDetections
 from models.errors import ModelError
-from models.session import open_session
+from models.fixed import YoloDetector
+from models.prompted import PromptedDetector, open_prompts
+from models.session import image_size, open_session, run
 from models.text import TextEncoder
-from models.words import ClassText, check_names, read_names, room_rows
+from models.words import ClassText, room_rows
 
-MIN_SCORE = 0.02
-SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.55, 0.8
-MAX_DETECTIONS = 100
 FORMAT = "rf-nav-detector/1"
-NAME_MATCH = 0.6
-"""Cosine from which a fixed class name counts as one of a vocabulary class's names."""
+MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
+TEXTS_FILE, TOWER_FILE = "texts.npz", "text.onnx"
+"""An imported detector's files."""
+OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
 
-Floats = NDArray[np.float32]
-
-
-class RawDetections(NamedTuple):
-    """One frame's detections, best first, and what room it shows.
-
-    `boxes_px` (N, 4) x0, y0, x1, y1 in image px; `scores` (N,) in 0..1; `labels` (N,) index into
-    the classes; `embeddings` (N, D) unit rows in the text encoder's space, or (N, 0); `rooms`
-    (R,) probabilities in the order given, or (0,); `scene` (D,) the whole image's unit row, or
-    (0,).
-    """
-
-    boxes_px: Floats
-    scores: Floats
-    labels: NDArray[np.int32]
-    embeddings: Floats
-    rooms: Floats
-    scene: Floats
+Kind = Literal["auto", "rfnav", "prompted", "yolo"]
 
 
-class Detector(Protocol):
-    """What the runtime asks of a detector. One thread at a time may use it."""
-
-    capabilities: dict[str, Any]
-
-    def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
-        """Choose the classes (each its names, canonical first) and the room types."""
-
-    def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
-        """(H, W, 3) uint8 RGB -> detections."""
+CONTRACTS = f"""known contracts:
+  rfnav     input image (1, 3, H, W), metadata format = {FORMAT}
+  prompted  inputs images (1, 3, H, W) and texts (N, D) or (1, N, D)
+  yolo      input images (1, 3, H, W), output of YOLOv5, YOLOv8 or YOLOX"""
 
 
 def open_detector(
     path: Path,
-    kind: Literal["rfnav", "yolo"],
+    kind: Kind,
     encoder: TextEncoder,
     threads: int = 1,
     classes_file: Path | None = None,
+    texts: Path | None = None,
 ) -> Detector:
-    """Open an ONNX detector. Raises ModelError when the file or its class list cannot be used."""
-    session = open_session(Path(path), threads)
-    if kind == "rfnav":
-        return OpenDetector(session, Path(path), encoder)
-    if kind == "yolo":
-        return YoloDetector(session, Path(path), encoder, classes_file)
-    raise ModelError(f"{path}: detector kind {kind!r} is unknown; known are rfnav, yolo")
+    """Open an ONNX detector. Raises ModelError when the file or what belongs to it is of no use.
+
+    `path` is the file, or a directory as `rfnav models import` makes it: `model.onnx` with its
+    `classes.txt`, `texts.npz` or text tower. `texts`: the embeddings or the tower of a "prompted"
+    one.
+    """
+    path = Path(path)
+    if path.is_dir():
+        classes_file = classes_file or _companion(path, CLASSES_FILE)
+        texts = texts or _companion(path, TEXTS_FILE) or _companion(path, TOWER_FILE)
+        path = path / MODEL_FILE
+    session = open_session(path, threads)
+    contract = contract_of(session, path) if kind == "auto" else kind
+    if contract == "rfnav":
+        return OpenDetector(session, path, encoder)
+    if contract == "prompted":
+        if texts is None:
+            raise ModelError(
+                f"{path}: it takes embedded texts; give them, or its text tower, to "
+                "`rfnav models import` with --texts"
+            )
+        return PromptedDetector(session, path, open_prompts(texts))
+    if contract == "yolo":
+        return YoloDetector(session, path, encoder, classes_file)
+    raise ModelError(
+        f"{path}: detector kind {kind!r} is unknown; known are auto, rfnav, prompted, yolo"
+    )
+
+
+def contract_of(session: onnxruntime.InferenceSession, path: Path) -> Kind:
+    """Which contract a graph's metadata and inputs say it keeps; ModelError for none."""
+    if "format" in session.get_modelmeta().custom_metadata_map:
+        return "rfnav"
+    inputs = session.get_inputs()
+    ranks = sorted(len(i.shape) for i in inputs)
+    floats = all(i.type == "tensor(float)" for i in inputs)
+    if floats and ranks in ([2, 4], [3, 4]):
+        return "prompted"
+    if floats and ranks == [4]:
+        return "yolo"
+    have = ", ".join(f"{i.name} {i.shape} {i.type}" for i in inputs)
+    raise ModelError(f"{path}: no detector of a known contract (inputs {have}); {CONTRACTS}")
+
+
+def _companion(directory: Path, name: str) -> Path | None:
+    return directory / name if (directory / name).is_file() else None
+
+
+class View(NamedTuple):
+    """What the network makes of a frame, before any word: K candidates.
+
+    `boxes_px` (K, 4) image px; `objectness` (K,) in 0..1; `regions` (K, D) and `scene` (D,) unit
+    rows in the text encoder's space.
+    """
+
+    boxes_px: Floats
+    objectness: Floats
+    regions: Floats
+    scene: Floats
 
 
 class OpenDetector:
@@ -81,18 +113,23 @@ class OpenDetector:
     def __init__(
         self, session: onnxruntime.InferenceSession, path: Path, encoder: TextEncoder
     ) -> None:
-        self._session, self._encoder = session, encoder
+        self._session, self._encoder, self._path = session, encoder, path
         constants = _constants(session, path)
-        self._scale, self._bias = constants["scale"], constants["bias"]
-        self._room_scale = constants["room_scale"]
-        self._gain, self._shift = constants.get("gain", 1.0), constants.get("shift", 0.0)
+        try:
+            self._scale, self._bias = constants["scale"], constants["bias"]
+            self._room_scale = constants["room_scale"]
+        except KeyError as error:
+            raise ModelError(f"{path}: its metadata lacks value.{error.args[0]}") from error
+        self.gain, self.shift = constants.get("gain", 1.0), constants.get("shift", 0.0)
         self._input = session.get_inputs()[0]
-        self._size = (int(self._input.shape[2]), int(self._input.shape[3]))
+        self.size = image_size(self._input.shape, path)
         self._text: ClassText | None = None
         self._rooms: Floats = np.zeros((0, encoder.dimension), np.float32)
         self.capabilities: dict[str, Any] = {
+            "contract": "rfnav",
             "open_vocabulary": True,
             "rooms": True,
+            "embeddings": True,
             "classes": None,
         }
 
@@ -100,101 +137,48 @@ class OpenDetector:
         """Embed the names; the next frames are compared with them."""
         self._text = ClassText(classes, self._encoder)
         self._rooms = room_rows(rooms, self._encoder)
+        # Any text can be compared with a region: none is seen by way of another's name.
+        self.capabilities |= {"matched": {}, "unseen": []}
 
     def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
         """(H, W, 3) uint8 RGB -> detections. Each location is given its one best class."""
         if self._text is None:
             raise ModelError("the detector has no vocabulary; set one before the first frame")
-        image, fit = letterbox(_checked(rgb), *self._size)
+        return self.name(self.look(rgb))
+
+    def look(self, rgb: NDArray[np.uint8]) -> View:
+        """(H, W, 3) uint8 RGB -> what is there, not yet named."""
+        image, fit = letterbox(checked(rgb), *self.size)
         feed = np.ascontiguousarray(image.transpose(2, 0, 1)[None], np.float32)
-        boxes, objectness, regions, scene = self._session.run(None, {self._input.name: feed})
-        logits = self._text.similarity(regions[0]) * self._scale + self._bias
-        labels = logits.argmax(axis=1).astype(np.int32)
-        scores = self.calibrated(objectness[0], logits[np.arange(len(labels)), labels])
-        placed = fit.undo(boxes[0], rgb.shape[0], rgb.shape[1])
-        kept = _select(placed, scores, labels)
-        rooms = _softmax(self._rooms @ scene[0] * self._room_scale)
+        outputs = run(self._session, {self._input.name: feed}, self._path)
+        if len(outputs) != 4:
+            raise ModelError(f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}")
+        boxes, objectness, regions, scene = (out[0] for out in outputs)
+        return View(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, scene)
+
+    def name(self, view: View) -> RawDetections:
+        """Compare a view with the vocabulary."""
+        if self._text is None:
+            raise ModelError("the detector has no vocabulary; set one before the first frame")
+        cosines = self._text.similarity(view.regions)
+        labels = cosines.argmax(axis=1).astype(np.int32)
+        scores = self.score(view.objectness, cosines[np.arange(len(labels)), labels])
+        kept = select(view.boxes_px, scores, labels)
+        boxes, regions = view.boxes_px[kept], view.regions[kept]
         return RawDetections(
-            placed[kept], scores[kept], labels[kept], regions[0][kept], rooms, scene[0]
+            boxes, scores[kept], labels[kept], regions, self.room(view), view.scene
         )
 
-    def calibrated(self, objectness: Floats, logits: Floats) -> Floats:
-        """(N,) objectness in 0..1 and (N,) word logits -> (N,) scores."""
-        p = np.clip(objectness / (1 + np.exp(-logits)), 1e-6, 1 - 1e-6)
-        odds = self._gain * np.log(p / (1 - p)) + self._shift
+    def room(self, view: View) -> Floats:
+        """(R,) probabilities of the room types."""
+        return _softmax(self._rooms @ view.scene * self._room_scale)
+
+    def score(self, objectness: Floats, cosines: Floats) -> Floats:
+        """(N,) objectness in 0..1 and (N,) cosines with a word -> (N,) calibrated scores."""
+        word = 1 / (1 + np.exp(-(cosines * self._scale + self._bias)))
+        p = np.clip(objectness * word, 1e-6, 1 - 1e-6)
+        odds = self.gain * np.log(p / (1 - p)) + self.shift
         return np.asarray(1 / (1 + np.exp(-odds)), np.float32)
-
-
-class YoloDetector:
-    """A YOLO export with a fixed class list; its names are matched to the vocabulary by meaning."""
-
-    def __init__(
-        self,
-        session: onnxruntime.InferenceSession,
-        path: Path,
-        encoder: TextEncoder,
-        classes_file: Path | None,
-    ) -> None:
-        self._session, self._encoder = session, encoder
-        self._input = session.get_inputs()[0]
-        self._size = _input_size(self._input.shape, path)
-        output = self._run(np.full((*self._size, 3), 114, np.uint8), "v8", path)
-        self._layout, count = layouts.recognise(output.shape, *self._size, str(path))
-        self._names = _class_names(session, classes_file, count, path)
-        self._matched = np.full(count, -1, np.int32)
-        self.capabilities: dict[str, Any] = {
-            "open_vocabulary": False,
-            "rooms": False,
-            "classes": list(self._names),
-        }
-
-    def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
-        """Match each fixed class with the vocabulary class whose name is nearest, or with none."""
-        text = ClassText(classes, self._encoder)
-        cosine = text.similarity(self._encoder.embed(self._names))
-        best = cosine.argmax(axis=1)
-        near = cosine[np.arange(len(best)), best] >= NAME_MATCH
-        self._matched = np.where(near, best, -1).astype(np.int32)
-
-    def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
-        """(H, W, 3) uint8 RGB -> detections of the matched classes."""
-        image, fit = letterbox(_checked(rgb), *self._size, centred=self._layout != "X")
-        decoded = layouts.decode(self._run(image, self._layout, None), self._layout, *self._size)
-        best = decoded.scores.argmax(axis=1)
-        labels = self._matched[best]
-        scores = np.where(labels >= 0, decoded.scores[np.arange(len(best)), best], 0.0)
-        scores = np.nan_to_num(scores).astype(np.float32)
-        placed = fit.undo(np.nan_to_num(decoded.boxes), rgb.shape[0], rgb.shape[1])
-        kept = _select(placed, scores, labels)
-        none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
-        return RawDetections(placed[kept], scores[kept], labels[kept], none, nothing, nothing)
-
-    def _run(self, image: NDArray[np.uint8], layout: layouts.Layout, path: Path | None) -> Floats:
-        planes = image.transpose(2, 0, 1)[None].astype(np.float32)
-        # YOLOX takes BGR in 0..255, the others RGB in 0..1
-        feed = np.ascontiguousarray(planes[:, ::-1] if layout == "X" else planes / 255, np.float32)
-        try:
-            return np.asarray(self._session.run(None, {self._input.name: feed})[0], np.float32)
-        except Exception as error:  # onnxruntime's exceptions share no base but Exception
-            reason = " ".join(str(error).split())[:120]
-            raise ModelError(f"{path}: does not run on a {image.shape} image ({reason})") from error
-
-
-def _checked(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8 or not rgb.size:
-        raise ModelError(f"a frame is (H, W, 3) uint8 RGB, not {rgb.shape} {rgb.dtype}")
-    return rgb
-
-
-def _select(boxes: Floats, scores: Floats, labels: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Indices of what is reported: scored, of some area, not covered by a better box."""
-    area = (boxes[:, 2:] - boxes[:, :2]).clip(0).prod(axis=1)
-    candidates = np.flatnonzero((scores >= MIN_SCORE) & (area > 0) & (labels >= 0))
-    candidates = candidates[np.argsort(-scores[candidates], kind="stable")][: 4 * MAX_DETECTIONS]
-    kept = suppress(
-        boxes[candidates], scores[candidates], labels[candidates], SAME_CLASS_IOU, OTHER_CLASS_IOU
-    )
-    return candidates[kept][:MAX_DETECTIONS]
 
 
 def _softmax(logits: Floats) -> Floats:
@@ -209,43 +193,6 @@ def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, f
     if metadata.get("format") != FORMAT:
         raise ModelError(
             f"{path}: not an RF-NAV detector (format {metadata.get('format', 'missing')!r}, "
-            f'expected {FORMAT!r}); for a YOLO file set models.detector_kind = "yolo"'
+            f"expected {FORMAT!r}); {CONTRACTS}"
         )
     return {k[6:]: float(v) for k, v in metadata.items() if k.startswith("value.")}
-
-
-def _input_size(shape: Sequence[Any], path: Path) -> tuple[int, int]:
-    if len(shape) != 4 or shape[1] != 3:
-        raise ModelError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
-    height, width = (int(s) if isinstance(s, int) and s > 0 else 640 for s in shape[2:])
-    return height, width
-
-
-def _class_names(
-    session: onnxruntime.InferenceSession, file: Path | None, count: int, path: Path
-) -> tuple[str, ...]:
-    if file is not None:
-        names, where = read_names(Path(file)), str(file)
-    else:
-        written = session.get_modelmeta().custom_metadata_map.get("names", "")
-        names, where = _parse_names(written), str(path)
-        if not names:
-            raise ModelError(
-                f"{path}: its {count} classes have no names; set models.detector_classes to a text "
-                "file with one name a line"
-            )
-        check_names(names, where)
-    if len(names) != count:
-        raise ModelError(f"{where}: {len(names)} names for {count} classes; they must be equal")
-    return names
-
-
-def _parse_names(written: str) -> tuple[str, ...]:
-    """Ultralytics writes a Python dict or list literal into the file's metadata."""
-    try:
-        value = ast.literal_eval(written)
-    except (ValueError, SyntaxError):
-        return ()
-    if isinstance(value, dict):
-        value = [value[key] for key in sorted(value)]
-    return tuple(str(v) for v in value) if isinstance(value, list | tuple) else ()

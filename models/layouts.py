@@ -1,4 +1,4 @@
-"""Output layouts of YOLO exports with a fixed class list, decoded to boxes and class scores.
+"""Output layouts of YOLO exports, decoded to boxes and class scores.
 
 | layout | output | boxes | score |
 |---|---|---|---|
@@ -72,3 +72,22 @@ def _cells(height: int, width: int) -> tuple[Floats, Floats]:
         origins.append(origin)
         strides.append(np.full((len(origin), 1), stride, np.float32))
     return np.concatenate(origins), np.concatenate(strides)
+
+
+def decode_prompted(outputs: list[Floats], prompts: int, where: str) -> Decoded:
+    """Outputs of a network that takes texts -> corners in network px and a score per prompt."""
+    shapes = [out.shape for out in outputs]
+    by_shape = {out.shape[2]: out for out in outputs if out.ndim == 3 and out.shape[0] == 1}
+    if len(outputs) == 1 and shapes[0][:2] == (1, 4 + prompts) and len(shapes[0]) == 3:
+        rows = outputs[0][0].T
+        return Decoded(_corners(rows[:, :4]), rows[:, 4:])
+    if len(outputs) == 2 and prompts != 4 and set(by_shape) == {4, prompts}:
+        boxes, scores = by_shape[4][0], by_shape[prompts][0]
+        if len(boxes) == len(scores):
+            return Decoded(boxes, scores)
+    if shapes[0] == shapes[-1] and prompts == 4 and len(outputs) == 2:
+        return Decoded(outputs[0][0], outputs[1][0])  # as documented: boxes, then scores
+    raise ModelError(
+        f"{where}: outputs {shapes} for {prompts} texts; expected boxes (1, L, 4) and scores "
+        f"(1, L, {prompts}), or (1, {4 + prompts}, L)"
+    )

@@ -1,10 +1,17 @@
-"""Opening an ONNX file: one place for thread counts, spinning, and errors in one line."""
+"""Opening and running an ONNX file: one place for threads, spinning, and errors in one line."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import onnxruntime
+from numpy.typing import NDArray
 
 from models.errors import ModelError
+
+DEFAULT_SIDE_PX = 640
+"""Input side of a network that leaves it open."""
 
 
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
@@ -22,7 +29,29 @@ def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
             str(path), sess_options=options, providers=["CPUExecutionProvider"]
         )
     except Exception as error:  # onnxruntime's exceptions share no base but Exception
-        reason = " ".join(str(error).split())[:120]
         raise ModelError(
-            f"{path}: not a usable ONNX file ({reason}); fetch it again or name another"
+            f"{path}: not a usable ONNX file ({_line(error)}); fetch it again or name another"
         ) from error
+
+
+def run(
+    session: onnxruntime.InferenceSession, feeds: Mapping[str, NDArray[Any]], path: Path
+) -> list[NDArray[np.float32]]:
+    """All outputs as float32. Raises ModelError when the graph cannot take these inputs."""
+    try:
+        return [np.asarray(out, np.float32) for out in session.run(None, dict(feeds))]
+    except Exception as error:  # onnxruntime's exceptions share no base but Exception
+        shapes = ", ".join(f"{name} {value.shape}" for name, value in feeds.items())
+        raise ModelError(f"{path}: does not run on {shapes} ({_line(error)})") from error
+
+
+def image_size(shape: Sequence[Any], path: Path) -> tuple[int, int]:
+    """Height and width of an image input (1, 3, H, W). Raises ModelError for any other."""
+    if len(shape) != 4 or shape[1] != 3:
+        raise ModelError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
+    height, width = (s if isinstance(s, int) and s > 0 else DEFAULT_SIDE_PX for s in shape[2:])
+    return height, width
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())[:120]

@@ -24,7 +24,7 @@ class TextEncoder:
         self._session: onnxruntime.InferenceSession = open_session(
             Path(directory) / "model.onnx", threads
         )
-        self._tokenizer = _open_tokenizer(Path(directory) / "tokenizer.json")
+        self._tokenizer = open_tokenizer(Path(directory) / "tokenizer.json")
         self._memo: dict[str, Rows] = {}
         self._inputs = {i.name for i in self._session.get_inputs()}
         self.dimension = int(self.embed(["a"]).shape[1])
@@ -56,13 +56,14 @@ class TextEncoder:
         return np.asarray(mean / np.maximum(norm, 1e-12), np.float32)
 
 
-def _open_tokenizer(path: Path) -> Tokenizer:
+def open_tokenizer(path: Path, remedy: str = "run `rfnav models pull minilm`") -> Tokenizer:
+    """A tokenizer that truncates and does not pad. Raises ModelError."""
     if not path.is_file():
-        raise ModelError(f"{path}: missing; run `rfnav models pull minilm`")
+        raise ModelError(f"{path}: missing; {remedy}")
     try:
         tokenizer = Tokenizer.from_file(str(path))
     except Exception as error:  # the binding raises bare Exception
-        raise ModelError(f"{path}: damaged ({error}); run `rfnav models pull minilm`") from error
+        raise ModelError(f"{path}: damaged ({error}); {remedy}") from error
     tokenizer.no_padding()
     tokenizer.enable_truncation(MAX_TOKENS)
     return tokenizer

@@ -41,12 +41,13 @@ def yolox() -> np.ndarray:
 def test_layouts_give_the_same_box(layout, constant_graph, encoder: TextEncoder) -> None:
     path = constant_graph({"out": layout()}, SIZE, {"names": NAMES})
     detector = open_detector(path, "yolo", encoder)
-    assert detector.capabilities == {
-        "open_vocabulary": False,
-        "rooms": False,
-        "classes": ["couch", "giraffe", "tv"],
-    }
+    assert detector.capabilities["classes"] == ["couch", "giraffe", "tv"]
+    assert not detector.capabilities["open_vocabulary"]
     detector.set_vocabulary(CLASSES, ())
+    matched = detector.capabilities["matched"]
+    assert matched.keys() == {"sofa", "television"}
+    assert 0.6 <= matched["sofa"]["couch"] <= 1
+    assert detector.capabilities["unseen"] == ["toilet"]
     seen = detector.detect(np.zeros((128, 192, 3), np.uint8))
     np.testing.assert_allclose(seen.boxes_px, [[56, 44, 136, 84]], atol=1e-3)
     np.testing.assert_allclose(seen.scores, [0.9], atol=1e-5)
@@ -67,9 +68,7 @@ def test_a_class_list_of_the_wrong_length(
     constant_graph, tmp_path: Path, encoder: TextEncoder
 ) -> None:
     path = constant_graph({"out": v8()}, SIZE)
-    with pytest.raises(
-        ModelError, match=r"its 3 classes have no names; set models\.detector_classes"
-    ):
+    with pytest.raises(ModelError, match=r"its 3 classes have no names; give a text file"):
         open_detector(path, "yolo", encoder)
     names = tmp_path / "names.txt"
     names.write_text("couch\ngiraffe\n")

@@ -1,0 +1,146 @@
+"""What a detector costs: `python -m models.evaluation.cost FILE --threads N`, in a process of its
+own, so that its memory is its own.
+
+Times depend on what else the machine does. A fixed stack of convolutions is timed in turn with the
+detector: the ratio of the two tells detectors apart on a machine that is not quiet.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+import onnx
+from numpy.typing import NDArray
+from onnx import TensorProto, helper, numpy_helper
+
+from models import store
+from models.boxes import letterbox
+from models.detector import OpenDetector, open_detector
+from models.errors import ModelError
+from models.session import open_session
+from models.text import TextEncoder
+from models.vocabulary import load_vocabulary
+
+RUNS, WARM = 40, 5
+FRAME = (480, 640, 3)
+LAYERS, CHANNELS, SIDE = 3, 64, (120, 160)
+"""The reference: 3x3 convolutions of 2.1 G multiplications, about EfficientNet-Lite0's at 640."""
+
+
+def measure_cost(detector: Path) -> dict[str, Any]:
+    """Bytes of the file, resident memory, and times on 1 and 2 threads."""
+    figures: dict[str, Any] = {"bytes": _file(detector).stat().st_size}
+    for threads in (1, 2):
+        command = [sys.executable, "-m", "models.evaluation.cost", str(detector)]
+        done = subprocess.run(
+            [*command, "--threads", str(threads)], capture_output=True, text=True, check=False
+        )
+        if done.returncode:
+            raise ModelError(done.stderr.strip().splitlines()[-1] if done.stderr else "no answer")
+        figures[f"threads_{threads}"] = json.loads(done.stdout)
+    return figures
+
+
+def _file(detector: Path) -> Path:
+    return detector / "model.onnx" if detector.is_dir() else detector
+
+
+def one_process(path: Path, threads: int) -> dict[str, float]:
+    """Times in ms and memory in MB of this process."""
+    encoder = TextEncoder(store.fetch("minilm"))
+    words = load_vocabulary()
+    with tempfile.TemporaryDirectory() as folder:
+        reference = open_session(_reference(Path(folder) / "reference.onnx"), threads)
+    plain = np.zeros((1, CHANNELS, *SIDE), np.float32)
+    rng = np.random.default_rng(0)
+    frame = rng.integers(0, 255, FRAME, dtype=np.uint8)
+    reference.run(None, {"x": plain})
+    before = _resident_mb()
+    detector = open_detector(path, "auto", encoder, threads)
+    detector.set_vocabulary(words.objects, words.rooms)
+    times, ratios, parts = [], [], []
+    for k in range(WARM + RUNS):
+        still = _timed(lambda: reference.run(None, {"x": plain}))
+        mine = _timed(lambda: detector.detect(frame))
+        if k >= WARM:
+            times.append(mine)
+            ratios.append(mine / still)
+            parts.append((still, *_stages(detector, frame)))
+    middle = np.median(np.array(parts), axis=0)
+    return {
+        "ms": float(np.median(times)),
+        "least_ms": float(np.min(times)),
+        "ratio": float(np.median(ratios)),
+        "reference_ms": float(middle[0]),
+        "resize_ms": float(middle[1]),
+        "look_ms": float(middle[2]),
+        "name_ms": float(middle[3]),
+        "memory_mb": _resident_mb() - before,
+    }
+
+
+def _stages(detector: Any, frame: NDArray[np.uint8]) -> tuple[float, float, float]:
+    """Fitting the frame, the whole look (with that), and naming; 0 for other contracts."""
+    if not isinstance(detector, OpenDetector):
+        return 0.0, 0.0, 0.0
+    view = detector.look(frame)
+    return (
+        _timed(lambda: letterbox(frame, *detector.size)),
+        _timed(lambda: detector.look(frame)),
+        _timed(lambda: detector.name(view)),
+    )
+
+
+def _timed(work: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    work()
+    return 1000 * (time.perf_counter() - began)
+
+
+def _reference(path: Path) -> Path:
+    rng = np.random.default_rng(0)
+    nodes, weights = [], []
+    for k in range(LAYERS):
+        values = rng.normal(0, 0.02, (CHANNELS, CHANNELS, 3, 3)).astype(np.float32)
+        weights.append(numpy_helper.from_array(values, f"w{k}"))
+        source, target = ("x" if k == 0 else f"y{k - 1}"), f"y{k}"
+        nodes.append(helper.make_node("Conv", [source, f"w{k}"], [target], pads=[1, 1, 1, 1]))
+    shape = [1, CHANNELS, *SIDE]
+    ends = (
+        [helper.make_tensor_value_info("x", TensorProto.FLOAT, shape)],
+        [helper.make_tensor_value_info(f"y{LAYERS - 1}", TensorProto.FLOAT, shape)],
+    )
+    graph = helper.make_graph(nodes, "reference", *ends, weights)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
+    onnx.save(model, str(path))
+    return path
+
+
+def _resident_mb() -> float:
+    for line in Path("/proc/self/status").read_text().splitlines():
+        if line.startswith("VmRSS:"):
+            return int(line.split()[1]) / 1024
+    return float("nan")
+
+
+@click.command()
+@click.argument("path", type=click.Path(path_type=Path))
+@click.option("--threads", default=1, show_default=True)
+def main(path: Path, threads: int) -> None:
+    """Time a detector on one 640x480 frame; figures as JSON."""
+    click.echo(json.dumps(one_process(path, threads)))
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ModelError as error:
+        print(f"models.evaluation.cost: {error}", file=sys.stderr)
+        raise SystemExit(2) from None

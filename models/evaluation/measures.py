@@ -1,0 +1,184 @@
+"""Everything `python -m models.evaluate` prints, as figures."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from models.detections import Detector, RawDetections
+from models.detector import OpenDetector
+from models.evaluation.judged import (
+    Judged,
+    at_threshold,
+    best_scores,
+    calibration_error,
+    choose_threshold,
+    false_seen,
+    fit_calibration,
+    judge,
+    without,
+)
+from models.evaluation.naming import Looked, detect_all, look
+from models.evaluation.precision import Precision
+from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
+from models.text import TextEncoder
+
+LEAST_OBJECTS, LEAST_AP = 5, 0.1
+"""A synonym is compared where its category has as many objects and as much AP by its own name."""
+CURVE = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
+
+
+def measure(
+    detector: Detector, truth: Truth, dev: Truth | None, words: Words, encoder: TextEncoder,
+    synonyms: bool = True,
+) -> dict[str, Any]:  # fmt: skip
+    """The report on `truth`; calibration and threshold come from `dev`, else from `truth`."""
+    rooms = list(words.rooms)
+    looked: Looked | None = None
+    if isinstance(detector, OpenDetector):
+        looked = look(detector, truth, encoder, rooms)
+        found, likeliest = looked.found, looked.rooms
+    else:
+        found, likeliest = detect_all(detector, truth, rooms)
+    fitted_on, tried = (truth, found) if dev is None else (dev, detect_all(detector, dev, rooms)[0])
+    precision = Precision(truth)
+    ap = precision.average(found, range(len(truth.categories)))
+    gain, shift = fit_calibration(judge(fitted_on, tried))
+    judged = judge(truth, found)
+    settled = judged.recalibrated(gain, shift)
+    threshold = choose_threshold(_goal_scores(fitted_on, tried, gain, shift))
+    return {
+        "frames": len(truth.marks),
+        "fitted_on_other_frames": dev is not None,
+        "groups": groups(truth, ap, words),
+        "held_out": {
+            truth.categories[k]: v for k, v in ap.items() if _is(truth, k, words.held_out)
+        },
+        "room_top1": room_accuracy(truth, likeliest, words.rooms),
+        "calibration_error": {
+            "as the file has it": calibration_error(judged),
+            "refitted": calibration_error(settled),
+        },
+        "calibration": _whole_calibration(detector, gain, shift),
+        "threshold": threshold,
+        "goals": seen_at(truth, found, settled, (gain, shift), threshold, words, ap),
+        "curve": curve(truth, found, settled, (gain, shift)),
+        "classes": {truth.categories[k]: _row(judged, k, v) for k, v in ap.items()},
+        "synonyms": by_synonym(looked, precision, judged, ap, words, encoder)
+        if looked is not None and synonyms
+        else {},
+    }
+
+
+def _is(truth: Truth, label: int, names: Sequence[str]) -> bool:
+    return truth.categories[label] in names
+
+
+def _row(judged: Judged, label: int, ap: float) -> dict[str, float]:
+    return {"ap50": ap, "objects": int(judged.objects[label])}
+
+
+def _whole_calibration(detector: Detector, gain: float, shift: float) -> dict[str, float]:
+    """Gain and shift for the file: its own, then those fitted on its scores."""
+    if not isinstance(detector, OpenDetector):
+        return {"gain": gain, "shift": shift}
+    return {"gain": gain * detector.gain, "shift": gain * detector.shift + shift}
+
+
+def groups(truth: Truth, ap: dict[int, float], words: Words) -> dict[str, dict[str, float]]:
+    """Mean AP50 of each group over those of its categories that occur."""
+    sets = {"HM3D goals": HM3D, "RoboTHOR goals": ROBOTHOR, "trained": words.trained}
+    sets["held out"] = words.held_out
+    out: dict[str, dict[str, float]] = {}
+    for name, members in sets.items():
+        values = [v for k, v in ap.items() if _is(truth, k, members)]
+        mean = float(np.mean(values)) if values else float("nan")
+        out[name] = {"ap50": mean, "categories": len(values), "of": len(members)}
+    return out
+
+
+def room_accuracy(truth: Truth, likeliest: Sequence[int], rooms: Sequence[str]) -> float:
+    """Share of the views of a known room type that are named rightly; NaN without any."""
+    pairs = zip(truth.table["images"], likeliest, strict=True)
+    right = [k >= 0 and rooms[k] == i["room"] for i, k in pairs if i.get("room") in rooms]
+    return float(np.mean(right)) if right else float("nan")
+
+
+def _goal_scores(
+    truth: Truth, found: Sequence[RawDetections], gain: float, shift: float
+) -> list[tuple[Any, Any]]:
+    """Recalibrated best scores and absence of every goal class, over the frames."""
+    pairs = []
+    for k, category in enumerate(truth.categories):
+        if category in GOALS:
+            scores = Judged(best_scores(found, k), *_EMPTY).recalibrated(gain, shift).score
+            pairs.append((scores, without(truth, [k])))
+    return pairs
+
+
+_EMPTY = (np.zeros(0, bool), np.zeros(0, np.int64), np.zeros(0, np.int64))
+
+
+def seen_at(
+    truth: Truth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float],
+    threshold: float, words: Words, ap: dict[int, float],
+) -> dict[str, dict[str, float]]:  # fmt: skip
+    """Each goal class at the threshold; `apart`: frames with a category near to it left out."""
+    labels = [k for k, c in enumerate(truth.categories) if c in GOALS]
+    out = {}
+    for k, (scores, absent) in zip(labels, _goal_scores(truth, found, *fit), strict=True):
+        name = truth.categories[k]
+        close = [j for j, c in enumerate(truth.categories) if c in words.near.get(name, ())]
+        p, r = at_threshold(settled, k, threshold)
+        out[name] = {
+            "objects": int(settled.objects[k]),
+            "ap50": ap.get(k, float("nan")),
+            "precision": p,
+            "recall": r,
+            "false_seen": false_seen(scores, absent, threshold),
+            "false_seen_apart": false_seen(scores, absent & without(truth, close), threshold),
+            "frames_without": int(absent.sum()),
+        }
+    return out
+
+
+def curve(
+    truth: Truth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float]
+) -> list[dict[str, float]]:
+    """False sightings and recall, averaged over the goal classes that occur, by threshold."""
+    labels = [k for k, c in enumerate(truth.categories) if c in GOALS]
+    goals = _goal_scores(truth, found, *fit)
+    rows = []
+    for t in CURVE:
+        false = [false_seen(s, a, t) for s, a in goals]
+        recall = [at_threshold(settled, k, t)[1] for k in labels if settled.objects[k]]
+        rows.append({"threshold": t, "false_seen": _mean(false), "recall": _mean(recall)})
+    return rows
+
+
+def by_synonym(
+    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: Words,
+    encoder: TextEncoder,
+) -> dict[str, Any]:  # fmt: skip
+    """AP of a category asked for by a name that training never saw, over AP by its own name."""
+    rows: list[dict[str, Any]] = []
+    left_out = 0
+    categories = list(looked.categories)
+    for name, synonyms in words.unseen.items():
+        k = categories.index(name) if name in categories else -1
+        if k not in ap or judged.objects[k] < LEAST_OBJECTS or ap[k] < LEAST_AP:
+            left_out += len(synonyms)
+            continue
+        for synonym in synonyms:
+            found = looked.with_name(k, encoder.embed([synonym])[0])
+            theirs = precision.average(found, [k])[k]
+            row = {"category": name, "synonym": synonym, "ap50": theirs, "own": ap[k]}
+            rows.append({**row, "ratio": theirs / ap[k]})
+    goals = [r["ratio"] for r in rows if r["category"] in GOALS]
+    every = [r["ratio"] for r in rows]
+    means = {"mean": _mean(every), "mean_of_goals": _mean(goals)}
+    return {**means, "left_out": left_out, "rows": sorted(rows, key=lambda r: r["ratio"])}
+
+
+def _mean(values: Sequence[float]) -> float:
+    return float(np.mean(values)) if values else float("nan")

@@ -1,0 +1,99 @@
+"""The figures as Markdown, also what the model card holds."""
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+WANTED = {
+    "HM3D goals": 0.75, "RoboTHOR goals": 0.50, "trained": 0.50, "held out": 0.15,
+}  # fmt: skip
+
+
+def markdown(report: dict[str, Any]) -> str:
+    """The whole report."""
+    parts = [_summary(report), _goals(report), _curve(report), _classes(report)]
+    if report["synonyms"]:
+        parts.append(_synonyms(report["synonyms"]))
+    return "\n\n".join(parts)
+
+
+def _summary(report: dict[str, Any]) -> str:
+    rows: list[Sequence[str]] = []
+    for name, group in report["groups"].items():
+        count = f"{group['categories']} of {group['of']} categories"
+        rows.append((f"AP50, {name} ({count})", _f(group["ap50"]), f"≥ {WANTED[name]:.2f}"))
+    if report["synonyms"]:
+        rows.append(("synonyms: share of own AP", _f(report["synonyms"]["mean"]), "≥ 0.90"))
+        own = _f(report["synonyms"]["mean_of_goals"])
+        rows.append(("synonyms of goals: share of own AP", own, "≥ 0.90"))
+    rows.append(("room type, top-1", _f(report["room_top1"]), "≥ 0.80"))
+    for how, error in report["calibration_error"].items():
+        rows.append((f"calibration error, {how}", _f(error), "≤ 0.05"))
+    goals = list(report["goals"].values())
+    for key, said in (("false_seen", ""), ("false_seen_apart", ", none like it in view")):
+        mean = sum(g[key] for g in goals) / max(len(goals), 1)
+        rows.append(
+            (f"false sightings in 1,000 frames without the goal{said}", f"{mean:.1f}", "≤ 5")
+        )
+    for threads, wanted in ((1, 60), (2, 35)):
+        cost = report.get("cost", {}).get(f"threads_{threads}")
+        if cost:
+            took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f})"
+            rows.append((f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"))
+    if "cost" in report:
+        rows.append(("file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"))
+        memory = report["cost"]["threads_1"]["memory_mb"]
+        rows.append(("memory, MB", f"{memory:.0f}", "≤ 150"))
+    where = "other frames" if report["fitted_on_other_frames"] else "these same frames"
+    fit = report["calibration"]
+    note = (
+        f"{report['frames']} frames. Threshold {report['threshold']:.2f} and calibration (gain "
+        f"{fit['gain']:.3f}, shift {fit['shift']:.3f}) fitted on {where}."
+    )
+    return f"{_table(('', 'measured', 'wanted'), rows)}\n\n{note}"
+
+
+def _goals(report: dict[str, Any]) -> str:
+    head = ("goal", "objects", "AP50", "precision", "recall", "false/1,000", "…none like it")
+    rows = [
+        (
+            name, str(g["objects"]), _f(g["ap50"]), _f(g["precision"]), _f(g["recall"]),
+            f"{g['false_seen']:.1f}", f"{g['false_seen_apart']:.1f}",
+        )
+        for name, g in report["goals"].items()
+    ]  # fmt: skip
+    return _table(head, rows)
+
+
+def _curve(report: dict[str, Any]) -> str:
+    rows = [
+        (f"{r['threshold']:.1f}", f"{r['false_seen']:.1f}", _f(r["recall"]))
+        for r in report["curve"]
+    ]
+    return _table(("threshold", "false/1,000, mean of goals", "recall, mean of goals"), rows)
+
+
+def _classes(report: dict[str, Any]) -> str:
+    held, rows = report["held_out"], []
+    for name, row in sorted(report["classes"].items(), key=lambda item: -item[1]["ap50"]):
+        mark = " (held out)" if name in held else ""
+        rows.append((name + mark, str(row["objects"]), _f(row["ap50"])))
+    return _table(("category", "objects", "AP50"), rows)
+
+
+def _synonyms(synonyms: dict[str, Any]) -> str:
+    rows = [
+        (r["synonym"], r["category"], _f(r["own"]), _f(r["ap50"]), f"{r['ratio']:.2f}")
+        for r in synonyms["rows"]
+    ]
+    note = f"{synonyms['left_out']} more left out: too few objects or too little AP to compare."
+    return _table(("synonym", "category", "own AP50", "AP50", "ratio"), rows) + "\n\n" + note
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
+    return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
+
+
+def _f(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.3f}"

@@ -1,0 +1,80 @@
+"""A contact sheet: what the detector says about some frames, drawn for a person to judge."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from models.detections import Detector, RawDetections
+from models.errors import ModelError
+from models.evaluation.truth import Marks, Truth, Words
+
+COLUMNS, ROWS = 3, 4
+WIDTH = 640
+"""Of one picture on the sheet, px."""
+SHOWN = 0.3
+"""Weaker detections are not drawn."""
+TRUE = (255, 255, 255)
+FONT, SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
+# Colours that differ from each other and from rooms, dark enough for white letters.
+PALETTE = (
+    (200, 30, 30), (20, 110, 200), (20, 130, 40), (160, 40, 160), (190, 95, 0), (0, 125, 125),
+    (120, 80, 30), (80, 60, 200), (170, 20, 90), (70, 110, 0),
+)  # fmt: skip
+
+Image = NDArray[np.uint8]
+
+
+def draw_sheet(detector: Detector, truth: Truth, words: Words, out: Path) -> None:
+    """COLUMNS x ROWS frames, evenly drawn from those with objects, with truth in thin white."""
+    full = [k for k, m in enumerate(truth.marks) if len(m.kinds) - int(m.crowd.sum()) >= 2]
+    full = full or list(range(len(truth.marks)))
+    chosen = [full[i] for i in np.linspace(0, len(full) - 1, COLUMNS * ROWS).astype(int)]
+    detector.set_vocabulary([(c,) for c in truth.categories], words.rooms)
+    pictures = []
+    for k in dict.fromkeys(chosen):
+        image = truth.table["images"][k]
+        rgb = truth.picture(image["file_name"])
+        seen = detector.detect(rgb)
+        room = words.rooms[int(seen.rooms.argmax())] if len(seen.rooms) else "no rooms"
+        caption = f"{room} ({seen.rooms.max():.2f})" if len(seen.rooms) else room
+        caption += f", truth: {image.get('room') or 'unknown'}"
+        pictures.append(draw(rgb, seen, truth.marks[k], truth.categories, caption))
+    blank = np.zeros_like(pictures[0])
+    pictures += [blank] * (-len(pictures) % COLUMNS)
+    lines = [np.hstack(pictures[i : i + COLUMNS]) for i in range(0, len(pictures), COLUMNS)]
+    if not cv2.imwrite(str(out), np.vstack(lines)[..., ::-1]):
+        raise ModelError(f"{out}: cannot be written; name a .png in a directory that is there")
+
+
+def draw(
+    rgb: Image, seen: RawDetections, marks: Marks, categories: tuple[str, ...], caption: str
+) -> Image:
+    """(H, W, 3) -> (h, WIDTH, 3) RGB with boxes, names and scores; truth that counts in white."""
+    scale = WIDTH / rgb.shape[1]
+    size = (WIDTH, max(1, round(rgb.shape[0] * scale)))
+    out = np.array(cv2.resize(rgb, size, interpolation=cv2.INTER_LINEAR), np.uint8)
+    for box in marks.boxes[~marks.crowd] * scale:
+        x0, y0, x1, y1 = (int(v) for v in box)
+        cv2.rectangle(out, (x0, y0), (x1, y1), TRUE, 1)
+    shown = np.flatnonzero(seen.scores >= SHOWN)[::-1]  # the best on top
+    for k in shown:
+        colour = PALETTE[int(seen.labels[k]) % len(PALETTE)]
+        x0, y0, x1, y1 = (int(v) for v in seen.boxes_px[k] * scale)
+        cv2.rectangle(out, (x0, y0), (x1, y1), colour, 2)
+    for k in shown:
+        name = f"{categories[int(seen.labels[k])]} {seen.scores[k]:.2f}"
+        x, y = (int(v) for v in seen.boxes_px[k][:2] * scale)
+        _write(out, name, x, y, PALETTE[int(seen.labels[k]) % len(PALETTE)])
+    _write(out, caption, 0, size[1], (40, 40, 40))
+    return out
+
+
+def _write(out: Image, text: str, x: int, y: int, colour: tuple[int, int, int]) -> None:
+    """A line of white text on a filled ground, above (x, y), kept inside the picture."""
+    (width, height), below = cv2.getTextSize(text, FONT, SIZE, 1)
+    x = max(0, min(x, out.shape[1] - width - 4))
+    y = min(max(y, height + below + 4), out.shape[0])
+    cv2.rectangle(out, (x, y - height - below - 4), (x + width + 4, y), colour, -1)
+    cv2.putText(out, text, (x + 2, y - below - 1), FONT, SIZE, (255, 255, 255), 1, cv2.LINE_AA)
