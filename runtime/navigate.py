@@ -275,7 +275,7 @@ def _approach_target(
 def _explore(world: World, cfg: NavigateConfig) -> Command | None:
     """Drive to the elected frontier; on arrival face it, and give up what shows nothing new."""
     while world.decision is not None:
-        id = consensus.successor(world.decision, world.frontiers)
+        id = consensus.successor(world.decision, world.frontiers, cfg.consensus.rank)
         aim = world.frontier(id)
         if aim is None:
             return None

@@ -11,6 +11,8 @@ import numpy as np
 
 from runtime import navigate
 from runtime.config import Config
+from runtime.core import consensus
+from runtime.core.explain import in_words
 from runtime.core.types import U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.world import Command, World
 from runtime.edge.bus import Bus
@@ -139,7 +141,7 @@ class Search:
         """Adopt a decision and journal it; returns what is to be published."""
         navigate.adopt(world, decision, self.config.navigate)
         self.decisions += 1
-        report = _explain(decision, world)
+        report = _explain(decision, world, self.config.navigate.consensus.rank)
         self.journal.write("decision", brief=brief, **report)
         return report
 
@@ -218,8 +220,10 @@ def _settings(body: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(value)
 
 
-def _explain(decision: Decision, world: World) -> dict[str, object]:
-    """A decision as it is published and logged: what was elected, by whom, and why."""
+def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
+    """A decision as it is published and logged: what was elected, by whom, and why; what would have
+    been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
+    have gone while the vote ran."""
     return {
         "step": world.step,
         "stamp_ns": decision.stamp_ns,
@@ -228,6 +232,9 @@ def _explain(decision: Decision, world: World) -> dict[str, object]:
         "rule": decision.rule,
         "chosen": decision.chosen,
         "closest": decision.closest,
+        "heads_for": consensus.successor(decision, world.frontiers, rank),
+        "in_words": in_words(decision),
+        "without": dict(decision.without),
         "votes": decision.ballot.votes,
         "missing": decision.ballot.missing,
         "latency_s": {k: round(v, 4) for k, v in decision.ballot.latency_s.items()},

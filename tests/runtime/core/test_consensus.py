@@ -93,6 +93,61 @@ def test_a_vanished_winner_is_followed_by_the_chosen_then_the_closest(alive, hei
     assert successor(decision, [f for f in FRONTIERS if f.id in alive]) == heir
 
 
+@given(
+    st.lists(SETS, max_size=4),
+    st.dictionaries(st.integers(1, 9), st.sampled_from([0.5, 1.0, 2.0, float("inf")]), max_size=9),
+    st.sampled_from(["nearest", "farthest"]),
+)
+def test_a_decision_on_a_newer_map(sets: list[frozenset[int]], newer: dict[int, float], rank: str):
+    """1 to 6 may have vanished, moved or been cut off, 7 to 9 are new."""
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig(rank=rank))
+    heir = successor(decision, [frontier(i, d) for i, d in newer.items()], rank)
+    alive = {i: d for i, d in newer.items() if d < float("inf")}
+    left = set(decision.chosen) & set(alive)
+    if not alive:
+        assert heir is None
+    elif decision.frontier in alive:
+        assert heir == decision.frontier
+    elif left:
+        want = max if rank == "farthest" else min
+        best = want(alive[i] for i in left)
+        assert heir == min(i for i in left if alive[i] == best)
+    else:
+        assert heir == min(i for i in alive if alive[i] == min(alive.values()))
+
+
+@given(st.lists(SETS, max_size=4), st.floats(0.1, 100.0))
+def test_the_same_ballot_elects_the_same_however_far_all_of_it_is(
+    sets: list[frozenset[int]], scale: float
+):
+    """A robot that drove on sees other distances; the same order of them is the same decision."""
+    later = [frontier(f.id, f.distance_m * scale) for f in FRONTIERS]
+    one, two = (elect(ballot(*sets), fs, ConsensusConfig()) for fs in (FRONTIERS, later))
+    assert one == two
+
+
+@given(st.lists(SETS, max_size=4), st.frozensets(IDS))
+def test_a_ballot_on_a_map_that_lost_frontiers_counts_what_is_left_of_it(
+    sets: list[frozenset[int]], gone: frozenset[int]
+):
+    left = [f for f in FRONTIERS if f.id not in gone]
+    decision = elect(ballot(*sets), left, ConsensusConfig())
+    rule, chosen = agree([rest for s in sets if (rest := s - gone)])
+    assert (decision.rule, frozenset(decision.chosen)) == (rule if left else "none", chosen)
+    assert decision.frontier not in gone
+
+
+@given(st.lists(SETS, max_size=4))
+def test_what_would_have_been_without_each_expert(sets: list[frozenset[int]]):
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig())
+    for left_out, (name, frontier) in enumerate(decision.without):
+        others = [s for n, s in enumerate(sets) if n != left_out]
+        votes = Ballot(tuple(v for v in decision.ballot.votes if v.expert != name))
+        assert frontier == elect(votes, FRONTIERS, ConsensusConfig()).frontier
+        assert frontier == max(agree(others)[1], default=6)
+    assert len(decision.without) == len(sets)
+
+
 def test_pairs_need_not_be_the_same_pair():
     rule, chosen = agree([frozenset({1, 2}), frozenset({2, 3}), frozenset({3, 4})])
     assert (rule, chosen) == ("pairs", frozenset({2, 3}))
