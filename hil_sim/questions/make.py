@@ -1,0 +1,131 @@
+"""Making a bank: one process a home, and finished homes are kept."""
+
+import dataclasses
+import gzip
+import json
+import multiprocessing
+import pickle
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import replace
+from pathlib import Path
+
+from tqdm import tqdm
+
+from hil_sim.questions.bank import HOMES, PLAN_FILE, Plan, read_home, write_home
+from hil_sim.quiet import keep_stdout_for_python
+from hil_sim.robothor.metadata import APARTMENTS
+from runtime.errors import RfNavError
+
+MAPS = "maps"
+"""Folder of the maps behind the questions, where they are kept."""
+FIRST_SEED = 100_000
+"""Of the generated homes: no detector was trained on frames of these."""
+REPLICA_EVERY = 3
+"""Every so many-th home is a RoboTHOR replica, while there are any."""
+
+
+def home_names(count: int, seed: int) -> list[str]:
+    """Homes of the train split. A longer list begins with the shorter one; layouts of RoboTHOR
+    come in turn, so that any part has many."""
+    train = [name for name in APARTMENTS if name.startswith("FloorPlan_Train")]
+    replicas = sorted(train, key=lambda name: int(name.rpartition("_")[2]))  # first of each layout
+    names, at = list[str](), FIRST_SEED * (seed + 1)
+    while len(names) < count:
+        if len(names) % REPLICA_EVERY == REPLICA_EVERY - 1 and replicas:
+            names.append(replicas.pop(0))
+        else:
+            names.append(f"train-{at}")
+            at += 1
+    return names
+
+
+def make_bank(folder: Path, names: list[str], plan: Plan, workers: int, maps: bool = False) -> int:
+    """Add the homes that are not in the folder yet; returns how many were made. RfNavError when
+    the folder was begun with another plan."""
+    _claim(folder, plan)
+    todo = [name for name in names if not home_file(folder, name).exists()]
+    spawn = multiprocessing.get_context("spawn")
+    with (
+        tqdm(total=len(names), initial=len(names) - len(todo), unit="home", disable=None) as bar,
+        ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
+    ):
+        jobs = [pool.submit(make_home, folder, name, plan, maps) for name in todo]
+        try:
+            for job in as_completed(jobs):
+                job.result()
+                bar.update()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    return len(todo)
+
+
+def make_home(folder: Path, name: str, plan: Plan, maps: bool) -> None:
+    """A worker's task: one home, and a process of its own, since EGL cannot draw a second one."""
+    keep_stdout_for_python()
+    import cv2
+
+    from hil_sim.questions.drive import Stop, drive_home
+
+    cv2.setNumThreads(1)
+    kept: list[bytes] = []
+
+    def keep(stop: Stop) -> None:
+        kept.append(pickle.dumps(stop))  # now: the drive goes on with the same map
+
+    home = drive_home(name, plan, keep if maps else lambda stop: None)
+    if maps:
+        with gzip.open(map_file(folder, name), "wb", 3) as file:
+            pickle.dump(kept, file)
+    write_home(home_file(folder, name), home)
+
+
+def tell_again(folder: Path, plan: Plan) -> int:
+    """Compose the briefs of all homes whose maps were kept, with the code and settings as they are
+    now; returns how many. The maps must have been kept by the same version of the code."""
+    from hil_sim.questions.drive import Stop, frozen
+    from hil_sim.questions.seeing import Eyes
+
+    cfg, paths = Eyes.settings().navigate, sorted((folder / MAPS).glob("*.pickle.gz"))
+    for path in tqdm(paths, unit="home", disable=None):
+        file = home_file(folder, path.name.removesuffix(".pickle.gz"))
+        home = read_home(file)
+        with gzip.open(path) as packed:
+            stops: list[Stop] = [pickle.loads(kept) for kept in pickle.load(packed)]
+        moments = tuple(
+            frozen(home.name, stop, moment.costs_m, plan, cfg)
+            for stop, moment in zip(stops, home.moments, strict=True)
+        )
+        write_home(file, replace(home, moments=moments))
+    return len(paths)
+
+
+def map_file(folder: Path, name: str) -> Path:
+    return folder / MAPS / f"{name}.pickle.gz"
+
+
+def home_file(folder: Path, name: str) -> Path:
+    return folder / HOMES / f"{name}.jsonl.gz"
+
+
+def _claim(folder: Path, plan: Plan) -> None:
+    """Say how the folder's questions are made, or check that it says the same."""
+    path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
+    if path.is_file():
+        try:
+            theirs = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as error:
+            raise RfNavError(
+                f"{path}: not JSON ({error}); make the bank in another folder"
+            ) from error
+        if theirs != ours:
+            changed = sorted(
+                k for k in ours if not isinstance(theirs, dict) or theirs.get(k) != ours[k]
+            )
+            raise RfNavError(
+                f"{path}: was made with other {', '.join(changed)}; use another folder"
+            )
+        return
+    for part in (HOMES, MAPS):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(ours, indent=1) + "\n", encoding="utf-8")
