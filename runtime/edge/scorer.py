@@ -18,6 +18,7 @@ from runtime.edge.memo import ScoreFile
 
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
 MEMO_SIZE = 100_000
+SHARED = 60  # characters in common from which on it pays to ask of two contexts in a row
 
 
 class Likelihood(Protocol):
@@ -88,6 +89,7 @@ class Scorer:
         self._urgent: deque[_Job] = deque()
         self._background: deque[Question] = deque()
         self._busy = False
+        self._last = ""  # the context asked about last
         self._closed = False
         self.errors: list[str] = []  # why rungs were left
         self._thread = threading.Thread(target=self._work, name="scorer", daemon=True)
@@ -170,12 +172,16 @@ class Scorer:
                 job, prompt = self._next_prompt()
                 name, model = self._rungs[0]
                 self._busy = bool(prompt)
-            if prompt:
-                outcome = _score(model, prompt)
-                self._write(name, prompt, outcome)
+                self._condition.notify_all()  # some may have found their answers in the memo
+            if not prompt:
+                continue
+            outcome = _score(model, prompt)
             with self._condition:
-                if prompt:
-                    self._keep(name, job, prompt, outcome)
+                self._last = prompt[0].context
+                self._keep(name, job, prompt, outcome)
+                self._condition.notify_all()
+            self._write(name, prompt, outcome)  # nobody waits for the disk
+            with self._condition:
                 self._busy = False
                 self._condition.notify_all()
 
@@ -195,15 +201,18 @@ class Scorer:
         return None, self._take(self._background)
 
     def _take(self, waiting: deque[Question]) -> list[Question]:
-        """Remove and return the first unanswered question and all others with its context."""
+        """Remove and return the unanswered questions of one context: one that begins as the last
+        one did, if there is such, since what models have read of it they need not read again;
+        else the first."""
         name = self._rungs[0][0]
-        while waiting and (name, waiting[0]) in self._memo:
-            waiting.popleft()
-        if not waiting:
+        open_ = [q for q in waiting if (name, q) not in self._memo]
+        if not open_:
+            waiting.clear()
             return []
-        context = waiting[0].context
-        taken = [q for q in waiting if q.context == context and (name, q) not in self._memo]
-        rest = [q for q in waiting if q.context != context]
+        begun = self._last[:SHARED]
+        context = next((q.context for q in open_ if q.context[:SHARED] == begun), open_[0].context)
+        taken = [q for q in open_ if q.context == context]
+        rest = [q for q in open_ if q.context != context]
         waiting.clear()
         waiting.extend(rest)
         return taken
@@ -220,7 +229,7 @@ class Scorer:
             self._memo.pop(next(iter(self._memo)))
         if job is not None and not job.waiting:
             job.done = True
-            self._urgent.popleft()
+            self._leave(job)
 
     def _write(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
         if self._file is not None and name == self._first and not isinstance(outcome, Exception):
@@ -236,6 +245,10 @@ class Scorer:
         elif job is not None:
             job.error = error
             job.done = True
+            self._leave(job)
+
+    def _leave(self, job: _Job) -> None:
+        if self._urgent and self._urgent[0] is job:  # else the scorer was closed meanwhile
             self._urgent.popleft()
 
 

@@ -40,6 +40,24 @@ def test_a_score_depends_on_its_text_alone(model: LanguageModel) -> None:
     assert model.score(BATHROOM, asked) == warm
 
 
+def test_another_word_in_a_known_context_needs_no_evaluation(
+    model: LanguageModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model.forget()
+    want = model.score(BATHROOM, [" toilet", " bed"])
+    model.forget()
+    model.score(BATHROOM, [" lamp"])
+    model.score(KITCHEN, [" lamp"])
+
+    def evaluated(tokens: list[int]) -> None:
+        raise AssertionError("the model was run")
+
+    monkeypatch.setattr(model._llama, "eval", evaluated)
+    assert model.score(BATHROOM, [" toilet", " bed"]) == want
+    with pytest.raises(AssertionError):
+        model.score(BATHROOM, [" washing machine"])  # two tokens
+
+
 def test_what_cannot_be_scored_is_said_in_one_line(model: LanguageModel, tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="do not fit the context of 128"):
         model.score("word " * 200, [" toilet"])

@@ -60,6 +60,18 @@ def test_equal_questions_reach_the_model_once_and_contexts_share_a_prompt() -> N
     assert len(model.threads) == 1
 
 
+def test_contexts_that_begin_alike_are_asked_about_in_a_row() -> None:
+    """What a model has read it need not read again."""
+    long = "Things found together in one room: bed, pillow, nightstand, lamp, rug"
+    model = Counting()
+    with Scorer([("m", model)], CLOCK) as scorer:
+        asked = questions(*(f"{c}|t" for thing in "abc" for c in (thing, f"{long}, {thing}")))
+        assert len(scorer.answer(asked, NEVER)) == 6
+        assert len(scorer.answer(questions("d|t", f"{long}, d|t"), NEVER)) == 2
+    order = [context.removeprefix(long) for context, _ in model.prompts]
+    assert order == ["a", ", a", ", b", ", c", "b", "c", "d", ", d"]
+
+
 def test_many_callers_share_one_model_thread() -> None:
     model = Counting()
     with Scorer([("m", model)], CLOCK) as scorer:
