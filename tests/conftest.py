@@ -9,4 +9,4 @@ settings.register_profile("untimed", deadline=None)  # correctness tests do not 
 settings.load_profile("untimed")
 
 sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]
-sys.path.insert(0, str(Path(__file__).parent / "hil_sim"))
+sys.path[:0] = [str(Path(__file__).parent / part) for part in ("hil_sim", "models")]
