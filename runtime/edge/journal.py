@@ -48,12 +48,15 @@ class Journal:
 def plain(value: object) -> Any:
     """Dataclasses, mappings, sequences, enums and numpy values -> what JSON knows.
 
-    NaN and infinity have no JSON form: they become null.
+    NaN and infinity have no JSON form: they become null. Images (bytes) have no place in a journal:
+    their length is what is told of them.
     """
     if isinstance(value, Enum):
         return plain(value.value)
     if value is None or isinstance(value, bool | int | str):
         return value
+    if isinstance(value, bytes):
+        return len(value)
     if isinstance(value, np.generic):
         return plain(value.item())
     if isinstance(value, float):

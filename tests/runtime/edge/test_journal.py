@@ -45,6 +45,7 @@ def test_a_whole_decision_has_a_json_form() -> None:
 def test_plain_values() -> None:
     assert plain(Leaf(np.array([[1.5, np.nan]]), np.inf)) == {"a": [[1.5, None]], "b": None}
     assert plain({1: (np.bool_(True), Path("x")), "s": {3, 1}}) == {"1": [True, "x"], "s": [1, 3]}
+    assert plain({"image": b"abc"}) == {"image": 3}
     with pytest.raises(TypeError, match="a object has no JSON form"):
         plain(object())
 
