@@ -48,6 +48,8 @@ class Entry:
     about: str
     contract: str
     settings: dict[str, float]
+    style: str = "score"  # of a language or vision model: "score" or "reason"
+    handler: str = ""  # of a vision model: see models/vision.py
 
     @property
     def size(self) -> int:
@@ -90,6 +92,8 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
             about=body.get("about", ""),
             contract=body.get("contract", ""),
             settings=dict(body.get("settings", {})),
+            style=body.get("style", "score"),
+            handler=body.get("handler", ""),
         )
     except (KeyError, TypeError) as error:
         raise ModelError(f"{path}: model {name!r}: wrong or missing key: {error}") from error

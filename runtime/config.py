@@ -15,7 +15,9 @@ from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError
 from runtime.core import consensus
 from runtime.core.experts import ExpertConfig
 from runtime.core.types import Mount
+from runtime.edge import cloud_config
 from runtime.edge.bus import BusConfig
+from runtime.edge.cloud_config import CloudConfig
 from runtime.errors import ConfigError
 from runtime.navigate import NavigateConfig
 from runtime.safety import SafetyConfig
@@ -40,6 +42,14 @@ class ModelsConfig:
     """[models]: names from the manifest, or paths to files of the same contract."""
 
     language: str = "smollm2-135m"
+    language_style: Literal["", "score", "reason"] = ""  # "": the manifest's; a file's is "score"
+    vision: str = ""  # that SLE asks about each frontier's picture; "": it has none
+    vision_projector: str = ""  # its mmproj GGUF, where `vision` is a file
+    vision_handler: str = ""  # of llama-cpp-python: "mtmd", "llava-1.5", "qwen2.5-vl", ...
+    vision_style: Literal["", "score", "reason"] = ""  # "score": yes or no of each picture alone
+    context_tokens: int = 2048  # of a model that reasons or sees
+    reply_tokens: int = 200
+    gpu_layers: int = 0  # of such a model, where llama-cpp-python was built for a GPU; -1: all
     text: str = "minilm"
     detector: str = "rfnav-det"
     detector_kind: Literal["rfnav", "yolo"] = "rfnav"  # "yolo": a fixed class list
@@ -85,6 +95,7 @@ class Config:
     panel: PanelConfig = field(default_factory=PanelConfig)
     experts: ExpertConfig = field(default_factory=ExpertConfig)
     models: ModelsConfig = field(default_factory=ModelsConfig)
+    cloud: CloudConfig = field(default_factory=CloudConfig)
     detector: DetectorConfig = field(default_factory=DetectorConfig)
     goal: GoalConfig = field(default_factory=GoalConfig)
     bus: BusConfig = field(default_factory=BusConfig)
@@ -135,12 +146,21 @@ def _check(config: Config) -> None:
     _one_of("consensus.mode", config.navigate.consensus.mode, consensus.MODES)
     _one_of("consensus.fallback", config.navigate.consensus.fallback, ("closest", "geometry"))
     _one_of("bus.mode", config.bus.mode, ("peer", "client"))
+    cloud_config.check(config.cloud)
+    shown = config.cloud.sends_images or config.models.vision
+    if shown and not config.navigate.keyframes.image_width_px:
+        raise ConfigError(
+            "keyframes.image_width_px: is 0, so that no image is kept; a model that sees needs "
+            "some, e.g. 320"
+        )
     positive = {
         "map.resolution_m": config.navigate.map.resolution_m,
         "robot.radius_m": config.navigate.robot.radius_m,
         "experts.temperature": config.experts.temperature,
         "panel.decide_budget_s": config.panel.decide_budget_s,
         "models.threads": config.models.threads,
+        "models.context_tokens": config.models.context_tokens,
+        "models.reply_tokens": config.models.reply_tokens,
         "realtime.control_hz": config.realtime.control_hz,
         "realtime.state_hz": config.realtime.state_hz,
         **{f"safety.{key}": value for key, value in vars(config.safety).items()},

@@ -9,31 +9,36 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Self
 
+import numpy as np
+
 from models import store
-from models.detector import RawDetections, open_detector
+from models.detector import OpenDetector, RawDetections, open_detector
 from models.errors import ModelError as ModelFileError
-from models.language import LanguageModel
+from models.language import LanguageModel, ReasoningModel
 from models.text import TextEncoder
+from models.vision import VisionModel
 from models.vocabulary import load_vocabulary
-from runtime.config import Config
+from models.words import ClassText
+from runtime.config import Config, ModelsConfig
 from runtime.core import consensus, experts
-from runtime.core.experts import OBJECTS, ROOMS
-from runtime.core.types import U8, Brief, Detections, Missing, Vote
+from runtime.core.types import F32, U8, Ballot, Brief, Detections, Vote
 from runtime.edge.clock import Clock, Deadline
+from runtime.edge.cloud import Bill, Cloud
 from runtime.edge.memo import ScoreFile, default_path
 from runtime.edge.panel import Expert, Panel
+from runtime.edge.reasoner import Reasoner
 from runtime.edge.scorer import Scorer, Similarity
 from runtime.errors import ConfigError, ModelError
 from runtime.goal import Goal, understand
-
-GOALS_KEPT = 1000  # whose affinities are remembered
+from runtime.scored import Scored
+from runtime.seats import EMBEDDING, Seats
 
 
 class LocalMind:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
 
     def __init__(self, config: Config, clock: Clock) -> None:
-        self._models, self._clock = config.models, clock
+        self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
         models, threads = config.models, config.models.threads
         vocabulary = (
             load_vocabulary(Path(models.vocabulary)) if models.vocabulary else load_vocabulary()
@@ -41,12 +46,11 @@ class LocalMind:
         self.rooms = vocabulary.rooms
         self._spoken = tuple(experts.spoken_room(name) for name in vocabulary.rooms)
         self._objects = vocabulary.objects
-        self._scorer: Scorer | None = None
+        self._seats: Seats | None = None
+        self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
         self._config = config
         self._classes: tuple[tuple[str, ...], ...] = ()
-        self._behind: dict[str, experts.Doors] = {}
-        self._affinity: dict[tuple[str, experts.Topic, str], dict[str, float]] = {}
         self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
@@ -60,7 +64,7 @@ class LocalMind:
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         if config.panel.experts:
-            self._ask_models()
+            self._open_seats()
 
     def __enter__(self) -> Self:
         return self
@@ -70,15 +74,16 @@ class LocalMind:
 
     def close(self) -> None:
         """End the worker threads."""
-        if self._panel is not None:
-            self._panel.close()
-        if self._scorer is not None:
-            self._scorer.close()
+        for part in (self._panel, self._seats, self._cloud):
+            if part is not None:
+                part.close()
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
         if config.models != self._models:
             raise ConfigError("models: cannot change while the runtime runs; start another")
+        if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
+            raise ConfigError("cloud: cannot change while the runtime runs; start another")
         known = {name for names in self._objects for name in names}
         others = tuple((name,) for name in config.detector.labels if name not in known)
         classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
@@ -88,13 +93,10 @@ class LocalMind:
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         self._config, self._classes = config, understood.classes
-        if len(self._affinity) > GOALS_KEPT:
-            self._affinity = {}
+        if self._cloud is not None:
+            self._cloud.begin(understood.name)
         if config.panel.experts:
-            scorer = self._ask_models()
-            scorer.warm(experts.questions(ROOMS, understood.name, self._spoken))
-            scorer.warm(experts.door_questions(self._spoken))
-            scorer.warm(experts.questions(OBJECTS, understood.name, ()))
+            self._open_seats().begin(understood.name)
         if self._panel is not None:
             self._panel.close()
         rule = config.navigate.consensus
@@ -104,24 +106,56 @@ class LocalMind:
             known = rule.fallback == "closest"
             return known and consensus.settled(votes, pending, brief.frontiers, rule)
 
-        self._panel = Panel(self.seated(config), self._clock, settled=settled)
+        def agreed(ballot: Ballot) -> bool:
+            return consensus.agreed(ballot, rule)
+
+        seats = self._open_seats() if config.panel.experts else None
+        appeals = seats.appeals(config) if seats else {}
+        self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         return understood, self._panel
 
-    def _ask_models(self) -> Scorer:
-        """The scorer; its language model is loaded when the first expert is seated."""
-        if self._scorer is None:
-            name = self._models.language
+    def finish(self) -> None:
+        """The search is over: what its goal may cost is counted anew for the next."""
+        if self._cloud is not None:
+            self._cloud.finish()
+
+    def _open_seats(self) -> Seats:
+        """The experts' models; they are loaded when the first expert is seated."""
+        if self._seats is None:
             try:
-                local = LanguageModel(_file(name), self._models.threads)
+                self._seats = self._load_seats()
             except ModelFileError as error:
                 raise ModelError(str(error)) from error
-            path = Path(self._models.score_file) if self._models.score_file else default_path()
-            rungs = ((name, local), ("embedding", Similarity(self._encoder)))
-            file = ScoreFile(path, local.identity)
-            self._scorer = Scorer(rungs, self._clock, file)
-            if file.error:  # nothing depends on it but how soon the experts answer
-                print(f"rfnav: {file.error}", file=sys.stderr)
-        return self._scorer
+        return self._seats
+
+    def _load_seats(self) -> Seats:
+        models = self._models
+        below = Scorer([(EMBEDDING, Similarity(self._encoder))], self._clock)
+        seats = Seats(models.language, self._likeness, Scored(below, self._spoken))
+        seats.cloud = self._cloud
+        if models.vision:
+            seats.eyes = self._reason(_open_vision(models), sees=True)
+            seats.looks_in_words = _style(models.vision, models.vision_style) == "reason"
+        if _style(models.language, models.language_style) == "score":
+            seats.scored = Scored(self._open_scorer(), self._spoken)
+        elif models.language == models.vision:  # one model for all experts
+            seats.reasoner = seats.eyes
+        else:
+            path, sizes = _file(models.language), (models.context_tokens, models.gpu_layers)
+            seats.reasoner = self._reason(ReasoningModel(path, models.threads, *sizes), sees=False)
+        return seats
+
+    def _open_scorer(self) -> Scorer:
+        local = LanguageModel(_file(self._models.language), self._models.threads)
+        path = Path(self._models.score_file) if self._models.score_file else default_path()
+        file = ScoreFile(path, local.identity)
+        scorer = Scorer([(self._models.language, local)], self._clock, file)
+        if file.error:  # nothing depends on it but how soon the experts answer
+            print(f"rfnav: {file.error}", file=sys.stderr)
+        return scorer
+
+    def _reason(self, model: ReasoningModel, sees: bool) -> Reasoner:
+        return Reasoner(model, self._clock, self._models.reply_tokens, sees)
 
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what the detector is sure enough of."""
@@ -147,76 +181,38 @@ class LocalMind:
             del self._seen[next(iter(self._seen))]
         return raw
 
+    def likeness(self, embeddings: F32) -> F32:
+        """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
+        the goal's classes, by the detector's own calibration, were it seen as surely as can be."""
+        if not isinstance(self._detector, OpenDetector):
+            return np.zeros((len(embeddings), len(self._classes)), np.float32)
+        cosines = ClassText(self._classes, self._encoder).similarity(embeddings)
+        return self._detector.score(np.ones_like(cosines), cosines)
+
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
-        if self._scorer is not None:
-            self._scorer.warm(experts.questions(OBJECTS, goal, names))
+        if self._seats is not None:
+            self._seats.notice(goal, names)
 
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""
-        return self._scorer is None or self._scorer.settle(by)
+        return self._seats is None or self._seats.settle(by)
 
     def rung(self) -> str:
         """Which model answers the experts."""
-        return self._scorer.rung if self._scorer is not None else "none"
+        return self._seats.rung() if self._seats is not None else "none"
+
+    def health(self) -> dict[str, object]:
+        """For people: rungs by expert, models' errors, what the cloud costs."""
+        return self._seats.health() if self._seats is not None else {}
+
+    def bills(self) -> tuple[Bill, ...]:
+        """Calls of the cloud since this was asked last, for the journal."""
+        return self._seats.bills() if self._seats is not None else ()
 
     def seated(self, config: Config) -> dict[str, Expert]:
         """Those that the configuration seats, by name; they may be asked without a panel too."""
-        cfg = config.experts
-
-        def objects(brief: Brief, by: Deadline) -> Vote | Missing:
-            return experts.vote_objects(brief, self._near(brief, by), cfg)
-
-        def rooms(brief: Brief, by: Deadline) -> Vote | Missing:
-            return experts.vote_rooms(brief, self._around(brief, by), cfg, self._doors(by))
-
-        def scene(brief: Brief, by: Deadline) -> Vote | Missing:
-            return experts.vote_scene(brief, self._likeness(brief), cfg)
-
-        def both(brief: Brief, by: Deadline) -> Vote | Missing:
-            near, around = self._near(brief, by), self._around(brief, by)
-            return experts.vote_both(brief, near, around, cfg, self._doors(by))
-
-        table: dict[str, Expert] = {"o2f": objects, "r2f": rooms, "sle": scene, "both": both}
-        return {name: table[name] for name in config.panel.experts}
-
-    def _near(self, brief: Brief, by: Deadline) -> dict[str, float]:
-        return self._affinities(experts.OBJECTS, brief, experts.things_near(brief), by)
-
-    def _around(self, brief: Brief, by: Deadline) -> dict[str, float]:
-        rooms = self._spoken if any(f.rooms for f in brief.frontiers) else ()
-        return self._affinities(experts.ROOMS, brief, rooms, by)
-
-    def _doors(self, by: Deadline) -> experts.Doors:
-        if self._scorer is None:
-            return experts.NO_DOORS
-        rung = self._scorer.rung
-        if rung not in self._behind:
-            answers = self._scorer.answer(experts.door_questions(self._spoken), by)
-            found = experts.behind(self._spoken, answers)
-            if not found or self._scorer.rung != rung:
-                return found
-            self._behind[rung] = found
-        return self._behind[rung]
-
-    def _affinities(
-        self, topic: experts.Topic, brief: Brief, things: Sequence[str], by: Deadline
-    ) -> dict[str, float]:
-        if self._scorer is None or not things or len(brief.frontiers) < 2:
-            return {}  # one frontier is no choice: nothing to ask
-        rung = self._scorer.rung
-        known = self._known(rung, topic, brief.goal)
-        asked = [thing for thing in things if thing not in known]
-        if asked:
-            answers = self._scorer.answer(experts.questions(topic, brief.goal, asked), by)
-            if self._scorer.rung != rung:  # scores of different models are never mixed
-                return self._affinities(topic, brief, things, by)
-            known.update(experts.affinities(topic, brief.goal, asked, answers))
-        return {thing: known[thing] for thing in things if thing in known}
-
-    def _known(self, rung: str, topic: experts.Topic, goal: str) -> dict[str, float]:
-        """Affinities that were computed before, of one goal by one model."""
-        return self._affinity.setdefault((rung, topic, goal), {})
+        return self._open_seats().experts(config) if config.panel.experts else {}
 
     def _likeness(self, brief: Brief) -> dict[int, float]:
         """Cosine of each frontier's view with the goal's room prompt: the rung below a
@@ -240,3 +236,29 @@ def _file(name: str) -> Path:
         return path
     found = store.fetch(name)
     return found if found.is_file() else next(p for p in sorted(found.iterdir()) if p.is_file())
+
+
+def _style(name: str, configured: str) -> str:
+    """ "score" or "reason": as configured, else as the manifest has it; a file scores."""
+    if configured or Path(name).suffix:
+        return configured or "score"
+    return store.entry(name).style
+
+
+def _open_vision(models: ModelsConfig) -> VisionModel:
+    """A name from the manifest, which has both files and the handler, or two files."""
+    name, projector, handler = models.vision, models.vision_projector, models.vision_handler
+    if Path(name).suffix:
+        if not projector:
+            raise ConfigError("models.vision_projector: must name the mmproj GGUF of models.vision")
+        text, mmproj = Path(name), Path(projector)
+    else:
+        entry, folder = store.entry(name), store.fetch(name)
+        if entry.task != "vision" or len(entry.files) != 2:
+            raise ConfigError(
+                f"models.vision: {name} is a model for {entry.task}, and sees nothing"
+            )
+        text, mmproj = (folder / file.name for file in entry.files)
+        handler = handler or entry.handler
+    sizes = models.threads, models.context_tokens, models.gpu_layers
+    return VisionModel(text, mmproj, handler or "mtmd", *sizes)

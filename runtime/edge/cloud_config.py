@@ -33,6 +33,7 @@ class CloudConfig:
     image_tokens: int = 1600  # the most that one image is billed as
     reply_tokens: int = 300
     timeout_s: float = 20.0  # of a call, where the decision allows more
+    local_share: float = 0.4  # of a decision's time, that local models have before the cloud
     on_disagreement: bool = True  # asked too when the local votes do not agree
 
     @property
@@ -69,6 +70,7 @@ def check(cfg: CloudConfig) -> None:
         ("cap_goal_usd", 0, 1e6),
         ("cap_day_usd", 0, 1e6),
         ("timeout_s", 0.1, 600),
+        ("local_share", 0, 1),
         ("reply_tokens", 16, 100_000),
         ("image_tokens", 0, 1_000_000),
     ):

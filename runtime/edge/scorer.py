@@ -18,6 +18,7 @@ from runtime.edge.memo import ScoreFile
 
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
 MEMO_SIZE = 100_000
+STUCK_S = 5.0  # at one prompt
 SHARED = 60  # characters in common from which on it pays to ask of two contexts in a row
 
 
@@ -89,6 +90,7 @@ class Scorer:
         self._urgent: deque[_Job] = deque()
         self._background: deque[Question] = deque()
         self._busy = False
+        self._began_s = 0.0  # the prompt under way
         self._last = ""  # the context asked about last
         self._closed = False
         self.errors: list[str] = []  # why rungs were left
@@ -106,6 +108,12 @@ class Scorer:
         """Name of the model that answers now."""
         with self._condition:
             return self._rungs[0][0]
+
+    @property
+    def stuck(self) -> bool:
+        """Whether the model has been at one prompt for so long that it may never end."""
+        with self._condition:
+            return self._busy and self._clock.now_s() - self._began_s > STUCK_S
 
     def __len__(self) -> int:
         """How many scores are kept."""
@@ -171,7 +179,7 @@ class Scorer:
                     return
                 job, prompt = self._next_prompt()
                 name, model = self._rungs[0]
-                self._busy = bool(prompt)
+                self._busy, self._began_s = bool(prompt), self._clock.now_s()
                 self._condition.notify_all()  # some may have found their answers in the memo
             if not prompt:
                 continue
