@@ -9,6 +9,11 @@ import click
 from runtime.errors import RfNavError
 
 COMMANDS = {
+    "decisions": (
+        "hil_sim.decisions",
+        "decisions_command",
+        "How long a vote takes, with experts that hang and fail.",
+    ),
     "demo": ("hil_sim.demo", "demo_command", "One episode in a furnished home, told as it goes."),
     "episodes": ("hil_sim.evaluation.sample", "episodes_command", "Sample episodes into a suite."),
     "eval": (

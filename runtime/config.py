@@ -34,7 +34,13 @@ class PanelConfig:
 
     experts: tuple[str, ...] = SEATED
     decide_budget_s: float = 2.0  # votes that come later are dropped
+    reserve_s: float = 0.1  # of it, for the election and a thread that wakes late; half at most
     budget_in_lockstep: bool = False  # else experts run to completion, as simulated time waits
+
+    @property
+    def votes_s(self) -> float:
+        """How long votes are waited for, so that the decision is made within its budget."""
+        return max(self.decide_budget_s - self.reserve_s, self.decide_budget_s / 2)
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,7 @@ class Lockstep:
         experts run to completion, and runs repeat."""
         panel = search.config.panel
         if panel.budget_in_lockstep:
-            return Deadline.after(panel.decide_budget_s, self._clock)
+            return Deadline.after(panel.votes_s, self._clock)
         return Deadline.never(self._clock)
 
     def _publish(self, search: Search, world: World, command: Command, took_s: float) -> None:

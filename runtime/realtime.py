@@ -213,7 +213,7 @@ class RealTime:
         if world.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first, cfg.navigate)
-        by = Deadline.after(cfg.panel.decide_budget_s, self._clock)
+        by = Deadline.after(cfg.panel.votes_s, self._clock)
         self._decider.ask(Question(search, snap, search.order.panel, by, cfg.navigate))
 
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:

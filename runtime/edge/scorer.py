@@ -194,17 +194,15 @@ class Scorer:
                 self._condition.notify_all()
 
     def _next_prompt(self) -> tuple[_Job | None, list[Question]]:
-        """Questions that share one context: of the first caller still waiting, else background."""
+        """Questions that share one context: of the caller who can be answered soonest, else of the
+        background."""
         while self._urgent:
-            job = self._urgent[0]
-            if job.by.passed():
-                self._urgent.popleft()  # abandoned: its caller has gone
-                job.done = True
-                continue
-            prompt = self._take(job.waiting)
+            job = min(self._urgent, key=lambda j: len(j.waiting))  # the first of equals
+            # Abandoned: its caller has gone. Nothing to take: answered in another's prompt.
+            prompt = [] if job.by.passed() else self._take(job.waiting)
             if prompt:
                 return job, prompt
-            self._urgent.popleft()
+            self._urgent.remove(job)
             job.done = True
         return None, self._take(self._background)
 
@@ -236,7 +234,6 @@ class Scorer:
         while len(self._memo) > MEMO_SIZE:
             self._memo.pop(next(iter(self._memo)))
         if job is not None and not job.waiting:
-            job.done = True
             self._leave(job)
 
     def _write(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
@@ -252,12 +249,12 @@ class Scorer:
                 other.waiting = deque(other.questions)
         elif job is not None:
             job.error = error
-            job.done = True
             self._leave(job)
 
     def _leave(self, job: _Job) -> None:
-        if self._urgent and self._urgent[0] is job:  # else the scorer was closed meanwhile
-            self._urgent.popleft()
+        job.done = True
+        if job in self._urgent:  # else the scorer was closed meanwhile
+            self._urgent.remove(job)
 
 
 def _score(model: Likelihood, prompt: list[Question]) -> list[float] | Exception:

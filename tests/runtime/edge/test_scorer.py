@@ -72,6 +72,24 @@ def test_contexts_that_begin_alike_are_asked_about_in_a_row() -> None:
     assert order == ["a", ", a", ", b", ", c", "b", "c", "d", ", d"]
 
 
+def test_the_caller_who_can_be_answered_soonest_comes_first() -> None:
+    model = Counting(threading.Semaphore(0))
+    with Scorer([("m", model)], CLOCK) as scorer:
+        many = questions(*(f"many {n}|t" for n in range(5)))
+        callers = [threading.Thread(target=scorer.answer, args=(many, NEVER))]
+        callers[0].start()
+        assert model.begun.acquire(timeout=PATIENCE_S)  # one of the many is under way
+        callers.append(threading.Thread(target=scorer.answer, args=(questions("few|t"), NEVER)))
+        callers[1].start()
+        with scorer._condition:
+            assert scorer._condition.wait_for(lambda: len(scorer._urgent) == 2, PATIENCE_S)
+        for _ in range(6):
+            model.gate.release()
+        for caller in callers:
+            caller.join(PATIENCE_S)
+    assert [context for context, _ in model.prompts[:3]] == ["many 0", "few", "many 1"]
+
+
 def test_many_callers_share_one_model_thread() -> None:
     model = Counting()
     with Scorer([("m", model)], CLOCK) as scorer:
