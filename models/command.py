@@ -1,5 +1,6 @@
-"""`rfnav models`: fetch, check and list the models."""
+"""`rfnav models`: fetch, check, list and import models."""
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -7,11 +8,13 @@ from tqdm import tqdm
 
 from models import store
 from models.errors import ModelError
+from models.imported import describe, import_detector
+from models.text import TextEncoder
 
 
 @click.group("models")
 def models_command() -> None:
-    """Fetch, check and list the models the robot runs on."""
+    """Fetch, check, list and import the models the robot runs on."""
 
 
 def _chosen(names: tuple[str, ...], everything: bool) -> list[store.Entry]:
@@ -57,6 +60,31 @@ def list_models() -> None:
             state = "not here or damaged"
         size = f"{model.size / 1e6:.1f} MB"
         click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")
+
+
+@models_command.command(
+    "import",
+    epilog="Examples:  rfnav models import yolov8n.onnx --as yolo   |   "
+    "rfnav models import world.onnx --as world --texts clip/text.onnx",
+)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--as", "name", required=True, help="Name it goes by from now on.")
+@click.option("--classes", type=click.Path(path_type=Path), help="Names of its list, one a line.")
+@click.option(
+    "--texts",
+    type=click.Path(path_type=Path),
+    help="Embedded names (.npz) or text tower (.onnx, tokenizer.json beside it) of a prompted one.",
+)
+def import_model(file: Path, name: str, classes: Path | None, texts: Path | None) -> None:
+    """Take in an ONNX detector of a known contract: ours, prompted (images and texts in), or YOLO
+    with a fixed class list (v5, v8 and X layouts). It is tried before it is kept."""
+    encoder = TextEncoder(store.fetch("minilm"))
+    found = import_detector(file, name, encoder, classes, texts)
+    click.echo(f"{name}: {found.path}")
+    for line in describe(found.capabilities):
+        click.echo(f"  {line}")
+    click.echo(f"  a 640x480 frame: {found.frame_ms:.0f} ms on one thread")
+    click.echo(f'use it with models.detector = "{name}"')
 
 
 class _Bar:

@@ -50,7 +50,7 @@ class StoredPrompts:
 
     def __init__(self, path: Path) -> None:
         try:
-            with np.load(path, allow_pickle=False) as file:
+            with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 rows = {name: np.asarray(file[name], np.float32) for name in file.files}
         except (OSError, ValueError, zipfile.BadZipFile) as error:
             raise ModelError(f"{path}: not a readable .npz of text rows ({error})") from error

@@ -63,13 +63,25 @@ def cache_dir() -> Path:
     return Path(base) / "rf-nav" / "models"
 
 
-def load_manifest(path: Path = MANIFEST) -> dict[str, Entry]:
-    """Read the manifest. Raises ModelError naming the model whose entry is wrong."""
+def user_manifest() -> Path:
+    """`$XDG_DATA_HOME/rf-nav/models.toml`, with the XDG default: what was imported."""
+    base = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(base) / "rf-nav" / "models.toml"
+
+
+def load_manifest(path: Path = MANIFEST, users: bool = True) -> dict[str, Entry]:
+    """Read the manifest; with the project's, what the user imported, unless `users` is False.
+
+    Raises ModelError naming the model whose entry is wrong.
+    """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, tomllib.TOMLDecodeError) as error:
         raise ModelError(f"{path}: not a readable manifest ({error})") from error
-    return {name: _entry(path, name, body) for name, body in table.items()}
+    entries = {name: _entry(path, name, body) for name, body in table.items()}
+    if path == MANIFEST and users and user_manifest().is_file():
+        return load_manifest(user_manifest()) | entries
+    return entries
 
 
 def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
@@ -152,7 +164,7 @@ def _present(model: Entry, file: ModelFile, manifest: Path) -> Path:
         path = cached
     if not path.is_file():
         raise ModelError(f"{path}: model {model.name} is missing; {remedy}")
-    found = _sha256(path)
+    found = sha256(path)
     if found != file.sha256:
         raise ModelError(
             f"{path}: damaged: sha256 {found[:12]}…, expected {file.sha256[:12]}…; {remedy}"
@@ -179,7 +191,7 @@ def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: 
 
 
 def _admit(partial: Path, file: ModelFile, target: Path) -> None:
-    found = _sha256(partial)
+    found = sha256(partial)
     if found != file.sha256:
         raise ModelError(f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…")
     os.replace(partial, target)
@@ -201,6 +213,7 @@ def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
         shutil.rmtree(work, ignore_errors=True)
 
 
-def _sha256(path: Path) -> str:
+def sha256(path: Path) -> str:
+    """Of a file, in hexadecimal digits."""
     with path.open("rb") as stream:
         return hashlib.file_digest(stream, "sha256").hexdigest()
