@@ -40,7 +40,8 @@ def _shifted(pose: Pose, size_m: float) -> Pose:
 @dataclass(frozen=True)
 class Kind:
     """`means`: what `size` is; "" when there is none. `timed`: has a beginning and an end.
-    `model`: what the language model does (see `faulty_runtime`)."""
+    `model`: what is wrong with the runtime's models (see `faulty_runtime`); `settings`: `--set`
+    values that go with it."""
 
     what: str
     means: str = ""
@@ -49,8 +50,11 @@ class Kind:
     spoil: Spoil | None = None
     timed: bool = True
     model: str = ""
+    settings: tuple[str, ...] = ()
 
 
+BUDGET = ("panel.budget_in_lockstep=true",)
+"""Else a decision in lockstep waits for whatever hangs."""
 KINDS: dict[str, Kind] = {
     "camera-freeze": Kind(
         "the same colour and depth image again and again, with new stamps",
@@ -87,9 +91,14 @@ KINDS: dict[str, Kind] = {
         "a person walks through the home", "metres per second", 0.8, math.inf
     ),
     "door-closes": Kind("the doorway nearest the robot is closed", lasts=math.inf),
-    "llm-hang": Kind("the language model never answers", timed=False, model="hang"),
+    "llm-hang": Kind(
+        "the language model never answers", timed=False, model="hang", settings=BUDGET
+    ),
     "llm-nonsense": Kind("the language model answers nonsense", timed=False, model="nonsense"),
-    "cloud-down": Kind("the cloud model cannot be reached", timed=False),
+    "cloud-down": Kind(
+        "there is a cloud model to ask, but it refuses or never answers",
+        timed=False, model="cloud-down", settings=BUDGET,
+    ),
 }  # fmt: skip
 AT = 20.0
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?)(s?)")
@@ -139,10 +148,6 @@ def _parse(text: str) -> Fault:
     if name not in KINDS:
         raise ConfigError(f"fault {name}: unknown; known: {', '.join(KINDS)}")
     kind = KINDS[name]
-    if name == "cloud-down":
-        raise ConfigError(
-            "fault cloud-down: this runtime asks no cloud yet, so that none can be down"
-        )
     known = (["at", "for"] if kind.timed else []) + (["size"] if kind.means else [])
     given: dict[str, str] = {}
     for part in rest.split(",") if rest else ():
@@ -182,11 +187,10 @@ def _size(name: str, text: str, kind: Kind) -> float:
 def model_fault(
     faults: Iterable[Fault], mode: tuple[str, ...] = ("--lockstep",)
 ) -> tuple[list[str] | None, tuple[str, ...]]:
-    """The command that starts a runtime whose language model is at fault (None: the usual one),
-    and the `--set` values it needs."""
+    """The command that starts a runtime whose models are at fault (None: the usual one), and the
+    `--set` values it needs."""
     for fault in faults:
         if fault.kind.model:
             module = [sys.executable, "-m", "hil_sim.faulty_runtime", fault.kind.model]
-            settings = ("panel.budget_in_lockstep=true",) if fault.name == "llm-hang" else ()
-            return [*module, "run", *mode], settings
+            return [*module, "run", *mode], fault.kind.settings
     return None, ()

@@ -1,10 +1,13 @@
-"""`python -m hil_sim.faulty_runtime hang|nonsense run --lockstep ...`: the runtime as it is, with a
-language model that is at fault. The harness's own composition root, and the one module of it that
-may reach into the runtime."""
+"""`python -m hil_sim.faulty_runtime hang|nonsense|cloud-down run --lockstep ...`: the runtime as it
+is, with a language model that is at fault, or a cloud that is. The harness's own composition root,
+and the one module of it that may reach into the runtime."""
 
 import hashlib
+import itertools
 import math
+import socket
 import sys
+import tempfile
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -43,16 +46,57 @@ def nonsense(text: str) -> float:
     return math.nan if number % 8 == 0 else -float(number % 1_000_000)
 
 
+def down() -> int:
+    """The loopback port of an endpoint that hangs up on every other caller, and never answers the
+    rest."""
+    listener = socket.create_server(("127.0.0.1", 0))
+
+    def serve() -> None:
+        kept: list[socket.socket] = []
+        for n in itertools.count():
+            caller, _ = listener.accept()
+            if n % 2:
+                caller.close()
+            else:
+                kept = [*kept[-7:], caller]  # more do not wait at once
+
+    threading.Thread(target=serve, name="cloud-down", daemon=True).start()
+    return int(listener.getsockname()[1])
+
+
+def cloud_settings(port: int, folder: str) -> list[str]:
+    """`--set` values of a runtime that may ask this endpoint: with no key, and a ledger of its
+    own."""
+    values = {
+        "enabled": "true",
+        "base_url": f"http://127.0.0.1:{port}/v1",
+        "model": "down",
+        "key_file": "''",
+        "credential": "''",
+        "price_in_usd": "1.0",
+        "price_out_usd": "1.0",
+        "spending_file": f"{folder}/spending.sqlite",
+    }
+    return [word for key, value in values.items() for word in ("--set", f"cloud.{key}={value}")]
+
+
 MODELS = {"hang": Hanging, "nonsense": Babbling}
+KINDS = (*MODELS, "cloud-down")
 
 
 def main() -> None:
     """Start the runtime's own command line."""
-    if len(sys.argv) < 2 or sys.argv[1] not in MODELS:
-        print(f"faulty_runtime: the first word must be {' or '.join(MODELS)}", file=sys.stderr)
+    if len(sys.argv) < 2 or sys.argv[1] not in KINDS:
+        print(f"faulty_runtime: the first word must be one of {', '.join(KINDS)}", file=sys.stderr)
         sys.exit(2)
-    mind.LanguageModel = MODELS[sys.argv.pop(1)]  # type: ignore[assignment,attr-defined]
-    __main__.main()
+    kind = sys.argv.pop(1)
+    if kind in MODELS:
+        mind.LanguageModel = MODELS[kind]  # type: ignore[assignment,attr-defined]
+        __main__.main()
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        sys.argv += cloud_settings(down(), folder)
+        __main__.main()
 
 
 if __name__ == "__main__":

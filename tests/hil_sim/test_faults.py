@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,14 +15,18 @@ from hypothesis import strategies as st
 
 from hil_sim.body import PERSON_RADIUS_M, POLITE_M, Body, body_of, closed_door, person_near, walk
 from hil_sim.faults import KINDS, Fault, Sensed, When, model_fault, parse_faults
-from hil_sim.faulty_runtime import Babbling, nonsense
+from hil_sim.faulty_runtime import Babbling, cloud_settings, down, nonsense
 from hil_sim.mishaps import Mishaps
 from hil_sim.scene import Door, Room, Scene
-from runtime.core.types import Pose
+from runtime import config as configuration
+from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Pose
+from runtime.edge.clock import Deadline, ManualClock
+from runtime.edge.cloud import Cloud
 from runtime.errors import ConfigError
 
 ROOM = Room("r", "kitchen", ((0, 0), (6, 0), (6, 6), (0, 6)))
 DOORS = (Door((2.0, 0.0), (3.0, 0.0)), Door((0.0, 4.0), (0.0, 4.9), 2.0))
+SINK = NearbyObject("sink", 0.9, 0.5)
 SCENE = Scene("s", (), DOORS, (ROOM,), ())
 
 
@@ -65,7 +70,7 @@ def sent(text: str, count: int = 8) -> list[Sensed | None]:
         ("camera-drop:for=-1", r"^fault camera-drop: for=-1: must be"),
         ("odometry-jump:size=far", r"^fault odometry-jump: size=far: must be a number \(metres"),
         ("person:size=0", r"^fault person: size=0: must be"),
-        ("cloud-down", r"^fault cloud-down: this runtime asks no cloud"),
+        ("cloud-down:at=3", r"^fault cloud-down: parameter 'at': unknown; it takes none$"),
         ("", r"^fault : unknown"),
     ],
 )
@@ -192,6 +197,24 @@ def test_a_model_at_fault_is_another_command() -> None:
     assert command[1:] == ["-m", "hil_sim.faulty_runtime", "hang", "run", "--lockstep"]
     assert settings == ("panel.budget_in_lockstep=true",)
     assert model_fault(parse_faults(["llm-nonsense"]), ())[0][-2:] == ["nonsense", "run"]  # type: ignore[index]
+    command, settings = model_fault(parse_faults(["cloud-down"]))
+    assert command is not None
+    assert command[1:] == ["-m", "hil_sim.faulty_runtime", "cloud-down", "run", "--lockstep"]
+    assert settings == ("panel.budget_in_lockstep=true",)
+
+
+def test_a_cloud_that_is_down_refuses_or_never_answers(tmp_path: Path) -> None:
+    words = cloud_settings(down(), str(tmp_path))
+    config = configuration.load(None, words[1::2])
+    clock, causes = ManualClock(), []
+    brief = Brief("toilet", 0, tuple(FrontierBrief(i, 1.0, (SINK,), ()) for i in (1, 2)))
+    with Cloud(replace(config.cloud, timeout_s=0.4), clock) as cloud:
+        for _ in range(4):
+            outcome = cloud.expert("o2f")(brief, Deadline.never(clock))
+            assert isinstance(outcome, Missing)
+            causes.append(outcome.cause.split(" (")[0])
+            clock.advance(1000.0)
+    assert causes == ["late", "the connection broke"] * 2
 
 
 def test_nonsense_repeats() -> None:
@@ -205,7 +228,9 @@ def test_the_faulty_runtime_says_what_it_takes() -> None:
     command = [sys.executable, "-m", "hil_sim.faulty_runtime", "sulk", "run"]
     done = subprocess.run(command, capture_output=True, text=True, cwd=Path(__file__).parents[2])
     assert done.returncode == 2
-    assert done.stderr == "faulty_runtime: the first word must be hang or nonsense\n"
+    assert done.stderr == (
+        "faulty_runtime: the first word must be one of hang, nonsense, cloud-down\n"
+    )
 
 
 def test_the_faulty_runtime_is_the_runtime() -> None:
