@@ -28,6 +28,11 @@ COMMANDS = {
         "A Sweet Home 3D drawing as a scene.",
     ),
     "generate": ("hil_sim.generate.command", "generate_command", "Draw furnished homes by seed."),
+    "questions": (
+        "hil_sim.questions.command",
+        "questions_command",
+        "Ask the experts what is known, and judge them.",
+    ),
     "report": ("hil_sim.evaluation.report", "report_command", "Tables and figures of evaluations."),
     "show": ("hil_sim.show", "show_command", "Draw a scene."),
 }

@@ -7,11 +7,12 @@ with Voters() as voters:
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 
 from hil_sim.methods import SINGLE
-from hil_sim.questions.bank import CLEAN, Bank
+from hil_sim.questions.bank import CLEAN, Bank, Question
 from hil_sim.questions.statistics import Values, rank_correlation
 from hil_sim.questions.voting import Voters, Votes, at_random
 from runtime.config import SEATED, Config, load
@@ -73,10 +74,18 @@ class Table:
     likeness: Mapping[tuple[str, str], Likeness]
 
 
+class Electorate(Protocol):
+    """Whoever has the experts; see `Voters`."""
+
+    def asked(self, config: Config, questions: Sequence[Question]) -> Votes: ...
+
+    def check(self) -> None: ...
+
+
 def judge(
     bank: Bank,
     settings: Sequence[str] = (),
-    voters: Voters | None = None,
+    voters: Electorate | None = None,
     conditions: Sequence[str] = (CLEAN,),
     seed: int = 0,
 ) -> Table:
@@ -109,7 +118,7 @@ def judge(
 class _Bench:
     """A bank, and the votes on it that were worked out so far."""
 
-    def __init__(self, bank: Bank, voters: Voters, seed: int) -> None:
+    def __init__(self, bank: Bank, voters: Electorate, seed: int) -> None:
         self._questions, self._voters, self._seed = bank.questions, voters, seed
         self._frontiers = [q.frontiers() for q in bank.questions]
         self._votes: dict[object, Votes] = {}

@@ -108,20 +108,24 @@ def home_file(folder: Path, name: str) -> Path:
     return folder / HOMES / f"{name}.jsonl.gz"
 
 
+def plan_of(folder: Path) -> Plan:
+    """How a bank was made; RfNavError when the folder is none."""
+    path = folder / PLAN_FILE
+    try:
+        return Plan(**json.loads(path.read_text(encoding="utf-8")))
+    except FileNotFoundError:
+        raise RfNavError(f"{path}: no such file; make a bank: hil-sim questions") from None
+    except (OSError, TypeError, ValueError) as error:
+        raise RfNavError(f"{path}: not a bank's plan ({error}); use another folder") from error
+
+
 def _claim(folder: Path, plan: Plan) -> None:
     """Say how the folder's questions are made, or check that it says the same."""
     path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
     if path.is_file():
-        try:
-            theirs = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as error:
-            raise RfNavError(
-                f"{path}: not JSON ({error}); make the bank in another folder"
-            ) from error
-        if theirs != ours:
-            changed = sorted(
-                k for k in ours if not isinstance(theirs, dict) or theirs.get(k) != ours[k]
-            )
+        theirs = dataclasses.asdict(plan_of(folder))
+        changed = sorted(key for key in ours if theirs[key] != ours[key])
+        if changed:
             raise RfNavError(
                 f"{path}: was made with other {', '.join(changed)}; use another folder"
             )
