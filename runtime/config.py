@@ -58,8 +58,8 @@ class ModelsConfig:
     gpu_layers: int = 0  # of such a model, where llama-cpp-python was built for a GPU; -1: all
     text: str = "minilm"
     detector: str = "rfnav-det"
-    detector_kind: Literal["rfnav", "yolo"] = "rfnav"  # "yolo": a fixed class list
-    detector_classes: str = ""  # file with one class name a line, for "yolo"
+    detector_kind: Literal["auto", "rfnav", "prompted", "yolo"] = "auto"  # the file's contract
+    detector_classes: str = ""  # file with one class name a line, for a fixed list
     vocabulary: str = ""  # TOML word list; "" is the built-in one
     threads: int = 2
     score_file: str = ""  # SQLite file of the language model's scores; "" is one in the cache

@@ -5,9 +5,10 @@ With `__main__` the only importer of models/.
 
 import hashlib
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class LocalMind:
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
             self._detector = open_detector(
-                _file(models.detector),
+                _detector(models.detector),
                 models.detector_kind,
                 self._encoder,
                 threads,
@@ -92,6 +93,8 @@ class LocalMind:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
+        told = _told(self._detector.capabilities, understood.name)
+        understood = replace(understood, how=understood.how + told)
         self._config, self._classes = config, understood.classes
         if self._cloud is not None:
             self._cloud.begin(understood.name)
@@ -222,6 +225,23 @@ class LocalMind:
             return {}
         goal = self._encoder.embed([experts.SCENE.format(thing=brief.goal)])[0]
         return {id: float(view @ goal) for id, view in views.items()}
+
+
+def _detector(name: str) -> Path:
+    """A path as it is, else a name; several files are a directory that the detector reads."""
+    path = Path(name)
+    return path if path.suffix and (path.exists() or "/" in name) else store.fetch(name)
+
+
+def _told(capabilities: Mapping[str, Any], goal: str) -> str:
+    """What to say about a detector that cannot take the goal's own words."""
+    if goal in capabilities["unseen"]:
+        return "; the detector knows nothing like it and cannot see it"
+    by = capabilities["matched"].get(goal)
+    if capabilities["classes"] is None or not by:
+        return ""
+    alike = ", ".join(f"{name} ({cosine:.2f})" for name, cosine in by.items())
+    return f"; seen as what is like it in the detector's fixed list: {alike}"
 
 
 def _directory(name: str) -> Path:
