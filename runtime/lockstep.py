@@ -55,6 +55,7 @@ class Lockstep:
             request.reply(self._accept(request.body))
         elif request.kind == "cancel":
             request.reply(self._end(str(request.body.get("reason", "cancelled"))))
+            self._mind.finish()
 
     def _status(self) -> dict[str, object]:
         health = self._bus.health()
@@ -62,6 +63,7 @@ class Lockstep:
             "state": "searching" if self._search else "ready",
             "goal": self._search.goal.text if self._search else None,
             "rung": self._mind.rung(),
+            "models": self._mind.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }
 
@@ -80,6 +82,7 @@ class Lockstep:
         search, self._search = self._search, None
         if search is None:
             return {"ended": False, "error": "no search is under way"}
+        search.billed(self._mind)
         return search.end(reason)
 
     # -- one step --------------------------------------------------------------------------------
@@ -106,6 +109,7 @@ class Lockstep:
         snap = navigate.snapshot(world, why, cfg)
         decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
+        search.billed(self._mind)
 
     def _deadline(self, search: Search) -> Deadline:
         """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`
@@ -117,7 +121,8 @@ class Lockstep:
 
     def _publish(self, search: Search, world: World, command: Command, took_s: float) -> None:
         state = search.stepped(world, command, self._mind.rung())
-        self._bus.publish_state({**state, "took_s": took_s, "seconds": search.seconds})
+        told = {"took_s": took_s, "seconds": search.seconds, "models": self._mind.health()}
+        self._bus.publish_state({**state, **told})
         velocity = search.config.navigate.control.mode == "velocity"
         twist = command.twist if velocity else None
         self._bus.publish_action(world.stamp_ns, command.action, twist)

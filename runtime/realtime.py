@@ -32,6 +32,7 @@ from runtime.search import Mind, Search, seen, understand
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
 LABELS_S = 0.2  # labels of an image, where they come over the bus
 DECIDER_NICE = 10
+OVER = ("found", "not_found", "cancelled")
 FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 
 
@@ -125,6 +126,7 @@ class RealTime:
             "goal": search.goal.text if search else None,
             "decisions": latest.decisions if latest else 0,
             "rung": self._mind.rung(),
+            "models": self._mind.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }
 
@@ -169,7 +171,10 @@ class RealTime:
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
             self._tell(drive, state, reason, always=True)
         finally:
+            drive.search.billed(self._mind)
             summary = drive.search.end(reason, **facts, **extra) | facts
+            if state in OVER:  # not when another goal has taken its place, or a restart may go on
+                self._mind.finish()
         summary["elapsed_s"] = round(self._clock.now_s() - drive.began_s, 3)
         self._last = drive.search, summary
         return summary
@@ -206,6 +211,7 @@ class RealTime:
             question, decision = answer
             report = search.decided(decision, question.snapshot.brief, world)
             self._bus.publish_decision(report)
+            search.billed(self._mind)
         why = "" if self._decider.busy else navigate.due(world, cfg.navigate)
         if not why:
             return
@@ -219,7 +225,8 @@ class RealTime:
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
         report = drive.search.stepped(world, command, self._mind.rung())
         seconds = dict(drive.search.seconds)
-        drive.report = report | {"goal": drive.search.goal.text, "seconds": seconds}
+        told = {"seconds": seconds, "models": self._mind.health()}
+        drive.report = report | {"goal": drive.search.goal.text, **told}
         if command.action is Action.STOP:
             state = "found" if command.toward_xy is not None else "not_found"
             self._end(state, command.reason)

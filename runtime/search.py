@@ -41,6 +41,15 @@ class Mind(Protocol):
     def rung(self) -> str:
         """Which rung of the ladder answers the experts."""
 
+    def health(self) -> Mapping[str, object]:
+        """For people: rungs by expert, what models said that failed, what the cloud costs."""
+
+    def bills(self) -> Sequence[object]:
+        """Calls of a cloud since this was asked last."""
+
+    def finish(self) -> None:
+        """The search for the goal accepted last is over."""
+
 
 @dataclass(frozen=True)
 class Order:
@@ -167,6 +176,11 @@ class Search:
         pose = [round(v, 4) for v in (at.x_m, at.y_m, at.yaw_rad)]
         self.journal.write("step", pose=pose, **state)
         return state
+
+    def billed(self, mind: Mind) -> None:
+        """Journal what was asked of a cloud, and what it cost."""
+        for bill in mind.bills():
+            self.journal.write("cloud", call=bill)
 
     def end(self, reason: str, **extra: object) -> dict[str, object]:
         """Close the journal and write the map; returns the summary that a cancel is answered."""

@@ -34,8 +34,8 @@ class Seats:
     eyes: Reasoner | None = None  # one that sees
     looks_in_words: bool = False
     cloud: Cloud | None = None
-    answered: dict[str, tuple[int, str]] = field(default_factory=dict)
-    """By expert: the stamp of the brief it last voted on, and by which rung."""
+    answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
+    """By expert: the brief it last voted on, and by which rung."""
 
     def begin(self, goal: str) -> None:
         """Score in the background what every search for this goal needs."""
@@ -135,7 +135,8 @@ class Seats:
         asked = self._noting(name, cloud.expert(name))
 
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
-            if self.answered.get(name) == (brief.stamp_ns, RUNG):
+            last = self.answered.get(name)
+            if last is not None and last[0] is brief and last[1] == RUNG:
                 return Missing(name, "the cloud has voted")
             return asked(brief, by)
 
@@ -147,7 +148,7 @@ class Seats:
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
             outcome = expert(brief, by)
             if isinstance(outcome, Vote):
-                self.answered[name] = brief.stamp_ns, outcome.rung
+                self.answered[name] = brief, outcome.rung
             return outcome
 
         return ask

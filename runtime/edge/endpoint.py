@@ -165,7 +165,9 @@ class Endpoint:
                 reply = _reply(said)
                 self._shape = shape
                 return reply
-            other = _other(shape, said, len(forms)) if status in (400, 422) else None
+            # llama-cpp-python's server calls a request that it does not understand its own error.
+            unfit = status in (400, 422) or (status == 500 and "response_format" in said)
+            other = _other(shape, said, len(forms)) if unfit else None
             if other is None:
                 raise self._refused(status, headers, said)
             shape = other

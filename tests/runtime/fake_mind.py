@@ -28,6 +28,7 @@ class FakeMind:
     def __init__(self, home: Apartment, **experts) -> None:
         self.panel = Panel(experts, SystemClock())
         self.home = home
+        self.finished = 0
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         if not goal:
@@ -44,3 +45,12 @@ class FakeMind:
 
     def rung(self) -> str:
         return "none"
+
+    def health(self) -> dict[str, object]:
+        return {"rungs": {}, "errors": []}
+
+    def bills(self) -> tuple[object, ...]:
+        return ()
+
+    def finish(self) -> None:
+        self.finished += 1
