@@ -80,7 +80,7 @@ class GoalConfig:
     """[goal]"""
 
     same_as_similarity: float = 0.65  # MiniLM cosine from which a goal is taken for a known class
-    keep_map: bool = False  # in real time, a goal begins with the map of the one before
+    keep_map: bool = False  # a goal begins with the map and the objects of the one before
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,7 @@ class Lockstep:
     ) -> None:
         self._bus, self._mind, self._configure, self._clock = bus, mind, configure, clock
         self._search: Search | None = None
+        self._last: Search | None = None  # ended, for a goal that keeps its map
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`; SensorError ends it when the first frame can never be used."""
@@ -72,7 +73,10 @@ class Lockstep:
             order = understand(body, self._mind, self._configure)
             if self._search is not None:
                 self._end("preempted")
-            self._search = Search.begin(order)
+            search = Search.begin(order)
+            if order.config.goal.keep_map and self._last is not None and self._last.world:
+                search.inherit(self._last.world, self._mind)
+            self._search = search
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         self._bus.flush()
@@ -82,6 +86,7 @@ class Lockstep:
         search, self._search = self._search, None
         if search is None:
             return {"ended": False, "error": "no search is under way"}
+        self._last = search
         search.billed(self._mind)
         return search.end(reason)
 

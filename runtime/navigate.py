@@ -5,7 +5,6 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 """
 
 import math
-from dataclasses import dataclass, field, replace
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -13,28 +12,18 @@ import numpy as np
 from runtime.core import (
     brief,
     consensus,
-    control,
     coverage,
     frontiers,
     gain,
     keyframes,
     map,
+    motion,
     planner,
     semantics,
     target,
 )
-from runtime.core.brief import BriefConfig
-from runtime.core.consensus import ConsensusConfig
-from runtime.core.control import STILL, Along, ControlConfig, Course, Spin, Toward
-from runtime.core.coverage import CoverageConfig
-from runtime.core.frontiers import FrontierConfig
-from runtime.core.gain import GainConfig
-from runtime.core.geometry import bearing, wrap_angle
-from runtime.core.instances import SemanticsConfig
-from runtime.core.keyframes import KeyframeConfig
-from runtime.core.map import MapConfig
-from runtime.core.planner import PlannerConfig
-from runtime.core.target import TargetConfig
+from runtime.core.control import Spin, Toward
+from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.types import (
     Action,
     Ballot,
@@ -46,7 +35,6 @@ from runtime.core.types import (
 )
 from runtime.core.world import (
     Command,
-    Progress,
     Snapshot,
     World,
     toward,
@@ -54,50 +42,6 @@ from runtime.core.world import (
 )
 
 Deadline = TypeVar("Deadline", contravariant=True)
-UNWEDGE = Action.TURN_LEFT  # when no heading can be driven: turn until one can, or patience ends
-
-
-@dataclass(frozen=True)
-class ExploreConfig:
-    """[explore]"""
-
-    first_looks: int = 12  # turns of the look around at the start
-    decide_every: int = 5  # steps between decisions that only new evidence asks for
-    decide_every_s: float = 1.0  # the same in velocity mode
-    arrived_m: float = 0.25  # from a frontier's goal point
-    seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
-    patience: int = 24  # steps without coming closer to an aim before it is given up
-    patience_s: float = 12.0  # the same in velocity mode
-    blocked_m: float = 0.08  # a step forward that moved less than this was a collision
-    blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
-    blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward
-    weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
-
-
-@dataclass(frozen=True)
-class RobotConfig:
-    """[robot]"""
-
-    radius_m: float = 0.18
-
-
-@dataclass(frozen=True)
-class NavigateConfig:
-    """The core's part of the configuration."""
-
-    robot: RobotConfig = field(default_factory=RobotConfig)
-    map: MapConfig = field(default_factory=MapConfig)
-    semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
-    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
-    coverage: CoverageConfig = field(default_factory=CoverageConfig)
-    keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
-    gain: GainConfig = field(default_factory=GainConfig)
-    brief: BriefConfig = field(default_factory=BriefConfig)
-    consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
-    planner: PlannerConfig = field(default_factory=PlannerConfig)
-    control: ControlConfig = field(default_factory=ControlConfig)
-    target: TargetConfig = field(default_factory=TargetConfig)
-    explore: ExploreConfig = field(default_factory=ExploreConfig)
 
 
 class Panel(Protocol[Deadline]):
@@ -110,7 +54,7 @@ def perceive(
     world: World, obs: Observation, detections: Detections, mount: Mount, cfg: NavigateConfig
 ) -> World:
     """Add one observation: navigation map, semantic map, frontiers with stable ids."""
-    _advance(world, obs, cfg)
+    motion.advance(world, obs, cfg)
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
     outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
@@ -195,25 +139,10 @@ def act(world: World, cfg: NavigateConfig) -> Command:
         or _finish(world, cfg)
     )
     if cfg.control.mode == "velocity":
-        command = _driven(world, command, cfg)
+        command = motion.driven(world, command, cfg)
     world.step += 1
     world.last, world.asked_mps = command, command.twist.v_mps
     return command
-
-
-def _driven(world: World, command: Command, cfg: NavigateConfig) -> Command:
-    """The command with the velocity that begins its course, and the action that resembles it."""
-    if command.action is Action.STOP:
-        return command
-    now = world.last.twist if world.last else STILL
-    pose, radius_m, limits = world.pose, cfg.robot.radius_m, limited(world, cfg)
-    twist = control.steer(command.course, pose, now, world.dt_s, radius_m, limits)
-    return replace(command, action=control.nearest_action(twist), twist=twist)
-
-
-def limited(world: World, cfg: NavigateConfig) -> ControlConfig:
-    """How the robot may move now: one that sees nothing may turn, to see again, and no more."""
-    return replace(cfg.control, max_speed_mps=0.0) if world.blind else cfg.control
 
 
 def _look_around(world: World, cfg: NavigateConfig) -> Command | None:
@@ -233,8 +162,8 @@ def _look_around(world: World, cfg: NavigateConfig) -> Command | None:
 def _approach_target(
     world: World, cfg: NavigateConfig, least: float | None = None
 ) -> Command | None:
-    """Drive to where the target can be faced, face it, then stop if it is believed."""
-    terrain, reach = world.terrain, world.reach
+    """Drive to where the target can be faced, face it, then stop if it is believed; else look from
+    another side, then stop or reject it."""
     instance = target.choose(world.semantic, world.goal, world.pose, cfg.target, least)
     if instance is None:
         return None
@@ -246,12 +175,12 @@ def _approach_target(
     if again:
         stands = target.other_sides(*place)
         if not stands.any():
-            target.undecided(instance, world.goal, world.pose, cfg.target)
+            target.no_other_side(instance, world.goal, world.pose, cfg.target)
             return _approach_target(world, cfg, least)
     what = f"{world.goal} {instance.id} (p {instance.confidence_of(world.goal):.2f})"
     row, col = world.terrain.frame.cell(world.pose.x_m, world.pose.y_m)
     if stands[row, col]:
-        turn = _turn(world, instance.xy, cfg)
+        turn = motion.turn(world, instance.xy, cfg)
         if turn is not None:
             facing = Toward(instance.xy)
             return Command(turn, "face", instance.xy, f"face {what}", course=facing)
@@ -259,14 +188,14 @@ def _approach_target(
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         return _approach_target(world, cfg, least)
     field = planner.march(world.terrain, stands)
-    if _stalled(world, ("side" if again else "target", instance.id), field, cfg):
+    if motion.stalled(world, ("side" if again else "target", instance.id), field, cfg):
         if again:
-            target.undecided(instance, world.goal, world.pose, cfg.target)
+            target.no_other_side(instance, world.goal, world.pose, cfg.target)
         else:
             target.reject(instance, world.goal, cfg.target)
         return _approach_target(world, cfg, least)
     verb = "approach" if target.confirmed(instance, world.goal, cfg.target) else "inspect"
-    action, course = _drive(world, field, cfg)
+    action, course = motion.drive(world, field, cfg)
     why = f"{verb} {what}{' from another side' if again else ''}"
     command = Command(action, "target", instance.xy, why, course=course)
     return toward(field, world.pose, command)
@@ -281,42 +210,22 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             return None
         label = f"frontier {aim.id}"
         if aim.distance_m <= cfg.explore.arrived_m:
-            turn = _turn(world, aim.centre_xy, cfg)
-            if turn is not None and not _stalled(world, ("frontier", aim.id), None, cfg):
+            turn = motion.turn(world, aim.centre_xy, cfg)
+            if turn is not None and not motion.stalled(world, ("frontier", aim.id), None, cfg):
                 facing = Toward(aim.centre_xy)
                 return Command(turn, "frontier", aim.goal_xy, f"face {label}", course=facing)
             world.give_up(aim.cells_xy, cfg.explore.seen_range_m)
             with_frontiers(world, cfg)
             continue
         field = planner.march_from(world.terrain, np.array(aim.goal_xy))
-        if _stalled(world, ("frontier", aim.id), field, cfg):
+        if motion.stalled(world, ("frontier", aim.id), field, cfg):
             world.give_up(aim.cells_xy)
             with_frontiers(world, cfg)
             continue
-        action, along = _drive(world, field, cfg)
+        action, along = motion.drive(world, field, cfg)
         command = Command(action, "frontier", aim.goal_xy, f"drive to {label}", course=along)
         return toward(field, world.pose, command)
     return None
-
-
-def _drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Action, Course]:
-    """The way down a field: an action, chosen only where actions are driven, and a course."""
-    course = Along(world.terrain, field)
-    if cfg.control.mode == "velocity":
-        return Action.MOVE_FORWARD, course
-    pose, radius_m = world.pose, cfg.robot.radius_m
-    action = control.follow(world.terrain, field, pose, radius_m, cfg.control)
-    return action or UNWEDGE, course
-
-
-def _turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action | None:
-    """The turn that faces a point; None when it is faced."""
-    if cfg.control.mode == "velocity":
-        rate = control.face_rate(world.pose, xy, cfg.control)
-        if rate is None:
-            return None
-        return Action.TURN_LEFT if rate > 0 else Action.TURN_RIGHT
-    return control.face(world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control)
 
 
 def _finish(world: World, cfg: NavigateConfig) -> Command:
@@ -336,55 +245,6 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         world.thorough, what = True, "go to what was seen only from afar"
     with_frontiers(world, cfg)
     return Command(Action.TURN_LEFT, "look", None, what, course=Spin(cfg.control.look_radps))
-
-
-def _stalled(
-    world: World, aim: tuple[str, int], field: planner.Field | None, cfg: NavigateConfig
-) -> bool:
-    """Count steps (seconds, in velocity mode) toward one aim that did not bring the robot closer;
-    True when it is too many."""
-    p = world.progress
-    if p.aim != aim:
-        world.progress = p = Progress(aim)
-    left = field.at(world.pose.x_m, world.pose.y_m) if field else math.inf
-    if left < p.best_m - 0.05:
-        p.best_m, p.idle = left, 0
-    elif cfg.control.mode == "velocity":
-        p.idle += world.dt_s
-        return p.idle > cfg.explore.patience_s
-    else:
-        p.idle += 1
-    return p.idle > cfg.explore.patience
-
-
-def _advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
-    """Book what happened since the observation before: time, turn, a collision."""
-    since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
-    world.dt_s = min(1.0, max(0.0, since_s))
-    world.elapsed_s += world.dt_s
-    seen = int(np.count_nonzero(obs.depth_m > 0))
-    world.blind = seen < cfg.explore.blind_share * obs.depth_m.size
-    world.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
-    if _collided(world, obs, cfg):
-        world.collisions += 1
-        world.map.bump(obs.pose, cfg.robot.radius_m, cfg.map)
-    world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
-
-
-def _collided(world: World, obs: Observation, cfg: NavigateConfig) -> bool:
-    moved = math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)
-    if cfg.control.mode == "discrete":
-        forward = world.last is not None and world.last.action is Action.MOVE_FORWARD
-        return forward and moved < cfg.explore.blocked_m
-    asked_m = world.asked_mps * world.dt_s
-    if asked_m <= 0 or moved >= asked_m / 4:
-        world.blocked_s = 0.0
-        return False
-    world.blocked_s += world.dt_s
-    if world.blocked_s < cfg.explore.blocked_s:
-        return False
-    world.blocked_s = 0.0
-    return True
 
 
 def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:

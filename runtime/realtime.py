@@ -19,6 +19,7 @@ import numpy as np
 
 from runtime import navigate
 from runtime.config import Config
+from runtime.core import motion
 from runtime.core.geometry import wrap_angle
 from runtime.core.types import Action, Ballot, Brief, Observation
 from runtime.core.world import Command, World
@@ -141,7 +142,7 @@ class RealTime:
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         if order.config.goal.keep_map and before is not None and before.world is not None:
-            search.inherit(before.world)
+            search.inherit(before.world, self._mind)
         now_s = self._clock.now_s()
         self._drive = _Drive(search, now_s, halts=self._helm.halts())
         self._follow(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
@@ -238,7 +239,7 @@ class RealTime:
         self, search: Search, command: Command | None, frame_s: float, report: dict[str, object]
     ) -> None:
         cfg, world = search.config.navigate, search.world
-        limits = navigate.limited(world, cfg) if world is not None else cfg.control
+        limits = motion.limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None
         self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
 

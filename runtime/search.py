@@ -13,7 +13,10 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core import consensus
 from runtime.core.explain import in_words
-from runtime.core.types import U8, Action, Brief, Decision, Detections, Observation
+from runtime.core.inventory import inventory
+from runtime.core.recall import embedded, recall
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import F32, U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.world import Command, World
 from runtime.edge.bus import Bus
 from runtime.edge.journal import Journal, write_map
@@ -37,6 +40,10 @@ class Mind(Protocol):
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Objects that are on the map by now: score them in the background."""
+
+    def likeness(self, embeddings: F32) -> F32:
+        """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
+        the classes of the goal accepted last."""
 
     def rung(self) -> str:
         """Which rung of the ladder answers the experts."""
@@ -132,8 +139,9 @@ class Search:
             mind.notice(self.goal.name, tuple(names))
         return self.world
 
-    def inherit(self, before: World) -> None:
-        """Begin with another search's map and memory, of the same odometry frame."""
+    def inherit(self, before: World, mind: Mind) -> None:
+        """Begin with another search's map and memory, of the same odometry frame: what it has seen
+        that is the new goal is gone to at once, and looked at again."""
         cfg = self.config.navigate
         names, rooms = self.order.names, self.order.rooms
         world = World.begin(
@@ -145,9 +153,21 @@ class Search:
         world.looked = np.zeros_like(before.looked)
         world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
         self.world = world
+        things, rows = embedded(world.semantic)
+        likeness = mind.likeness(rows) if things else np.zeros((0, len(names)), np.float32)
+        goal = self.goal.name
+        recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
+        known = [i for i in world.semantic.instances.values() if goal in i.odds]
+        told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
+        self.journal.write(
+            "memory", objects=len(world.semantic.instances), renamed=recalled, goal=told
+        )
 
-    def decided(self, decision: Decision, brief: Brief, world: World) -> dict[str, object]:
-        """Adopt a decision and journal it; returns what is to be published."""
+    def decided(
+        self, decision: Decision, brief: Brief, world: World, rehearsal: str = ""
+    ) -> dict[str, object]:
+        """Adopt a decision and journal it; returns what is to be published. `rehearsal`: "used",
+        why the one that was made was not, or "" for none."""
         navigate.adopt(world, decision, self.config.navigate)
         self.decisions += 1
         report = _explain(decision, world, self.config.navigate.consensus.rank)
@@ -187,7 +207,7 @@ class Search:
         self.journal.write("end", reason=reason, **extra)
         self.journal.close()
         if self.world is not None:
-            write_map(self.order.log_dir, *_map_of(self.world, self.goal))
+            write_map(self.order.log_dir, *_map_of(self.world, self.goal, self.config.navigate))
         return {
             "ended": True,
             "steps": self.world.step if self.world else 0,
@@ -264,7 +284,9 @@ def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
     }
 
 
-def _map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
+def _map_of(
+    world: World, goal: Goal, cfg: NavigateConfig
+) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
     """What `map.npz` holds: grids over one frame, and the rest as metadata."""
     arrays: dict[str, np.ndarray[Any, Any]] = {
         "occupied": world.map.occupied,
@@ -287,18 +309,6 @@ def _map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], 
         ],
         "elected": world.decision.frontier if world.decision else None,
         "stopped_at": world.last.toward_xy if world.last is not None and found else None,
-        "objects": [
-            {
-                "id": i.id,
-                "name": i.name,
-                "confidence": round(i.confidence, 4),
-                "xy": i.xy,
-                "z_m": i.z_m,
-                "views": len(i.views),
-                "rejections": sum(i.rejections.values()),
-                "cells_xy": i.cells_xy.round(3),
-            }
-            for i in world.semantic.instances.values()
-        ],
+        "objects": inventory(world, cfg),
     }
     return arrays, meta

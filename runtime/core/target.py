@@ -14,8 +14,6 @@ from runtime.core.planner import Field, Terrain
 from runtime.core.semantics import SemanticMap
 from runtime.core.types import F64, Mask, Pose
 
-_LOOKS = 2  # from different sides, before the evidence decides
-
 
 @dataclass(frozen=True)
 class TargetConfig:
@@ -61,21 +59,23 @@ def from_two_sides(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
 
 
 def judge(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> bool:
-    """The robot stands before it and faces it: whether to stop here. If there was no second side
-    to look at it from, the evidence has to do."""
-    enough = len(instance.looks) >= _LOOKS and supported(instance, goal, cfg)
-    if instance.range_m <= cfg.seen_m and (enough or confirmed(instance, goal, cfg)):
+    """The robot stands before it and faces it: whether to stop here. What is not believed at the
+    first look is looked at from another side while something speaks for it, and after that
+    rejected."""
+    sole = len(instance.looks) > 1 and supported(instance, goal, cfg)
+    if instance.range_m <= cfg.seen_m and (sole or confirmed(instance, goal, cfg)):
         return True
-    undecided(instance, goal, pose, cfg)
+    if instance.looks or instance.odds[goal] < cfg.inspect_log_odds:
+        reject(instance, goal, cfg)
+    else:
+        instance.looks.append(pose)
     return False
 
 
-def undecided(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> None:
-    """A look at it settled nothing, or could not be had: once more from another side is worth the
-    way while something speaks for it; else, and after that, it is rejected."""
+def no_other_side(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> None:
+    """There is none to stand on: the evidence of this one has to do."""
     instance.looks.append(pose)
-    last = len(instance.looks) >= _LOOKS and not supported(instance, goal, cfg)
-    if last or len(instance.looks) > _LOOKS or instance.odds[goal] < cfg.inspect_log_odds:
+    if not supported(instance, goal, cfg):
         reject(instance, goal, cfg)
 
 
@@ -154,14 +154,17 @@ def other_sides(
     goal: str,
     cfg: TargetConfig,
 ) -> Mask:
-    """(r, c) of the terrain: reachable cells close by that look at the target from a direction
-    that it was not seen from yet."""
+    """(r, c) of the terrain: reachable cells close by, if possible not too close, that look at the
+    target from a direction that it was not seen from yet."""
     distance = _distance_to(terrain, instance.cells_xy)
     candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
     views = instance.views_as(goal)
     candidates &= _seen_side(terrain, instance, views, cfg.view_cone_rad)
     candidates &= ~_seen_side(terrain, instance, [*views, *instance.looks], cfg.second_side_rad)
-    return _in_sight(grid, terrain, candidates, instance) if candidates.any() else candidates
+    if not candidates.any():
+        return candidates
+    roomy = candidates & (2 * distance >= cfg.stop_m + cfg.reach_m)  # nearer, it may be out of view
+    return _in_sight(grid, terrain, roomy if roomy.any() else candidates, instance)
 
 
 def look_from(

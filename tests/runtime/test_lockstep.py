@@ -9,7 +9,7 @@ from pathlib import Path
 
 import zenoh
 from apartment import INTRINSICS, TWO_ROOMS, Apartment
-from fake_mind import FakeMind, broken, farthest
+from fake_mind import FakeMind, Wordy, broken, farthest
 
 from hil_sim.link import free_port
 from runtime.config import Config, load
@@ -144,7 +144,11 @@ def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     arrays, meta = read_map(tmp_path)
     assert arrays["free"].any()
     assert meta["stopped_at"] is not None
-    assert [o["name"] for o in meta["objects"]] == ["toilet"]
+    (toilet,) = meta["objects"]
+    assert toilet["name"] == "toilet"
+    assert toilet["names"] == {"toilet": 1.0}
+    assert math.dist(toilet["look_from_xy"], toilet["xy"]) < 1.3
+    assert all(0 < side < 1.5 for side in toilet["size_m"])
 
 
 def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
@@ -198,6 +202,85 @@ def test_two_experts_that_agree_are_followed(tmp_path: Path):
     )
     assert decision["rule"] == "all"
     assert [v["expert"] for v in decision["votes"]] == ["o2f", "r2f"]
+
+
+def drive(peer: Peer, there: Apartment, limit: int, ended: Sequence[BaseException] = ()) -> None:
+    """Obey until it stops, or `limit` steps."""
+    for _ in range(limit):
+        action = peer.show(there, ended=ended)
+        assert action is not None, ended
+        if action == "stop":
+            return
+        there.apply(Action(action))
+
+
+def steps_of(log: Path) -> list[dict]:
+    return [line for line in read_journal(log / "decisions.jsonl") if line["kind"] == "step"]
+
+
+def with_beanbag() -> Apartment:
+    there = Apartment.of(TWO_ROOMS, Pose(5.0, 3.2, 0.0))
+    there.things = {"beanbag": (7.4, 2.2, 0.3)}
+    return there
+
+
+KEEP = {"settings": ["goal.keep_map=true"]}
+
+
+def test_a_goal_that_was_seen_before_is_driven_to_from_memory_and_looked_at_again(tmp_path: Path):
+    there = with_beanbag()
+    with running(Wordy(there)) as (peer, ended):
+        begin(peer, tmp_path / "a", "vase")
+        drive(peer, there, 14, ended)
+        peer.ask("cancel", {})
+        peer.ask("goal", {"goal": "beanbag", "log_dir": str(tmp_path / "b"), **KEEP})
+        drive(peer, there, 40, ended)
+        peer.ask("cancel", {})
+    assert not ended
+    objects = read_map(tmp_path / "a")[1]["objects"]
+    assert [thing["name"] for thing in objects] == ["sofa"]
+    memory = next(
+        line
+        for line in read_journal(tmp_path / "b" / "decisions.jsonl")
+        if line["kind"] == "memory"
+    )
+    assert memory["renamed"] == [objects[0]["id"]]
+    assert 0.5 < memory["goal"][0]["p"] < 0.9
+    steps = steps_of(tmp_path / "b")
+    assert steps[0]["mode"] == "target"  # no look around, nothing explored
+    assert {step["mode"] for step in steps} <= {"target", "face", "stop"}
+    assert steps[0]["reason"].startswith("inspect")
+    assert steps[-1]["reason"].startswith("found beanbag")
+    assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
+
+
+def test_what_is_remembered_and_not_there_any_more_is_not_stopped_at(tmp_path: Path):
+    there = with_beanbag()
+    with running(Wordy(there)) as (peer, ended):
+        begin(peer, tmp_path / "a", "vase")
+        drive(peer, there, 14, ended)
+        peer.ask("cancel", {})
+        there.things = {}
+        peer.ask("goal", {"goal": "beanbag", "log_dir": str(tmp_path / "b"), **KEEP})
+        drive(peer, there, 40, ended)
+        peer.ask("cancel", {})
+    assert not ended
+    steps = steps_of(tmp_path / "b")
+    assert steps[0]["mode"] == "target"
+    assert any(step["mode"] == "frontier" for step in steps)  # given up, and explored on
+    assert not any(step["reason"].startswith("found") for step in steps)
+
+
+def test_without_keep_map_nothing_is_remembered(tmp_path: Path):
+    there = with_beanbag()
+    with running(Wordy(there)) as (peer, ended):
+        begin(peer, tmp_path / "a", "vase")
+        drive(peer, there, 14, ended)
+        begin(peer, tmp_path / "b", "beanbag")  # the search before is preempted
+        drive(peer, there, 2, ended)
+        peer.ask("cancel", {})
+    assert [step["mode"] for step in steps_of(tmp_path / "b")] == ["look", "look"]
+    assert read_map(tmp_path / "a")[1]["objects"]
 
 
 def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):

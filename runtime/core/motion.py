@@ -1,0 +1,99 @@
+"""How the body is moved and what became of it: courses, turns, stalls, collisions."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from runtime.core import control, planner
+from runtime.core.control import STILL, Along, ControlConfig, Course
+from runtime.core.geometry import bearing, wrap_angle
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import Action, Observation
+from runtime.core.world import Command, Progress, World
+
+UNWEDGE = Action.TURN_LEFT  # when no heading can be driven: turn until one can, or patience ends
+
+
+def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
+    """Book what happened since the observation before: time, turn, a collision."""
+    since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
+    world.dt_s = min(1.0, max(0.0, since_s))
+    world.elapsed_s += world.dt_s
+    seen = int(np.count_nonzero(obs.depth_m > 0))
+    world.blind = seen < cfg.explore.blind_share * obs.depth_m.size
+    world.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
+    if _collided(world, obs, cfg):
+        world.collisions += 1
+        world.map.bump(obs.pose, cfg.robot.radius_m, cfg.map)
+    world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
+
+
+def _collided(world: World, obs: Observation, cfg: NavigateConfig) -> bool:
+    moved = math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)
+    if cfg.control.mode == "discrete":
+        forward = world.last is not None and world.last.action is Action.MOVE_FORWARD
+        return forward and moved < cfg.explore.blocked_m
+    asked_m = world.asked_mps * world.dt_s
+    if asked_m <= 0 or moved >= asked_m / 4:
+        world.blocked_s = 0.0
+        return False
+    world.blocked_s += world.dt_s
+    if world.blocked_s < cfg.explore.blocked_s:
+        return False
+    world.blocked_s = 0.0
+    return True
+
+
+def driven(world: World, command: Command, cfg: NavigateConfig) -> Command:
+    """The command with the velocity that begins its course, and the action that resembles it."""
+    if command.action is Action.STOP:
+        return command
+    now = world.last.twist if world.last else STILL
+    pose, radius_m, limits = world.pose, cfg.robot.radius_m, limited(world, cfg)
+    twist = control.steer(command.course, pose, now, world.dt_s, radius_m, limits)
+    return replace(command, action=control.nearest_action(twist), twist=twist)
+
+
+def limited(world: World, cfg: NavigateConfig) -> ControlConfig:
+    """How the robot may move now: one that sees nothing may turn, to see again, and no more."""
+    return replace(cfg.control, max_speed_mps=0.0) if world.blind else cfg.control
+
+
+def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Action, Course]:
+    """The way down a field: an action, chosen only where actions are driven, and a course."""
+    course = Along(world.terrain, field)
+    if cfg.control.mode == "velocity":
+        return Action.MOVE_FORWARD, course
+    pose, radius_m = world.pose, cfg.robot.radius_m
+    action = control.follow(world.terrain, field, pose, radius_m, cfg.control)
+    return action or UNWEDGE, course
+
+
+def turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action | None:
+    """The turn that faces a point; None when it is faced."""
+    if cfg.control.mode == "velocity":
+        rate = control.face_rate(world.pose, xy, cfg.control)
+        if rate is None:
+            return None
+        return Action.TURN_LEFT if rate > 0 else Action.TURN_RIGHT
+    return control.face(world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control)
+
+
+def stalled(
+    world: World, aim: tuple[str, int], field: planner.Field | None, cfg: NavigateConfig
+) -> bool:
+    """Count steps (seconds, in velocity mode) toward one aim that did not bring the robot closer;
+    True when it is too many."""
+    p = world.progress
+    if p.aim != aim:
+        world.progress = p = Progress(aim)
+    left = field.at(world.pose.x_m, world.pose.y_m) if field else math.inf
+    if left < p.best_m - 0.05:
+        p.best_m, p.idle = left, 0
+    elif cfg.control.mode == "velocity":
+        p.idle += world.dt_s
+        return p.idle > cfg.explore.patience_s
+    else:
+        p.idle += 1
+    return p.idle > cfg.explore.patience

@@ -1,0 +1,58 @@
+"""The core's configuration, its tables gathered."""
+
+from dataclasses import dataclass, field
+
+from runtime.core.brief import BriefConfig
+from runtime.core.consensus import ConsensusConfig
+from runtime.core.control import ControlConfig
+from runtime.core.coverage import CoverageConfig
+from runtime.core.frontiers import FrontierConfig
+from runtime.core.gain import GainConfig
+from runtime.core.instances import SemanticsConfig
+from runtime.core.keyframes import KeyframeConfig
+from runtime.core.map import MapConfig
+from runtime.core.planner import PlannerConfig
+from runtime.core.target import TargetConfig
+
+
+@dataclass(frozen=True)
+class ExploreConfig:
+    """[explore]"""
+
+    first_looks: int = 12  # turns of the look around at the start
+    decide_every: int = 5  # steps between decisions that only new evidence asks for
+    decide_every_s: float = 1.0  # the same in velocity mode
+    arrived_m: float = 0.25  # from a frontier's goal point
+    seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
+    patience: int = 24  # steps without coming closer to an aim before it is given up
+    patience_s: float = 12.0  # the same in velocity mode
+    blocked_m: float = 0.08  # a step forward that moved less than this was a collision
+    blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
+    blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward
+    weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """[robot]"""
+
+    radius_m: float = 0.18
+
+
+@dataclass(frozen=True)
+class NavigateConfig:
+    """The core's part of the configuration."""
+
+    robot: RobotConfig = field(default_factory=RobotConfig)
+    map: MapConfig = field(default_factory=MapConfig)
+    semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
+    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
+    coverage: CoverageConfig = field(default_factory=CoverageConfig)
+    keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
+    gain: GainConfig = field(default_factory=GainConfig)
+    brief: BriefConfig = field(default_factory=BriefConfig)
+    consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+    control: ControlConfig = field(default_factory=ControlConfig)
+    target: TargetConfig = field(default_factory=TargetConfig)
+    explore: ExploreConfig = field(default_factory=ExploreConfig)

@@ -1,0 +1,209 @@
+"""The target: when it is believed, from where it is looked at again, what becomes of doubts."""
+
+import math
+
+import numpy as np
+import pytest
+from apartment import MOUNT, TWO_ROOMS, Apartment
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime import navigate
+from runtime.core.instances import Instance
+from runtime.core.map import MapConfig, NavigationMap
+from runtime.core.planner import PlannerConfig, look_around
+from runtime.core.semantics import SemanticMap
+from runtime.core.target import (
+    TargetConfig,
+    choose,
+    confirmed,
+    from_two_sides,
+    judge,
+    look_from,
+    no_other_side,
+    other_sides,
+    standpoints,
+    wants_other_side,
+)
+from runtime.core.types import Action, Ballot, Pose
+from runtime.core.world import World
+
+CFG = TargetConfig()
+SPOT = (2.0, 0.0)
+
+
+def at(bearing_rad: float, range_m: float) -> Pose:
+    """A pose that looks at the spot from a direction, as seen from the spot."""
+    x, y = SPOT[0] + range_m * math.cos(bearing_rad), SPOT[1] + range_m * math.sin(bearing_rad)
+    return Pose(x, y, math.atan2(SPOT[1] - y, SPOT[0] - x))
+
+
+def bed(*views: Pose, odds: float = 4.0, range_m: float = 1.0) -> Instance:
+    cells = np.array([[SPOT[0] + 0.025, SPOT[1] + 0.025]])
+    return Instance(1, {"bed": odds}, SPOT, 0.4, cells, range_m=range_m, views=list(views))
+
+
+@given(
+    st.floats(-math.pi, math.pi), st.floats(0.8, 3.0), st.floats(-0.34, 0.34), st.floats(1, 1.39)
+)
+def test_views_from_nearly_one_place_are_one_look(
+    bearing: float, range_m: float, turned: float, nearer: float
+):
+    thing = bed(at(bearing, range_m), at(bearing + turned, range_m / nearer))
+    assert not confirmed(thing, "bed", CFG)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(0.8, 3.0), st.floats(0.36, math.pi))
+def test_another_direction_is_a_second_look(bearing: float, range_m: float, turned: float):
+    for sign in (1, -1):
+        assert confirmed(
+            bed(at(bearing, range_m), at(bearing + sign * turned, range_m)), "bed", CFG
+        )
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(1.0, 3.0), st.floats(1.41, 4.0))
+def test_so_is_a_much_nearer_one(bearing: float, range_m: float, nearer: float):
+    assert from_two_sides(bed(at(bearing, range_m), at(bearing, range_m / nearer)), "bed", CFG)
+
+
+def test_one_view_is_never_two():
+    assert not confirmed(bed(at(0.0, 1.0)), "bed", CFG)
+    assert not confirmed(bed(), "bed", CFG)
+
+
+def test_what_is_more_surely_something_else_is_no_candidate():
+    thing = bed(at(0, 1), at(2, 1))
+    semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
+    semantic.instances[1] = thing
+    assert choose(semantic, "bed", Pose(0, 0, 0), CFG) is thing
+    thing.odds["sofa"] = 5.0
+    assert choose(semantic, "bed", Pose(0, 0, 0), CFG) is None
+    assert choose(semantic, "sofa", Pose(0, 0, 0), CFG) is thing
+
+
+# -- two looks ------------------------------------------------------------------------------------
+
+
+def test_a_doubt_is_settled_by_the_second_look_at_the_latest():
+    seen = at(0, 1)
+    thing = bed(seen, at(0.1, 1.0), odds=2.0)  # enough evidence, from one side
+    assert not judge(thing, "bed", seen, CFG)
+    assert wants_other_side(thing, "bed", CFG)
+    no_other_side(thing, "bed", seen, CFG)  # there is no other side to stand on
+    assert not thing.rejections
+    assert judge(thing, "bed", seen, CFG)
+
+
+def test_too_little_evidence_after_two_looks_is_a_rejection():
+    thing = bed(at(0, 1), at(0.1, 1.0), odds=1.2)
+    assert not judge(thing, "bed", at(0, 1), CFG)
+    assert not judge(thing, "bed", at(0.5, 1), CFG)
+    assert thing.rejections == {"bed": 1}
+    assert thing.odds["bed"] == CFG.rejection_log_odds
+    assert not wants_other_side(thing, "bed", CFG)
+
+
+def test_what_nothing_speaks_for_gets_no_second_look():
+    thing = bed(at(0, 1), at(0.1, 1.0), odds=0.0)
+    assert not judge(thing, "bed", at(0, 1), CFG)
+    assert thing.rejections == {"bed": 1}
+
+
+def test_what_was_only_seen_from_afar_is_not_stopped_at():
+    thing = bed(at(0, 4), at(1.0, 2.5), range_m=2.5)
+    assert confirmed(thing, "bed", CFG)
+    assert not judge(thing, "bed", at(0, 1), CFG)
+    assert not judge(thing, "bed", at(0, 1), CFG)
+    assert thing.rejections == {"bed": 1}
+
+
+@given(st.floats(-3, 8), st.lists(st.booleans(), min_size=3, max_size=3))
+def test_three_looks_always_end_it(odds: float, second_side: list[bool]):
+    thing = bed(at(0, 1), odds=odds)
+    for other in second_side:
+        if judge(thing, "bed", at(0, 1), CFG) or thing.rejections:
+            return
+        if other:
+            thing.views.append(at(1.0, 1.0))
+    raise AssertionError("neither believed nor rejected")
+
+
+def open_floor() -> tuple[NavigationMap, Pose]:
+    grid, pose = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig()), Pose(0.0, 0.0, 0.0)
+    low, high = grid.frame.cells(np.array([[-1.0, -3.0], [5.0, 3.0]]))
+    grid.evidence[low[0] : high[0], low[1] : high[1]] = -10
+    row, col = grid.frame.cell(*SPOT)
+    grid.evidence[row - 3 : row + 4, col - 3 : col + 4] = 10
+    grid.changed()
+    return grid, pose
+
+
+@given(st.floats(math.pi - 1.2, math.pi + 1.2))
+def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    thing = bed(at(bearing, 1.2))
+    thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
+    thing.looks.append(at(bearing + 0.2, 1.0))
+    cells = np.argwhere(other_sides(grid, terrain, reach, thing, "bed", CFG))
+    assert len(cells)
+    xy = terrain.frame.centres(cells.astype(np.int32)) - SPOT
+    angles = np.arctan2(xy[:, 1], xy[:, 0])
+    for seen in (bearing, bearing + 0.2):
+        off = np.abs(np.angle(np.exp(1j * (angles - seen))))
+        assert off.min() >= CFG.second_side_rad - 1e-3
+    assert np.isfinite(reach.arrival_m[tuple(cells.T)]).all()
+    assert np.hypot(*xy.T).max() < CFG.reach_m + 0.3
+
+
+def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    thing = bed(at(math.pi, 2.0))
+    thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
+    spot = look_from(grid, terrain, reach, thing, CFG)
+    assert spot is not None
+    stands = standpoints(grid, terrain, reach, thing, "bed", CFG)
+    assert stands[terrain.frame.cell(*spot)]
+    assert reach.at(*spot) == pytest.approx(reach.arrival_m[stands].min())
+    thing.cells_xy = thing.cells_xy + 40.0  # beyond what is known
+    assert look_from(grid, terrain, reach, thing, CFG) is None
+
+
+# -- the whole loop -------------------------------------------------------------------------------
+
+
+class Silent:
+    def ask(self, brief: object, by: None) -> Ballot:
+        return Ballot()
+
+
+def drive(score: float, steps: int = 200) -> tuple[World, list[navigate.Command]]:
+    """The robot begins right before a thing that is reported with a constant score while it is in
+    view, though never from any other side than the one it is in."""
+    home, cfg = Apartment.of(TWO_ROOMS, Pose(6.4, 2.2, 0.0)), navigate.NavigateConfig()
+    home.things = {"toilet": (7.4, 2.2, 0.3)}
+    world, commands = None, []
+    for _ in range(steps):
+        obs = home.observe()
+        if world is None:
+            world = World.begin("toilet", ("toilet",), (), obs.pose, 12, 0.18, cfg.map)
+        navigate.perceive(world, obs, home.detect(("toilet",), obs, score), MOUNT, cfg)
+        why = navigate.due(world, cfg)
+        if why:
+            snap = navigate.snapshot(world, why, cfg)
+            navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg), cfg)
+        commands.append(navigate.act(world, cfg))
+        if commands[-1].action is Action.STOP:
+            break
+        home.apply(commands[-1].action)
+    assert world is not None
+    return world, commands
+
+
+def test_a_target_it_begins_before_is_looked_at_from_another_side_first():
+    world, commands = drive(0.8)
+    assert commands[-1].reason.startswith("found toilet")
+    assert any("from another side" in c.reason for c in commands)
+    (toilet,) = (i for i in world.semantic.instances.values() if i.log_odds > 1)
+    assert from_two_sides(toilet, "toilet", CFG)
