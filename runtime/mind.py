@@ -34,6 +34,8 @@ from runtime.goal import Goal, understand
 from runtime.scored import Scored
 from runtime.seats import EMBEDDING, Seats
 
+GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
+
 
 class LocalMind:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
@@ -260,7 +262,7 @@ def _file(name: str) -> Path:
 
 def _style(name: str, configured: str) -> str:
     """ "score" or "reason": as configured, else as the manifest has it; a file scores."""
-    if configured or Path(name).suffix:
+    if configured or name.endswith(GGUF):
         return configured or "score"
     return store.entry(name).style
 
@@ -268,7 +270,7 @@ def _style(name: str, configured: str) -> str:
 def _open_vision(models: ModelsConfig) -> VisionModel:
     """A name from the manifest, which has both files and the handler, or two files."""
     name, projector, handler = models.vision, models.vision_projector, models.vision_handler
-    if Path(name).suffix:
+    if name.endswith(GGUF):
         if not projector:
             raise ConfigError("models.vision_projector: must name the mmproj GGUF of models.vision")
         text, mmproj = Path(name), Path(projector)

@@ -1,0 +1,106 @@
+"""The composition of models: which are loaded for which configuration, and what cannot be."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from mmproj import write_mmproj
+
+from models import store
+from runtime.config import Config, load
+from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.edge.clock import Deadline, SystemClock
+from runtime.errors import ConfigError, ModelError
+from runtime.mind import LocalMind
+
+CLOUD = (
+    "cloud.enabled=true",
+    "cloud.base_url='http://127.0.0.1:9/v1'",
+    "cloud.model='big'",
+    "cloud.price_in_usd=0.0",
+    "cloud.price_out_usd=0.0",
+)
+
+
+def jpeg(bgr: tuple[int, int, int]) -> bytes:
+    return cv2.imencode(".jpg", np.full((60, 80, 3), bgr, np.uint8))[1].tobytes()
+
+
+SINK, BED = NearbyObject("sink", 0.9, 0.5), NearbyObject("bed", 0.9, 0.5)
+BRIEF = Brief(
+    "toilet",
+    0,
+    (
+        FrontierBrief(4, 1.0, (SINK,), (("bathroom", 1.0),), image=jpeg((255, 0, 0))),
+        FrontierBrief(9, 2.0, (BED,), (("bedroom", 1.0),), image=jpeg((0, 0, 255))),
+    ),
+)
+
+
+def configured(tmp_path: Path, *settings: str) -> Config:
+    return load(None, (f"cloud.spending_file='{tmp_path}/spending.sqlite'", *settings))
+
+
+def never() -> Deadline:
+    return Deadline.never(SystemClock())
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("models.vision='/nowhere/see.gguf'", "models.vision_projector: must name the mmproj GGUF"),
+        ("models.vision='smollm2-135m'", "models.vision: smollm2-135m is a model for language"),
+        ("models.language='/nowhere/x.gguf'", "/nowhere/x.gguf: no such model file"),
+    ],
+)
+def test_what_cannot_be_loaded_is_said(setting: str, message: str, tmp_path: Path) -> None:
+    config = configured(tmp_path, setting, "keyframes.image_width_px=160")
+    with pytest.raises((ConfigError, ModelError)) as error:
+        LocalMind(config, SystemClock())
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_a_model_that_sees_needs_images_to_be_kept(tmp_path: Path) -> None:
+    for settings in (("models.vision='x.gguf'",), (*CLOUD, "cloud.privacy='full'")):
+        with pytest.raises(ConfigError, match=r"^keyframes\.image_width_px: is 0"):
+            configured(tmp_path, *settings)
+    configured(tmp_path, *CLOUD, "cloud.privacy='full'", "cloud.images=false")
+
+
+def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
+    """Settings come with a goal's request, over the bus; the cloud is the operator's business."""
+    clock = SystemClock()
+    with LocalMind(configured(tmp_path, *CLOUD, "panel.experts=[]"), clock) as mind:
+        other = configured(tmp_path, *CLOUD, "cloud.base_url='http://127.0.0.1:10/v1'")
+        with pytest.raises(ConfigError, match="cloud: cannot change while the runtime runs"):
+            mind.accept("toilet", other)
+
+
+@pytest.mark.slow
+def test_large_models_reason_and_see(tmp_path: Path) -> None:
+    """With a small one in their place: it keeps to the form, whatever it says."""
+    text = store.fetch("smollm2-135m")
+    config = configured(
+        tmp_path,
+        "models.language_style='reason'",
+        f"models.language='{text}'",
+        f"models.vision='{text}'",
+        f"models.vision_projector='{write_mmproj(tmp_path / 'mmproj.gguf')}'",
+        "models.vision_handler='llava-1.5'",
+        "models.threads=1",
+        "keyframes.image_width_px=160",
+    )
+    with LocalMind(config, SystemClock()) as mind:
+        mind.accept("toilet", config)
+        table = mind.seated(config)
+        scene = table["sle"](BRIEF, never())
+        words = table["o2f"](BRIEF, never())
+    for outcome in (scene, words):
+        if isinstance(outcome, Vote):
+            assert outcome.rung == "local"
+            assert set(outcome.frontiers) <= {4, 9}
+        else:
+            assert isinstance(outcome, Missing)
+            assert outcome.cause.startswith(("no preference", "abstains"))
