@@ -75,9 +75,14 @@ def make_home(folder: Path, name: str, plan: Plan, maps: bool) -> None:
 
     home = drive_home(name, plan, keep if maps else lambda stop: None)
     if maps:
-        with gzip.open(map_file(folder, name), "wb", 3) as file:
-            pickle.dump(kept, file)
+        write_maps(folder, name, kept)
     write_home(home_file(folder, name), home)
+
+
+def write_maps(folder: Path, name: str, kept: list[bytes]) -> None:
+    """A home's pickled `Stop`s, in the order of its moments."""
+    with gzip.open(folder / MAPS / f"{name}.pickle.gz", "wb", 3) as file:
+        pickle.dump(kept, file)
 
 
 def tell_again(folder: Path, plan: Plan) -> int:
@@ -98,10 +103,6 @@ def tell_again(folder: Path, plan: Plan) -> int:
         )
         write_home(file, replace(home, moments=moments))
     return len(paths)
-
-
-def map_file(folder: Path, name: str) -> Path:
-    return folder / MAPS / f"{name}.pickle.gz"
 
 
 def home_file(folder: Path, name: str) -> Path:
