@@ -16,6 +16,8 @@ from typing import Any
 
 from runtime.core.types import Brief, FrontierBrief, Missing, Vote
 
+FRONTIERS_TOLD = 16  # the nearest; a prompt must fit a small context
+OBJECTS_TOLD = 8  # of each, the nearest
 REASON_CHARS = 240
 NAME_CHARS = 60
 REPLY_CHARS = 20_000  # of a reply that are looked at
@@ -73,18 +75,19 @@ def compose(expert: str, brief: Brief, images: bool = True) -> Prompt | Missing:
     shown = images and expert == "sle"
     if expert == "sle" and not images:
         return Missing(expert, "privacy: no image may be sent")
-    if not any(_evidence(expert, f) for f in brief.frontiers):
+    near = sorted(brief.frontiers, key=lambda f: (f.distance_m, f.id))[:FRONTIERS_TOLD]
+    told = sorted(near, key=lambda f: f.id)
+    if not any(_evidence(expert, f) for f in told):
         return Missing(expert, "no images" if expert == "sle" else "no evidence")
     goal = _word(brief.goal)
     parts: list[str | bytes] = [f"The robot looks for: {goal}.\n"]
-    for frontier in brief.frontiers:
+    for frontier in told:
         parts.append(_told(expert, frontier))
         if shown and frontier.image:
             parts.append(frontier.image)
     parts.append(f"\nWhich frontiers should the robot explore to find: {goal}?")
     system = Message("system", (_SYSTEM.format(task=_TASK[expert]),))
-    ids = tuple(sorted(f.id for f in brief.frontiers))
-    return Prompt(expert, (system, Message("user", _joined(parts))), ids)
+    return Prompt(expert, (system, Message("user", _joined(parts))), tuple(f.id for f in told))
 
 
 def single(brief: Brief, frontier: FrontierBrief) -> tuple[Message, ...]:
@@ -217,7 +220,8 @@ def _objects(frontier: FrontierBrief) -> str:
     if not frontier.objects:
         return "No object is known near it."
     seen = (
-        f"{_word(o.name)} ({o.distance_m:.1f} m, {o.confidence:.0%} sure)" for o in frontier.objects
+        f"{_word(o.name)} ({o.distance_m:.1f} m, {o.confidence:.0%} sure)"
+        for o in frontier.objects[:OBJECTS_TOLD]  # they are sorted by distance
     )
     return f"Objects near it: {', '.join(seen)}."
 

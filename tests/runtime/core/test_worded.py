@@ -91,6 +91,17 @@ def test_a_name_cannot_break_out_of_its_line() -> None:
     assert len(told) < 800
 
 
+def test_a_prompt_is_bounded_by_the_nearest() -> None:
+    many = tuple(NearbyObject(f"thing {n}", 0.9, float(n)) for n in range(50))
+    far = tuple(FrontierBrief(i, 50.0 - i, many, ()) for i in range(50))
+    prompt = asked("o2f", Brief("toilet", 0, far))
+    assert prompt.ids == tuple(range(34, 50))
+    told = text_of(prompt)
+    assert told.count("thing 7 ") == 16
+    assert "thing 8 " not in told
+    assert prompt.text_bytes < 8000
+
+
 def test_one_picture_is_asked_about_with_what_is_around_it() -> None:
     (message,) = worded.single(BRIEF, BRIEF.frontiers[0])
     assert message.parts[0] == JPEG
