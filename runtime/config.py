@@ -14,6 +14,7 @@ from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError
 
 from runtime.core import consensus
 from runtime.core.experts import ExpertConfig
+from runtime.core.speculation import SpeculationConfig
 from runtime.core.types import Mount
 from runtime.edge import cloud_config
 from runtime.edge.bus import BusConfig
@@ -106,6 +107,7 @@ class Config:
     goal: GoalConfig = field(default_factory=GoalConfig)
     bus: BusConfig = field(default_factory=BusConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
+    speculation: SpeculationConfig = field(default_factory=SpeculationConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
 

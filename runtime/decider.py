@@ -1,12 +1,15 @@
-"""Decisions beside the drive: one at a time, in a worker, on a snapshot that nobody changes."""
+"""Decisions beside the drive: one at a time, in a worker, on a snapshot that nobody changes. While
+none is asked for, the next may be rehearsed."""
 
 import os
 import threading
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from runtime import navigate
-from runtime.core.types import Decision
+from runtime.core import consensus, speculation
+from runtime.core.speculation import SpeculationConfig
+from runtime.core.types import Ballot, Decision
 from runtime.core.world import Snapshot
 from runtime.edge.clock import Deadline
 from runtime.edge.panel import Panel
@@ -22,6 +25,17 @@ class Question:
     panel: Panel
     by: Deadline
     cfg: NavigateConfig
+    tolerance: SpeculationConfig = field(default_factory=SpeculationConfig)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A decision, and what became of the rehearsal before it: "used", why it could not be, or ""
+    when there was none."""
+
+    question: Question
+    decision: Decision
+    rehearsal: str = ""
 
 
 class Decider:
@@ -30,7 +44,9 @@ class Decider:
     def __init__(self, nice: int = 0) -> None:
         self._changed = threading.Condition()
         self._question: Question | None = None
-        self._answer: tuple[Question, Decision] | None = None
+        self._answer: Answer | None = None
+        self._rehearsal: Question | None = None  # to come, under way, or done
+        self._rehearsed: Ballot | None = None  # what it brought
         self._error: BaseException | None = None
         self._closed = False
         self._nice = nice
@@ -43,14 +59,33 @@ class Decider:
         with self._changed:
             return self._question is not None or self._answer is not None
 
+    @property
+    def idle(self) -> bool:
+        """Whether there is nothing to do, not even to rehearse."""
+        with self._changed:
+            busy = self._question is not None or self._answer is not None
+            return not busy and (self._rehearsal is None or self._rehearsed is not None)
+
     def ask(self, question: Question) -> None:
-        """Begin to decide; must not be busy."""
+        """Begin to decide; must not be busy. A rehearsal of something else ends."""
         with self._changed:
             assert self._question is None
             self._question = question
+            rehearsal = self._rehearsal
+            self._changed.notify_all()
+        if rehearsal is not None:
+            rehearsal.panel.nudge()
+
+    def rehearse(self, question: Question) -> None:
+        """Prepare for a question that may come; must be idle. What is prepared already is kept."""
+        with self._changed:
+            before, ballot = self._rehearsal, self._rehearsed
+            if before and ballot and not _apart(before, question) and not _unfit(ballot, question):
+                return
+            self._rehearsal, self._rehearsed = question, None
             self._changed.notify_all()
 
-    def take(self) -> tuple[Question, Decision] | None:
+    def take(self) -> Answer | None:
         """The decision that was made meanwhile; raises what went wrong in making it."""
         with self._changed:
             if self._error is not None:
@@ -69,21 +104,65 @@ class Decider:
         lower_priority(self._nice)
         while True:
             with self._changed:
-                while self._question is None and not self._closed:
+                while not self._something_to_do():
                     self._changed.wait()
-                if self._closed or self._question is None:
+                if self._closed:
                     return
-                question = self._question
+                question, rehearsal = self._question, self._rehearsal
             try:
-                decision = navigate.decide(
-                    question.snapshot, question.panel, question.by, question.cfg
-                )
+                if rehearsal is not None and self._rehearsed is None:
+                    self._try_out(rehearsal)
+                elif question is not None:
+                    self._decide(question)
             except BaseException as error:  # noqa: BLE001 -- raised again by `take`
                 with self._changed:
                     self._error = error
                 return
+
+    def _something_to_do(self) -> bool:
+        waiting = self._rehearsal is not None and self._rehearsed is None
+        return self._closed or self._question is not None or waiting
+
+    def _try_out(self, rehearsal: Question) -> None:
+        def wanted() -> bool:
+            """Nothing is asked yet, or just this."""
             with self._changed:
-                self._question, self._answer = None, (question, decision)
+                question = self._question
+                return not self._closed and (question is None or not _apart(rehearsal, question))
+
+        ballot = rehearsal.panel.rehearse(rehearsal.snapshot.brief, rehearsal.by, wanted)
+        with self._changed:
+            self._rehearsed = ballot or Ballot()
+
+    def _decide(self, question: Question) -> None:
+        rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
+        if rehearsal is not None and ballot is not None:
+            told = _apart(rehearsal, question) or _unfit(ballot, question)
+        if ballot is not None and rehearsal is not None and not told:
+            told, snap = "used", question.snapshot
+            decision = consensus.elect(
+                ballot, snap.frontiers, question.cfg.consensus, snap.stamp_ns, snap.why, snap.order
+            )
+        else:
+            decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)
+        with self._changed:
+            self._rehearsal = self._rehearsed = None
+            self._question, self._answer = None, Answer(question, decision, told)
+
+
+def _apart(rehearsal: Question, question: Question) -> str:
+    """Why a rehearsal was not of this question; "" when it was."""
+    if rehearsal.asker is not question.asker or rehearsal.panel is not question.panel:
+        return "another search"
+    prepared, now = rehearsal.snapshot.brief, question.snapshot.brief
+    return speculation.differs(prepared, now, question.tolerance)
+
+
+def _unfit(ballot: Ballot, question: Question) -> str:
+    """Why a rehearsed ballot cannot stand for one that is asked for; "" when it can."""
+    if not speculation.complete(ballot):
+        return "an expert was late"
+    return "" if consensus.agreed(ballot, question.cfg.consensus) else "no agreement"
 
 
 def lower_priority(nice: int) -> None:

@@ -10,7 +10,7 @@ import os
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -19,7 +19,7 @@ import numpy as np
 
 from runtime import navigate
 from runtime.config import Config
-from runtime.core import motion
+from runtime.core import consensus, motion, speculation
 from runtime.core.geometry import wrap_angle
 from runtime.core.types import Action, Ballot, Brief, Observation
 from runtime.core.world import Command, World
@@ -74,6 +74,7 @@ class RealTime:
         self._drive: _Drive | None = None
         self._last: tuple[Search, dict[str, object]] | None = None  # ended, and its summary
         self._decider = Decider(DECIDER_NICE)
+        self._rehearsed_s = -math.inf  # when the last rehearsal began
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
@@ -167,6 +168,7 @@ class RealTime:
             return {}
         facts: dict[str, object] = {"halts": self._helm.halts(), "state": state}
         facts["frozen_frames"] = drive.frozen
+        facts["rehearsals"] = drive.search.rehearsals
         try:
             goal = drive.search.goal.text
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
@@ -208,20 +210,46 @@ class RealTime:
         not wait for the first vote: the fallback's choice is followed until it comes."""
         cfg = search.config
         answer = self._decider.take()
-        if answer is not None and answer[0].asker is search:
-            question, decision = answer
-            report = search.decided(decision, question.snapshot.brief, world)
+        if answer is not None and answer.question.asker is search:
+            brief = answer.question.snapshot.brief
+            report = search.decided(answer.decision, brief, world, answer.rehearsal)
             self._bus.publish_decision(report)
             search.billed(self._mind)
         why = "" if self._decider.busy else navigate.due(world, cfg.navigate)
         if not why:
+            self._rehearse(search, world)
             return
         snap = navigate.snapshot(world, why, cfg.navigate)
         if world.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first, cfg.navigate)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
-        self._decider.ask(Question(search, snap, search.order.panel, by, cfg.navigate))
+        panel, tolerance = search.order.panel, cfg.speculation
+        self._decider.ask(Question(search, snap, panel, by, cfg.navigate, tolerance))
+
+    def _rehearse(self, search: Search, world: World) -> None:
+        """On the way to a frontier: the next decision, for the map without it. Only where votes
+        are slow."""
+        cfg, standing = search.config, world.decision
+        if standing is None or not self._decider.idle:
+            return
+        now_s = self._clock.now_s()
+        rested = now_s - self._rehearsed_s >= cfg.speculation.every_s
+        if not rested or not speculation.worthwhile(standing.ballot, cfg.speculation):
+            return
+        aim = consensus.successor(standing, world.frontiers, cfg.navigate.consensus.rank)
+        if aim is None:
+            return
+        self._rehearsed_s = now_s
+        snap = navigate.snapshot(world, "rehearsal", cfg.navigate)
+        brief = speculation.expected(snap.brief, aim)
+        if len(brief.frontiers) < 2:
+            return  # nothing to choose
+        by = Deadline.after(cfg.panel.votes_s, self._clock)
+        question = Question(
+            search, replace(snap, brief=brief), search.order.panel, by, cfg.navigate
+        )
+        self._decider.rehearse(question)
 
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
         report = drive.search.stepped(world, command, self._mind.rung())

@@ -98,6 +98,7 @@ class Search:
     journal: Journal
     world: World | None = None
     decisions: int = 0
+    rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
     seconds: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -171,6 +172,9 @@ class Search:
         navigate.adopt(world, decision, self.config.navigate)
         self.decisions += 1
         report = _explain(decision, world, self.config.navigate.consensus.rank)
+        if rehearsal:
+            report["rehearsal"] = rehearsal
+            self.rehearsals["used" if rehearsal == "used" else "missed"] += 1
         self.journal.write("decision", brief=brief, **report)
         return report
 

@@ -4,6 +4,9 @@ A Python thread cannot be killed. An expert that has not answered at the deadlin
 it returns later is dropped; if it still runs when the next question comes, it is "busy" for that
 one. So nothing stacks up: threads and memory stay constant whatever the experts do.
 
+A rehearsal puts a question that may yet come, so that slow experts have an answer when it does. It
+never stands in the way: a question that comes waits behind it in the worker, and ends it.
+
 Experts may have an appeal, a slower or dearer one of the same name, that is asked in the same round
 when the first votes do not agree. Each appeal is a worker of its own.
 """
@@ -35,6 +38,7 @@ class _Seat:
     answers: "dict[str, _Answer]"  # where what it says is put, by name
     question: "_Question | None" = None  # waiting for the worker
     running: bool = False
+    rehearsing: bool = False  # what runs is of a rehearsal
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,7 @@ class _Question:
     brief: Brief
     by: Deadline
     asked_s: float
+    rehearsal: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,21 +118,42 @@ class Panel:
         any more, or `by` has passed."""
         appeal_s = self._clock.now_s() + APPEAL_SHARE * by.left_s()
         with self._condition:
-            self._number += 1
-            self._open = True
-            self._answers.clear()
-            self._second.clear()
-            question = _Question(self._number, brief, by, self._clock.now_s())
-            asked = self._put(self._seats, question)
-            busy = [seat.name for seat in self._seats if seat.name not in asked]
-            now = _Round(question, busy, asked)
+            now = self._begin(brief, by)
             while not by.passed() and not self._done(now, appeal_s):
                 until_s = appeal_s if self._appeals and now.appealed is None else by.at_s
                 self._clock.wait(self._condition, until_s)
-            self._open = False
-            for seat in (*self._seats, *self._appeals):
-                seat.question = None  # one that was never picked up is not asked any more
+            self._end()
             return self._ballot(now, "late" if by.passed() else "settled without it")
+
+    def rehearse(self, brief: Brief, by: Deadline, wanted: Callable[[], bool]) -> Ballot | None:
+        """Ask everyone, without appeals, and wait for everyone until `by`; None once it is not
+        `wanted` any more, which is looked at when somebody answers and at every `nudge`."""
+        with self._condition:
+            now = self._begin(brief, by, rehearsal=True)
+            while not by.passed() and wanted() and any(n not in self._answers for n in now.asked):
+                self._clock.wait(self._condition, by.at_s)
+            self._end()
+            return self._ballot(now, "late") if wanted() else None
+
+    def nudge(self) -> None:
+        """Have a rehearsal look again whether it is wanted."""
+        with self._condition:
+            self._condition.notify_all()
+
+    def _begin(self, brief: Brief, by: Deadline, rehearsal: bool = False) -> _Round:
+        self._number += 1
+        self._open = True
+        self._answers.clear()
+        self._second.clear()
+        question = _Question(self._number, brief, by, self._clock.now_s(), rehearsal)
+        asked = self._put(self._seats, question)
+        busy = [seat.name for seat in self._seats if seat.name not in asked]
+        return _Round(question, busy, asked)
+
+    def _end(self) -> None:
+        self._open = False
+        for seat in (*self._seats, *self._appeals):
+            seat.question = None  # one that was never picked up is not asked any more
 
     def close(self) -> None:
         """Let the workers end. One that hangs in its expert is left behind as a daemon thread."""
@@ -138,8 +164,9 @@ class Panel:
             thread.join(timeout=0.1)
 
     def _put(self, seats: Sequence[_Seat], question: _Question) -> list[str]:
-        """Ask the idle ones; their names."""
-        idle = [seat for seat in seats if not seat.running]
+        """Ask the idle ones, and those that will be when a rehearsal is over; their names."""
+        waits = not question.rehearsal
+        idle = [seat for seat in seats if not seat.running or (seat.rehearsing and waits)]
         for seat in idle:
             seat.question = question
         self._condition.notify_all()
@@ -190,11 +217,11 @@ class Panel:
                 if self._closed or seat.question is None:
                     return
                 question, seat.question = seat.question, None
-                seat.running = True
+                seat.running, seat.rehearsing = True, question.rehearsal
             outcome = _checked(_call(seat, question.brief, question.by), question.brief)
             latency_s = self._clock.now_s() - question.asked_s
             with self._condition:
-                seat.running = False
+                seat.running = seat.rehearsing = False
                 # A round that was closed keeps its votes: what comes after is dropped here.
                 if self._open and question.round == self._number and not question.by.passed():
                     seat.answers[seat.name] = _Answer(outcome, latency_s)

@@ -60,7 +60,7 @@ class RobotDouble:
             one.undeclare()
         self.session.close()
 
-    def ask(self, query: str, body: dict[str, Any] | None = None, tries: int = 60) -> dict:
+    def ask(self, query: str, body: dict[str, Any] | None = None, tries: int = 300) -> dict:
         for _ in range(tries):
             payload = json.dumps(body or {})
             for reply in self.session.get(f"rfnav/{query}", payload=payload, timeout=30.0):

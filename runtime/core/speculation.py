@@ -1,0 +1,91 @@
+"""The next decision, prepared while the robot drives to the last: for the map as it will probably
+be once the frontier it drives to is explored, the others as they are now.
+
+What was prepared is used only if the experts would have been told the same: the same goal and the
+same frontiers by id, and around each the same objects and room types within the tolerances below.
+How far the robot is from each does not matter: votes are not about it, the election uses the
+distances of now.
+"""
+
+from dataclasses import dataclass, replace
+
+from runtime.core.types import F32, Ballot, Brief, FrontierBrief
+
+
+@dataclass(frozen=True)
+class SpeculationConfig:
+    """[speculation], in real time only."""
+
+    slow_s: float = 0.1  # only when the votes before took so long, or were late
+    every_s: float = 1.0  # at most so often
+    confidence: float = 0.1  # an object's may differ so much
+    distance_m: float = 0.5  # and its distance from the frontier
+    rooms: float = 0.1  # total variation of two distributions over room types
+    view: float = 0.05  # one minus the cosine of two views
+
+
+def worthwhile(ballot: Ballot, cfg: SpeculationConfig) -> bool:
+    """Whether votes are slow enough to be prepared."""
+    if any(not _answered(absent.cause) for absent in ballot.missing):
+        return True
+    return max(ballot.latency_s.values(), default=0.0) >= cfg.slow_s
+
+
+def complete(ballot: Ballot) -> bool:
+    """Whether asking anew could not bring more votes: nobody was late, busy or broken."""
+    return all(_answered(absent.cause) for absent in ballot.missing)
+
+
+def expected(brief: Brief, aim: int) -> Brief:
+    """The brief once the frontier `aim` is explored."""
+    return replace(brief, frontiers=tuple(f for f in brief.frontiers if f.id != aim))
+
+
+def differs(prepared: Brief, now: Brief, cfg: SpeculationConfig) -> str:
+    """The first thing that experts would be told otherwise now; "" when there is none."""
+    if prepared.goal != now.goal:
+        return "another goal"
+    before = {f.id: f for f in prepared.frontiers}
+    after = {f.id: f for f in now.frontiers}
+    for id in sorted(before.keys() ^ after.keys()):
+        return f"frontier {id} is {'new' if id in after else 'gone'}"
+    for id, frontier in after.items():
+        what = _differ(before[id], frontier, cfg)
+        if what:
+            return f"other {what} at frontier {id}"
+    return ""
+
+
+def _differ(a: FrontierBrief, b: FrontierBrief, cfg: SpeculationConfig) -> str:
+    if not _same_objects(a, b, cfg):
+        return "objects"
+    p, q = dict(a.rooms), dict(b.rooms)
+    apart = sum(abs(p.get(name, 0.0) - q.get(name, 0.0)) for name in p.keys() | q.keys()) / 2
+    if bool(p) != bool(q) or apart > cfg.rooms:
+        return "rooms"
+    if a.doorway != b.doorway:
+        return "doorway"
+    return "" if _same_view(a.view, b.view, cfg) else "view"
+
+
+def _same_objects(a: FrontierBrief, b: FrontierBrief, cfg: SpeculationConfig) -> bool:
+    """The same names, and those of one name pair by pair from the nearest on."""
+    before = sorted(a.objects, key=lambda o: (o.name, o.distance_m, o.confidence))
+    after = sorted(b.objects, key=lambda o: (o.name, o.distance_m, o.confidence))
+    return len(before) == len(after) and all(
+        x.name == y.name
+        and abs(x.distance_m - y.distance_m) <= cfg.distance_m
+        and abs(x.confidence - y.confidence) <= cfg.confidence
+        for x, y in zip(before, after, strict=True)
+    )
+
+
+def _same_view(a: F32, b: F32, cfg: SpeculationConfig) -> bool:
+    if a.size != b.size:
+        return False
+    return not a.size or 1.0 - float(a @ b) <= cfg.view
+
+
+def _answered(cause: str) -> bool:
+    """Whether an absence is the expert's own word: it has looked, and recommends nothing."""
+    return cause.startswith(("no evidence", "no preference", "abstains"))
