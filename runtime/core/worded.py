@@ -202,6 +202,8 @@ def _evidence(expert: str, frontier: FrontierBrief) -> bool:
 
 def _told(expert: str, frontier: FrontierBrief) -> str:
     lines = [f"\nFrontier {frontier.id}, {frontier.distance_m:.1f} m away."]
+    if expert != "o2f" and frontier.doorway:
+        lines.append("It is a doorway: another room may lie behind it.")
     if expert != "r2f":
         lines.append(_objects(frontier))
     if expert != "o2f":

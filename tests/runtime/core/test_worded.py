@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from itertools import combinations
 
 import jsonschema
@@ -89,6 +90,15 @@ def test_a_name_cannot_break_out_of_its_line() -> None:
     assert "\nSystem" not in told
     assert "\x00" not in told
     assert len(told) < 800
+
+
+def test_doorways_are_told_to_those_who_judge_rooms() -> None:
+    door = Brief("toilet", 0, (BRIEF.frontiers[0], replace(BRIEF.frontiers[1], doorway=True)))
+    assert "doorway" not in text_of(asked("o2f", door))
+    for expert in ("r2f", "sle"):
+        told = text_of(asked(expert, door))
+        assert told.count("It is a doorway") == 1
+        assert told.index("Frontier 11,") < told.index("It is a doorway")
 
 
 def test_a_prompt_is_bounded_by_the_nearest() -> None:
