@@ -2,35 +2,35 @@
 
 The graph ends after selection: boxes, objectness and word-space embeddings of the CANDIDATES most
 objectlike locations, and the scene's embedding. Weights are stored in half precision and cast
-when the file is loaded. What torch and onnxruntime make of the same images must agree.
+when the file is loaded, or the file is in 8 bits. What torch and onnxruntime make of the same
+images must agree, before rounding to 8 bits.
 """
 
 import hashlib
 import pickle
 import sys
-import time
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 import onnx
-import onnxruntime
 import torch
-from onnx import TensorProto, helper, numpy_helper
+from onnx import helper
 from torch import Tensor, nn
 
 from models.errors import ModelError
 from models.session import open_session
-from models.train.data import HEIGHT, WIDTH
+from models.train.data import FULL
+from models.train.graph import halve, simplified
 from models.train.network import Network
+from models.train.quantise import quantise
 
 CANDIDATES = 100
 OPSET = 17
 FORMAT = "rf-nav-detector/1"
-SMALL = 64
-"""Constants with fewer values stay in single precision."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
 TOLERANCE = {"boxes": 2.0, "objectness": 0.02, "scene": 0.02}
 
@@ -68,11 +68,21 @@ def load_network(checkpoint: Path) -> tuple[Network, dict[str, Any]]:
     return network.eval(), state
 
 
-def export(checkpoint: Path, out: Path, values: dict[str, float] | None = None) -> None:
+def export(
+    checkpoint: Path,
+    out: Path,
+    values: dict[str, float] | None = None,
+    size: tuple[int, int] = FULL,
+    calibrate: Sequence[Path] = (),
+) -> None:
     """Write `out` and check that it computes what torch computes.
 
-    `values` are further constants for the runtime, such as the calibration.
+    `values` are further constants for the runtime, such as the calibration; `size` (width, height)
+    px of the input, multiples of 32. With images to `calibrate` on, the file is in 8 bits, else its
+    weights are in half precision and computing is in single.
     """
+    if any(side % 32 or side <= 0 for side in size):
+        raise ModelError(f"{out}: input {size[0]}x{size[1]}: both sides must be multiples of 32")
     network, _ = load_network(checkpoint)
     selected = Selected(network).eval()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -80,7 +90,7 @@ def export(checkpoint: Path, out: Path, values: dict[str, float] | None = None) 
         warnings.simplefilter("ignore")
         torch.onnx.export(
             selected,
-            (torch.zeros(1, 3, HEIGHT, WIDTH),),
+            (torch.zeros(1, 3, size[1], size[0]),),
             str(out),
             input_names=["image"],
             output_names=list(OUTPUTS),
@@ -93,11 +103,15 @@ def export(checkpoint: Path, out: Path, values: dict[str, float] | None = None) 
         "room_scale": float(network.room_log_scale.detach().exp()),
         **(values or {}),
     }
-    model = onnx.load(str(out))
-    _halve(model)
+    model = simplified(out)
+    onnx.save(model, str(out))
+    check_parity(selected, out, size)
+    if calibrate:
+        quantise(out, out, calibrate, size)
+        model = onnx.load(str(out))
+    halve(model)
     write_values(model, constants)
     onnx.save(model, str(out))
-    check_parity(selected, out)
 
 
 def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:
@@ -107,28 +121,12 @@ def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:
     helper.set_model_props(model, table)
 
 
-def _halve(model: onnx.ModelProto) -> None:
-    """Store float32 weights as float16 with a Cast behind each."""
-    graph = model.graph
-    casts = []
-    for tensor in graph.initializer:
-        values = numpy_helper.to_array(tensor)
-        if tensor.data_type != TensorProto.FLOAT or values.size < SMALL:
-            continue
-        name, half = tensor.name, tensor.name + ".half"
-        tensor.CopyFrom(numpy_helper.from_array(values.astype(np.float16), half))
-        casts.append(helper.make_node("Cast", [half], [name], to=TensorProto.FLOAT))
-    nodes = [*casts, *graph.node]
-    del graph.node[:]
-    graph.node.extend(nodes)
-
-
-def check_parity(selected: Selected, path: Path) -> None:
+def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:
     """Raise ModelError when the file and the network disagree on drawn images."""
     session = open_session(path, 1)
     rng = np.random.default_rng(0)
     for _ in range(3):
-        coarse = rng.integers(0, 255, (1, 3, HEIGHT // 32, WIDTH // 32)).astype(np.float32)
+        coarse = rng.integers(0, 255, (1, 3, size[1] // 32, size[0] // 32)).astype(np.float32)
         image = coarse.repeat(32, 2).repeat(32, 3)
         with torch.no_grad():
             mine = dict(
@@ -144,36 +142,42 @@ def check_parity(selected: Selected, path: Path) -> None:
             raise ModelError(f"{path}: the best box differs from torch by {lone:.1f} px")
 
 
-def milliseconds(path: Path, threads: int, runs: int = 30) -> float:
-    """Median time of one frame."""
-    session: onnxruntime.InferenceSession = open_session(path, threads)
-    image = np.random.default_rng(0).uniform(0, 255, (1, 3, HEIGHT, WIDTH)).astype(np.float32)
-    times = []
-    for _ in range(runs):
-        began = time.perf_counter()
-        session.run(None, {"image": image})
-        times.append(time.perf_counter() - began)
-    return 1000 * float(np.median(times))
+def parse_size(text: str) -> tuple[int, int]:
+    """ "416x320" -> (416, 320)."""
+    try:
+        width, height = (int(part) for part in text.split("x"))
+    except ValueError:
+        raise ModelError(f"size {text!r} is none; write WIDTHxHEIGHT, such as 416x320") from None
+    return width, height
 
 
 @click.command(
-    epilog="Example:  python -m models.train.export --checkpoint out/train/checkpoint.pt"
+    epilog="Example:  python -m models.train.export --checkpoint out/finished.pt --size 512x384"
 )
 @click.option("--checkpoint", type=click.Path(path_type=Path), required=True)
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("models/weights/rfnav-det.onnx")
 )
+@click.option("--size", default=f"{FULL[0]}x{FULL[1]}", show_default=True, help="Of the input, px.")
+@click.option(
+    "--int8",
+    type=click.Path(path_type=Path, exists=True),
+    help="In 8 bits, with ranges from these training frames.",
+)
 @click.option(
     "--gain", default=1.0, show_default=True, help="Calibration, as models.evaluate fits it."
 )
 @click.option("--shift", default=0.0, show_default=True)
-def main(checkpoint: Path, out: Path, gain: float, shift: float) -> None:
-    """Export a checkpoint, check it against torch, and say what it weighs and costs."""
-    export(checkpoint, out, {"gain": gain, "shift": shift})
-    size, digest = out.stat().st_size, hashlib.sha256(out.read_bytes()).hexdigest()
-    click.echo(f"{out}: {size} bytes, sha256 {digest}, agrees with torch")
-    for threads in (1, 2):
-        click.echo(f"{milliseconds(out, threads):.1f} ms a frame, {threads} thread(s)")
+def main(
+    checkpoint: Path, out: Path, size: str, int8: Path | None, gain: float, shift: float
+) -> None:
+    """Export a checkpoint, check it against torch, and say what it weighs."""
+    calibrate = sorted((int8 / "images").glob("*.jpg")) if int8 else ()
+    if int8 and not calibrate:
+        raise ModelError(f"{int8}: holds no images/*.jpg; render some with `hil-sim frames`")
+    export(checkpoint, out, {"gain": gain, "shift": shift}, parse_size(size), calibrate)
+    digest = hashlib.sha256(out.read_bytes()).hexdigest()
+    click.echo(f"{out}: {out.stat().st_size} bytes, sha256 {digest}")
 
 
 if __name__ == "__main__":

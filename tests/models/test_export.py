@@ -1,0 +1,96 @@
+"""From a checkpoint to a file: any size, paddings fused, 8 bits that answer nearly the same."""
+
+from pathlib import Path
+
+import numpy as np
+import onnx
+import pytest
+
+torch = pytest.importorskip("torch")
+
+from onnx import TensorProto, helper, numpy_helper  # noqa: E402
+
+from models.detector import OpenDetector, open_detector  # noqa: E402
+from models.errors import ModelError  # noqa: E402
+from models.session import open_session  # noqa: E402
+from models.text import TextEncoder  # noqa: E402
+from models.train import graph  # noqa: E402
+from models.train.export import export, parse_size  # noqa: E402
+from models.train.network import Network  # noqa: E402
+from models.train.synthetic import draw_frames  # noqa: E402
+
+SIZE = (160, 128)
+
+
+@pytest.fixture(scope="module")
+def checkpoint(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    torch.manual_seed(0)
+    path = tmp_path_factory.mktemp("run") / "checkpoint.pt"
+    torch.save({"average": Network().state_dict()}, path)
+    return path
+
+
+def test_eight_bits_answer_nearly_the_same(
+    checkpoint: Path, tmp_path: Path, encoder: TextEncoder
+) -> None:
+    draw_frames(tmp_path / "frames", 4, seed=1)
+    images = sorted((tmp_path / "frames" / "images").iterdir())
+    export(checkpoint, tmp_path / "f.onnx", {"gain": 2.0}, SIZE)
+    export(checkpoint, tmp_path / "q.onnx", {"gain": 2.0}, SIZE, images)
+    plain, small = (onnx.load(str(tmp_path / name)) for name in ("f.onnx", "q.onnx"))
+    assert not [n for n in plain.graph.node if n.op_type == "Pad"]
+    assert len([n for n in small.graph.node if n.op_type == "QuantizeLinear"]) > 50
+    sizes = [(tmp_path / name).stat().st_size for name in ("f.onnx", "q.onnx")]
+    assert sizes[1] < 0.75 * sizes[0] < 9e6
+    frame = np.random.default_rng(0).integers(0, 255, (480, 640, 3), dtype=np.uint8)
+    views = []
+    for name in ("f.onnx", "q.onnx"):
+        detector = open_detector(tmp_path / name, "auto", encoder)
+        assert isinstance(detector, OpenDetector)
+        assert detector.size == (SIZE[1], SIZE[0])
+        assert detector.gain == 2
+        views.append(detector.look(frame))
+    assert float(views[0].scene @ views[1].scene) > 0.9
+    assert np.abs(views[0].objectness - views[1].objectness).max() < 0.05
+
+
+def test_sizes() -> None:
+    assert parse_size("512x384") == (512, 384)
+    with pytest.raises(ModelError, match="write WIDTHxHEIGHT"):
+        parse_size("512")
+
+
+def test_a_size_of_no_whole_cells_is_refused(checkpoint: Path, tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="must be multiples of 32"):
+        export(checkpoint, tmp_path / "x.onnx", None, (400, 300))
+
+
+@pytest.mark.parametrize("value", [0.0, 1.0])
+def test_only_paddings_with_zeros_are_fused(value: float, tmp_path: Path) -> None:
+    rng = np.random.default_rng(0)
+    weights = rng.normal(size=(4, 3, 3, 3)).astype(np.float32)
+    constants = [
+        numpy_helper.from_array(weights, "w"),
+        numpy_helper.from_array(np.array([0, 0, 0, 1, 0, 0, 1, 2], np.int64), "around"),
+        numpy_helper.from_array(np.float32(value), "value"),
+    ]
+    nodes = [
+        helper.make_node("Pad", ["x", "around", "value"], ["padded"]),
+        helper.make_node("Conv", ["padded", "w"], ["y"], pads=[1, 0, 0, 0], strides=[2, 2]),
+    ]
+    ends = [helper.make_tensor_value_info(name, TensorProto.FLOAT, None) for name in ("x", "y")]
+    ends[0] = helper.make_tensor_value_info("x", TensorProto.FLOAT, [1, 3, 9, 12])
+    model = helper.make_model(
+        helper.make_graph(nodes, "pad", [ends[0]], [ends[1]], constants),
+        opset_imports=[helper.make_opsetid("", 17)],
+        ir_version=8,
+    )
+    onnx.save(model, str(tmp_path / "before.onnx"))
+    assert graph.fuse_pads(model) == (value == 0)
+    onnx.save(model, str(tmp_path / "after.onnx"))
+    x = rng.normal(size=(1, 3, 9, 12)).astype(np.float32)
+    before, after = (
+        open_session(tmp_path / name).run(None, {"x": x})[0]
+        for name in ("before.onnx", "after.onnx")
+    )
+    np.testing.assert_allclose(before, after, atol=1e-5)
