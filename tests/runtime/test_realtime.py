@@ -130,6 +130,25 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
     assert robot.decisions[0]["rule"] == "all"
 
 
+def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path):
+    mind = FakeMind(home(4.0, 3.0), o2f=farthest, r2f=farthest)
+    rehearse, rehearsed = mind.panel.rehearse, []
+
+    def spied(brief: Brief, by: Deadline, wanted):
+        rehearsed.append(brief)
+        return rehearse(brief, by, wanted)
+
+    mind.panel.rehearse = spied  # type: ignore[method-assign]
+    with running(mind, *PATIENT, "speculation.slow_s=0.0") as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: rehearsed or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    elected = [d["frontier"] for d in robot.decisions]
+    assert any(e not in {f.id for f in rehearsed[0].frontiers} for e in elected)
+    assert summary["rehearsals"].keys() == {"used", "missed"}
+
+
 def test_a_late_vote_is_left_behind(tmp_path: Path):
     release = threading.Event()
 
