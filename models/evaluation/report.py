@@ -38,7 +38,8 @@ def _summary(report: dict[str, Any]) -> str:
     for threads, wanted in ((1, 60), (2, 35)):
         cost = report.get("cost", {}).get(f"threads_{threads}")
         if cost:
-            took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f})"
+            took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f}, "
+            took += f"CPU {cost['cpu_ms']:.1f})"
             rows.append((f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"))
     if "cost" in report:
         rows.append(("file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"))
