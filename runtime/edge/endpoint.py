@@ -75,6 +75,7 @@ class Endpoint:
             headers=headers,
             limits=httpx.Limits(max_connections=8, max_keepalive_connections=4),
             follow_redirects=False,  # the key is for this server only
+            trust_env=base_url.startswith("https"),  # a proxy could read what is sent over http
         )
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="cloud", daemon=True)

@@ -78,6 +78,52 @@ def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
             mind.accept("toilet", other)
 
 
+MANIFEST = """
+[tiny-vlm]
+task = "vision"
+licence = "Apache-2.0"
+style = "reason"
+handler = "llava-1.5"
+"""
+FILE = """
+[[tiny-vlm.files]]
+name = "{path.name}"
+bytes = {size}
+sha256 = "{sha256}"
+sources = []
+"""
+
+
+@pytest.mark.slow
+def test_a_model_that_sees_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files, handler and style are those of its entry in the manifest."""
+    cache = store.cache_dir()
+    mine = tmp_path / "cache" / "rf-nav" / "models"
+    (mine / "tiny-vlm").mkdir(parents=True)
+    for known in cache.iterdir():
+        (mine / known.name).symlink_to(known)
+    parts = [mine / "tiny-vlm" / name for name in ("text.gguf", "mmproj.gguf")]
+    parts[0].symlink_to(store.fetch("smollm2-135m"))
+    write_mmproj(parts[1])
+    entry = MANIFEST + "".join(
+        FILE.format(path=p, size=p.stat().st_size, sha256=store.sha256(p)) for p in parts
+    )
+    (tmp_path / "data" / "rf-nav").mkdir(parents=True)
+    (tmp_path / "data" / "rf-nav" / "models.toml").write_text(entry)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    config = configured(
+        tmp_path, "models.vision='tiny-vlm'", "keyframes.image_width_px=160", "models.threads=1"
+    )
+    with LocalMind(config, SystemClock()) as mind:
+        outcome = mind.seated(config)["sle"](BRIEF, never())
+        assert mind._open_seats().looks_in_words
+    if isinstance(outcome, Vote):
+        assert outcome.rung == "local"
+    else:
+        assert outcome.cause.startswith("abstains")
+
+
 @pytest.mark.slow
 def test_large_models_reason_and_see(tmp_path: Path) -> None:
     """With a small one in their place: it keeps to the form, whatever it says."""
