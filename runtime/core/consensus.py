@@ -1,9 +1,10 @@
 """CDM: from the experts' sets to one frontier, and the closest frontier when they do not agree."""
 
+import math
 import random
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Protocol
 
@@ -16,13 +17,20 @@ class ConsensusConfig:
 
     rank: str = "nearest"  # within the chosen set; "farthest" is Algorithm 1's literal argmax
     mode: str = "strict"
-    """"strict": two must agree. "lenient": a lone vote counts. To compare with: "best" takes what
-    one is surest of, "majority-K" the most frequent of K samples of the first vote."""
+    """"strict": two must agree. "lenient": a lone vote counts. To compare with: "weighted" trades
+    evidence for way, by `weights`; "best" takes what one is surest of, "majority-K" the most
+    frequent of K samples of the first vote."""
     fallback: str = "closest"  # when nobody agrees; "geometry" goes by information gain
+    weights: tuple[tuple[str, float], ...] = ()
+    """For "weighted": by expert, how many metres of way a nat of its evidence is worth. Experts
+    that abstain where nothing is above the bar say nothing here: set `experts.bar` to 0."""
+    veto: int = 0  # frontiers that so many experts vote against are out; 0: none is
     seed: int = 0  # of the samples
 
 
-MODES = ("strict", "lenient", "best", "majority-3", "majority-5")
+MODES = ("strict", "lenient", "weighted", "best", "majority-3", "majority-5")
+
+PULL = 2.0  # nats of one expert at most, either way
 
 
 class Candidate(Protocol):
@@ -56,20 +64,26 @@ class _Field:
     """What a vote is held over: the reachable frontiers, nearest first (ties: the older)."""
 
     distance_m: Mapping[int, float]
-    fallback: int
+    order: tuple[int, ...] = ()  # the fallback's; the closest comes after it
 
     @classmethod
     def of(cls, frontiers: Iterable[Candidate], order: Sequence[int] = ()) -> "_Field | None":
         """None when no frontier can be reached."""
         far = sorted((f.distance_m, f.id) for f in frontiers if f.distance_m < float("inf"))
-        if not far:
-            return None
-        known = {id: distance for distance, id in far}
-        return cls(known, next((i for i in order if i in known), far[0][1]))
+        return cls({id: distance for distance, id in far}, tuple(order)) if far else None
 
     @property
     def closest(self) -> int:
         return next(iter(self.distance_m))
+
+    @property
+    def fallback(self) -> int:
+        return next((i for i in self.order if i in self.distance_m), self.closest)
+
+    def without(self, out: Collection[int]) -> "_Field":
+        """Without the frontiers that are vetoed; a veto of all is none."""
+        left = {id: d for id, d in self.distance_m.items() if id not in out}
+        return replace(self, distance_m=left) if left else self
 
     def ranked(self, ids: Collection[int], rank: str) -> list[int]:
         """The best of `ids` first, as `consensus.rank` has it."""
@@ -112,7 +126,10 @@ def _outcome(
     votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
 ) -> tuple[int, str, frozenset[int]]:
     """The elected frontier, the rule, the chosen set."""
-    if cfg.mode in ("strict", "lenient"):
+    field = field.without(_vetoed(votes, cfg))
+    if cfg.mode == "weighted":
+        rule, chosen = _weighted(votes, field, cfg)
+    elif cfg.mode in ("strict", "lenient"):
         rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")
     else:
         rule, chosen = _single(votes, field, cfg, stamp_ns)
@@ -124,8 +141,11 @@ def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
     """Whether the votes elect by themselves: False when the fallback would decide. Votes are taken
     to be for reachable frontiers, as a brief lists no others."""
     if cfg.mode in ("strict", "lenient"):
-        sets = [frozenset(v.frontiers) for v in ballot.votes if v.frontiers]
+        out = _vetoed(ballot.votes, cfg)
+        sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
         return bool(agree(sets, cfg.mode == "lenient")[1])
+    if cfg.mode == "weighted":
+        return any(v.expert in dict(cfg.weights) for v in ballot.votes)
     return any(p > 0 for v in sorted(ballot.votes, key=_name)[:1] for _, p in v.probabilities)
 
 
@@ -137,7 +157,8 @@ def settled(
     order: Sequence[int] = (),
 ) -> bool:
     """True iff no possible votes of the `pending` experts (by name; each may name any non-empty
-    set of frontiers, or abstain) can change the frontier that `votes` elect. Exact.
+    set of frontiers, or abstain) can change the frontier that `votes` elect. Exact, but where
+    numbers count beside the sets ("weighted", a veto): there everyone is waited for.
 
     Let k experts have voted, m be pending, c(f) count the votes for f, and a be the winner now.
     With two or more votes and an agreement on a, a new vote can keep "all" (then any frontier of
@@ -151,6 +172,8 @@ def settled(
     field = _Field.of(frontiers, order)
     if not pending or field is None or len(field.distance_m) == 1:
         return True
+    if cfg.veto or cfg.mode == "weighted":
+        return False
     if cfg.mode not in ("strict", "lenient"):
         # One expert's word counts, the first by name that votes.
         return any(v.expert < min(pending) for v in votes)
@@ -182,6 +205,39 @@ def successor(
         return decision.frontier
     heirs = field.ranked([i for i in decision.chosen if i in field.distance_m], rank)
     return heirs[0] if heirs else field.closest
+
+
+def _vetoed(votes: Iterable[Vote], cfg: ConsensusConfig) -> frozenset[int]:
+    against = Counter(i for v in votes for i in set(v.against))
+    return frozenset(i for i, n in against.items() if 0 < cfg.veto <= n)
+
+
+def _weighted(
+    votes: Iterable[Vote], field: _Field, cfg: ConsensusConfig
+) -> tuple[str, frozenset[int]]:
+    """The least way, where each expert's evidence for a frontier shortens the way to it and
+    evidence against lengthens it. Nothing but weights that were measured makes this sound."""
+    weights, heard = dict(cfg.weights), False
+    cost_m = dict(field.distance_m)
+    for vote in sorted(votes, key=_name):
+        weight = weights.get(vote.expert, 0.0)
+        for id, nats in evidence(vote, cost_m).items():
+            cost_m[id] -= weight * nats
+            heard = heard or weight > 0
+    if not heard:
+        return "closest", frozenset()
+    return "weighted", frozenset([min(cost_m, key=lambda i: (cost_m[i], i))])
+
+
+def evidence(vote: Vote, among: Collection[int]) -> dict[int, float]:
+    """log p of the frontiers that a vote has a probability for, less their mean, nats; bounded, so
+    that no expert can outweigh everything."""
+    p = {id: share for id, share in vote.probabilities if id in among}
+    if not p:
+        return {}
+    nats = {id: math.log(max(share, 1e-6)) for id, share in p.items()}
+    mean = sum(nats.values()) / len(nats)
+    return {id: max(-PULL, min(PULL, x - mean)) for id, x in nats.items()}
 
 
 def _single(

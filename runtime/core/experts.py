@@ -20,6 +20,7 @@ class ExpertConfig:
 
     temperature: float = 0.6  # of the softmax over frontiers, in nats of evidence
     bar: float = 1.5  # a frontier is recommended when p >= bar / n
+    doubt: float = 0.0  # and voted against when p <= doubt / n; see `consensus.veto`
     object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
     prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
     view_scale: float = 8.0  # nats per unit of cosine between a view and the goal
@@ -225,7 +226,8 @@ def recommend(
     if not chosen:
         return Missing(expert, "no preference")
     reason = "; ".join(f"{i}: {told[i]} ({p[i]:.2f})" for i in chosen)
-    return Vote(expert, chosen, tuple(p.items()), reason)
+    against = tuple(i for i in ids if p[i] <= cfg.doubt / len(ids))
+    return Vote(expert, chosen, tuple(p.items()), reason, against=against)
 
 
 def _vote(

@@ -20,12 +20,14 @@ def in_words(decision: Decision) -> str:
 
 
 def _why(decision: Decision) -> str:
-    backers = [v for v in decision.ballot.votes if decision.frontier in v.frontiers]
+    votes = decision.ballot.votes
+    backers = [v for v in votes if decision.frontier in v.frontiers] or list(votes)
     if decision.chosen:
         said = "; ".join(f"{v.expert}: {_reason(v, decision.frontier)}" for v in backers)
         names = [v.expert for v in backers]
         verb = {
             "lone": "for which {0} alone speaks",
+            "weighted": "the least way by the weighed evidence of {0}",
             "best": "of which {0} is surest",
             "majority": "most frequent of the samples of {0}",
         }.get(decision.rule, "on which {0} agree")

@@ -147,6 +147,7 @@ class Vote:
     probabilities: tuple[tuple[int, float], ...]  # (id, p), sorted by id
     reason: str
     rung: str = "local"  # which rung of the ladder answered
+    against: tuple[int, ...] = ()  # frontiers it speaks against; see `consensus.veto`
 
 
 @dataclass(frozen=True)

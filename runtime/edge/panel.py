@@ -257,4 +257,5 @@ def _checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
         outcome,
         frontiers=tuple(sorted(set(outcome.frontiers))),
         probabilities=tuple(sorted(pair for pair in outcome.probabilities if pair[0] in known)),
+        against=tuple(sorted(known.intersection(outcome.against))),
     )

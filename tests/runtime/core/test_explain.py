@@ -53,6 +53,15 @@ def test_it_says_who_and_what_else(votes: list[Vote], mode: str, line: str):
     assert in_words(elect(ballot, FRONTIERS, ConsensusConfig(mode=mode))) == line
 
 
+def test_every_rule_has_words_even_where_no_set_names_the_winner():
+    p = ((1, 0.1), (2, 0.2), (3, 0.7))
+    for mode in ("best", "weighted", "majority-3"):
+        cfg = ConsensusConfig(mode=mode, weights=(("o2f", 9.0),))
+        decision = elect(Ballot((Vote("o2f", (1,), p, "it looks so"),)), FRONTIERS, cfg)
+        assert decision.rule == mode.partition("-")[0]
+        assert "o2f" in in_words(decision)
+
+
 def test_nothing_to_choose_and_too_much_to_say():
     assert in_words(elect(Ballot(), [], ConsensusConfig())) == "no frontier can be reached"
     prose = Vote("sle", (2,), ((2, 1.0),), "because " * 40)
