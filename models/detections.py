@@ -70,8 +70,9 @@ def select(boxes: Floats, scores: Floats, labels: NDArray[np.int32]) -> NDArray[
 
 def boxes_only(boxes: Floats, scores: Floats, labels: NDArray[np.int32]) -> RawDetections:
     """Detections of a network that says nothing of regions or rooms; not finite is not there."""
-    scores = np.where(np.isfinite(boxes).all(axis=1), np.nan_to_num(scores), 0).astype(np.float32)
-    boxes = np.nan_to_num(boxes).astype(np.float32)
+    sound = np.isfinite(boxes).all(axis=1) & np.isfinite(scores)
+    scores = np.where(sound, scores, 0).astype(np.float32)
+    boxes = np.where(sound[:, None], boxes, 0).astype(np.float32)
     kept = select(boxes, scores, labels)
     none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
     return RawDetections(boxes[kept], scores[kept], labels[kept], none, nothing, nothing)
