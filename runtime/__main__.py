@@ -13,9 +13,11 @@ import cv2
 from models.command import models_command
 from models.errors import ModelError as ModelFileError
 from runtime import config as configuration
+from runtime.cloud_command import cloud_command
 from runtime.decider import lower_priority
 from runtime.edge.bus import Bus
 from runtime.edge.clock import SystemClock
+from runtime.edge.cloud_config import read_key
 from runtime.errors import InternalError, RfNavError
 from runtime.helm import Helm
 from runtime.lockstep import Lockstep
@@ -32,6 +34,7 @@ def cli() -> None:
 
 
 cli.add_command(models_command)
+cli.add_command(cloud_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")
@@ -90,7 +93,9 @@ def _drive(
 @click.option("--config", "path", type=click.Path(path_type=Path), required=True)
 def check(path: Path) -> None:
     """Read a configuration and say whether it can be used."""
-    configuration.load(path)
+    cloud = configuration.load(path).cloud
+    if cloud.enabled and cloud.key_file:  # a credential is there only under systemd
+        read_key(cloud)
     click.echo(f"{path}: ok")
 
 
