@@ -12,6 +12,7 @@ from runtime.edge.scorer import Scorer
 
 GOALS_KEPT = 1000  # whose affinities are remembered
 ENOUGH = 0.5  # of what is asked about; with less, the expert is late
+DOORS_SHARE = 0.5  # of the time left, that a vote waits for what doors lead to
 
 Ask = Callable[["_Affinities", Brief, Deadline], Vote | Missing]
 
@@ -31,8 +32,8 @@ class Scored:
         if len(self._known) > GOALS_KEPT:
             self._known = {}
         self.scorer.warm(experts.questions(ROOMS, goal, self.rooms))
-        self.scorer.warm(experts.door_questions(self.rooms))
         self.scorer.warm(experts.questions(OBJECTS, goal, ()))
+        self.scorer.warm(experts.door_questions(self.rooms))  # hundreds, and the least of it
 
     def notice(self, goal: str, names: Sequence[str]) -> None:
         """Score objects that are on the map by now, in the background."""
@@ -68,7 +69,8 @@ class Scored:
     def doors(self, by: Deadline) -> Doors:
         """What doors lead to, as the model has it; nothing while it has not said."""
         if not self._doors:
-            answers = self.scorer.answer(experts.door_questions(self.rooms), by)
+            soon = by.tightened(DOORS_SHARE * by.left_s())
+            answers = self.scorer.answer(experts.door_questions(self.rooms), soon)
             self._doors = experts.behind(self.rooms, answers)
         return self._doors
 
