@@ -108,10 +108,13 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     told = brief.compose(
         world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
     )
+    told = brief.worthwhile(told, cfg.explore.worth_m2)
+    unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
     order: tuple[int, ...] = ()
     if cfg.consensus.fallback == "geometry":
         standing = world.decision.frontier if world.decision else None
-        order = gain.ranked(candidates, standing, world.map, world.terrain, world.pose, cfg.gain)
+        order = gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain)
+    candidates = tuple(f for f in candidates if f.id in unknown_m2)
     return Snapshot(told, candidates, world.stamp_ns, why, order)
 
 

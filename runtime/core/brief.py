@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -38,6 +38,7 @@ class BriefConfig:
     room_weight_min: float = 1.0  # mean evidence, in views, below which no room type is told
     doorway_m: tuple[float, float] = (0.5, 1.4)  # width of a gap that is taken for a doorway
     jamb_m: float = 0.25  # from both its ends to something occupied
+    unknown_depth_m: float = 2.0  # how far into the unknown a frontier is credited
 
 
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
@@ -86,18 +87,40 @@ def _frontier_brief(
     view: View,
     cfg: BriefConfig,
 ) -> FrontierBrief:
-    window, origin = _window(grid.frame, frontier.cells_xy, cfg.object_range_m + 0.5)
+    margin_m = max(cfg.object_range_m, cfg.unknown_depth_m) + 0.5
+    window, origin = _window(grid.frame, frontier.cells_xy, margin_m)
     seeds = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), bool)
     seeds[tuple((grid.frame.cells(frontier.cells_xy) - origin).T)] = True
     resolution = grid.frame.resolution_m
     steps = walking_distances(grid.free[window], seeds, math.ceil(cfg.object_range_m / resolution))
     walk_m = steps * np.float32(resolution)
+    unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution, cfg)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
     objects = _objects(things, origin, walk_m, cfg)
     door = doorway(frontier.cells_xy, grid, cfg)
     return FrontierBrief(
-        frontier.id, frontier.distance_m, objects, rooms, view.embedding, view.jpeg, door
+        frontier.id,
+        frontier.distance_m,
+        objects,
+        rooms,
+        view.embedding,
+        view.jpeg,
+        door,
+        round(unknown_m2, 2),
     )
+
+
+def _unknown_m2(unknown: Mask, seeds: Mask, resolution_m: float, cfg: BriefConfig) -> float:
+    """Unknown area that could be walked to from a frontier's cells, as far as the walls go."""
+    steps = walking_distances(unknown, seeds, math.ceil(cfg.unknown_depth_m / resolution_m))
+    return float(np.isfinite(steps[~seeds]).sum()) * resolution_m**2
+
+
+def worthwhile(brief: Brief, least_m2: float) -> Brief:
+    """The brief without frontiers that have next to nothing unknown behind them; as it is when
+    there are no others."""
+    kept = tuple(f for f in brief.frontiers if f.unknown_m2 >= least_m2)
+    return replace(brief, frontiers=kept) if kept else brief
 
 
 def doorway(cells_xy: F64, grid: NavigationMap, cfg: BriefConfig) -> bool:

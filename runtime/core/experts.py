@@ -22,8 +22,10 @@ class ExpertConfig:
     bar: float = 1.5  # a frontier is recommended when p >= bar / n
     doubt: float = 0.0  # and voted against when p <= doubt / n; see `consensus.veto`
     object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
+    objects_heard: int = 5  # around a frontier, the nearest; of many the average says nothing
     prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
     view_scale: float = 8.0  # nats per unit of cosine between a view and the goal
+    unknown_weight: float = 0.5  # exponent of the unknown area behind a frontier, in its prior
     door_weight: float = 0.7  # of what a doorway seems to lead to, against the room it is seen from
 
 
@@ -65,6 +67,7 @@ DOORS = (
     "Next to the {thing}, through the door, is the",
     "The door of the {thing} leads to the",
 )
+LEAST_M2 = 0.2  # taken to be unknown behind any frontier
 SCENE = "a room with a {thing}"
 
 
@@ -139,8 +142,9 @@ def vote_rooms(
 def object_evidence(
     brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig
 ) -> dict[int, tuple[float, str]]:
-    """Nats and the objects behind them, by frontier. Weights fall with the distance on foot and
-    rise with confidence; a single far object says little (`prior_weight`)."""
+    """Nats and the objects behind them, by frontier. The goal is with one of the objects nearest to
+    it or with none (`prior_weight`): a mixture, so that one telling object is not drowned by many
+    that say nothing. Weights fall with the distance on foot and rise with confidence."""
     evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
         weights = [
@@ -150,10 +154,12 @@ def object_evidence(
         ]
         if not weights:
             continue
-        total = sum(w for w, _ in weights) + cfg.prior_weight
-        nats = sum(w * affinity[name] for w, name in weights) / total
-        strongest = sorted(weights, key=lambda w: (-w[0] * affinity[w[1]], w[1]))
-        evidence[frontier.id] = nats, ", ".join(dict.fromkeys(n for _, n in strongest[:3]))
+        heard = sorted(weights, reverse=True)[: cfg.objects_heard]
+        total = sum(w for w, _ in heard) + cfg.prior_weight
+        likely = sum(w * math.exp(affinity[name]) for w, name in heard) + cfg.prior_weight
+        strongest = sorted(heard, key=lambda w: (-w[0] * affinity[w[1]], w[1]))
+        told = ", ".join(dict.fromkeys(n for _, n in strongest[:3]))
+        evidence[frontier.id] = math.log(likely / total), told
     return evidence
 
 
@@ -213,13 +219,15 @@ def recommend(
     told: Mapping[int, str],
     cfg: ExpertConfig,
 ) -> Vote | Missing:
-    """p = softmax of the evidence (nats) over the frontiers that have any; the set is those with
-    p >= bar / n. Nothing above the bar is an abstention, not an empty set."""
+    """p = softmax of the evidence (nats) over the frontiers that have any, times a prior: the more
+    is unknown behind one, the more may be there. The set is those with p >= bar / n. Nothing above
+    the bar is an abstention, not an empty set."""
     if not evidence:
         return Missing(expert, "no evidence")
     ids = sorted(evidence)
     top = max(evidence.values())
-    weights = [math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
+    area = {f.id: (f.unknown_m2 + LEAST_M2) ** cfg.unknown_weight for f in brief.frontiers}
+    weights = [area[i] * math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
     total = math.fsum(weights)
     p = {i: w / total for i, w in zip(ids, weights, strict=True)}
     chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
@@ -233,8 +241,12 @@ def recommend(
 def _vote(
     expert: str, brief: Brief, evidence: Mapping[int, tuple[float, str]], cfg: ExpertConfig
 ) -> Vote | Missing:
-    nats = {i: value for i, (value, _) in evidence.items()}
-    return recommend(expert, brief, nats, {i: told for i, (_, told) in evidence.items()}, cfg)
+    """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""
+    if not evidence:
+        return Missing(expert, "no evidence")
+    known = {f.id: evidence.get(f.id, (0.0, "nothing known")) for f in brief.frontiers}
+    nats = {i: value for i, (value, _) in known.items()}
+    return recommend(expert, brief, nats, {i: told for i, (_, told) in known.items()}, cfg)
 
 
 def spoken_room(name: str) -> str:

@@ -6,14 +6,12 @@ those in the room where the robot is.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
-from runtime.core.brief import walking_distances
-from runtime.core.map import NavigationMap
 from runtime.core.planner import Terrain
 from runtime.core.types import Frontier, Mask, Pose
 
@@ -22,7 +20,6 @@ from runtime.core.types import Frontier, Mask, Pose
 class GainConfig:
     """[gain]"""
 
-    depth_m: float = 2.0  # how far into the unknown a frontier is credited
     discount_per_m: float = 0.35  # exponential, of the way there
     keep_bonus: float = 1.3  # of the frontier under way
     room_bonus: float = 2.0  # of a frontier in the robot's own room
@@ -31,19 +28,20 @@ class GainConfig:
 
 def ranked(
     frontiers: Sequence[Frontier],
+    unknown_m2: Mapping[int, float],
     current: int | None,
-    grid: NavigationMap,
     terrain: Terrain,
     pose: Pose,
     cfg: GainConfig,
 ) -> tuple[int, ...]:
-    """Ids of the reachable frontiers, best first; ties go to the nearer, then the older."""
+    """Ids of the frontiers in `unknown_m2` (the area behind each), best first; ties go to the
+    nearer, then the older."""
     here = room_of(terrain, pose, cfg)
     scored = []
     for frontier in frontiers:
-        if not math.isfinite(frontier.distance_m):
+        if frontier.id not in unknown_m2:
             continue
-        value = unknown_m2(frontier, grid, cfg.depth_m)
+        value = unknown_m2[frontier.id]
         value *= math.exp(-cfg.discount_per_m * frontier.distance_m)
         if frontier.id == current:
             value *= cfg.keep_bonus
@@ -52,20 +50,6 @@ def ranked(
             value *= cfg.room_bonus
         scored.append((-value, frontier.distance_m, frontier.id))
     return tuple(id for _, _, id in sorted(scored))
-
-
-def unknown_m2(frontier: Frontier, grid: NavigationMap, depth_m: float) -> float:
-    """Unknown area that can be walked to from the frontier's cells within `depth_m`."""
-    frame = grid.frame
-    cells = frame.cells(frontier.cells_xy)
-    reach = math.ceil(depth_m / frame.resolution_m)
-    low = np.maximum(cells.min(axis=0) - reach - 1, 0)
-    high = np.minimum(cells.max(axis=0) + reach + 2, frame.shape)
-    window = slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))
-    seeds = np.zeros(high - low, bool)
-    seeds[tuple((cells - low).T)] = True
-    steps = walking_distances(grid.unknown[window], seeds, reach)
-    return float(np.isfinite(steps[~seeds]).sum()) * frame.resolution_m**2
 
 
 def room_of(terrain: Terrain, pose: Pose, cfg: GainConfig) -> Mask:

@@ -22,6 +22,7 @@ class ExploreConfig:
     first_looks: int = 12  # turns of the look around at the start
     decide_every: int = 5  # steps between decisions that only new evidence asks for
     decide_every_s: float = 1.0  # the same in velocity mode
+    worth_m2: float = 0.1  # unknown behind a frontier; those with less are gone to last
     arrived_m: float = 0.25  # from a frontier's goal point
     seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
     patience: int = 24  # steps without coming closer to an aim before it is given up

@@ -127,6 +127,7 @@ class FrontierBrief:
     """That keyframe as a JPEG, a marker on the floor where the frontier is; b"" when none is
     kept."""
     doorway: bool = False  # it fills a gap between obstacles: what is behind is another room
+    unknown_m2: float = 0.0  # unknown area behind it, close by
 
 
 @dataclass(frozen=True)

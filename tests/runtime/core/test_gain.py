@@ -4,12 +4,15 @@ import math
 
 import numpy as np
 
-from runtime.core.gain import GainConfig, ranked, room_of, unknown_m2
+from runtime.core.brief import BriefConfig, compose, worthwhile
+from runtime.core.gain import GainConfig, ranked, room_of
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import PlannerConfig, survey
+from runtime.core.semantics import SemanticMap
 from runtime.core.types import Frontier, Pose
 
 CFG = GainConfig()
+AREA = {1: 4.0, 2: 4.0}
 POSE = Pose(0.0, 0.0, 0.0)
 RADIUS_M = 0.18
 
@@ -56,19 +59,36 @@ def test_a_wide_opening_joins_what_it_opens_into():
     assert room_of(terrain, POSE, CFG)[terrain.frame.cell(3.3, 0.5)]
 
 
+def behind(frontier: Frontier, grid: NavigationMap, depth_m: float) -> float:
+    cfg = BriefConfig(unknown_depth_m=depth_m)
+    semantic = SemanticMap.empty((), (), grid.frame)
+    told = compose("toilet", 0, grid, semantic, [frontier], {}, cfg)
+    return told.frontiers[0].unknown_m2
+
+
 def test_gain_is_the_unknown_behind_the_frontier_and_no_more():
     grid = two_rooms()
-    open_end = unknown_m2(edge(1, 3.98, grid, 4.0), grid, 1.0)
-    assert 2.6 < open_end < 5.5  # 2.6 m wide, 1 m deep, and round the corners
-    enclosed = edge(2, -1.5, grid, 1.5)
-    assert unknown_m2(enclosed, grid, 1.0) == 0.0
+    open_end, enclosed = edge(1, 3.98, grid, 4.0), edge(2, -1.5, grid, 1.5)
+    assert 2.6 < behind(open_end, grid, 1.0) < 5.5  # 2.6 m wide, 1 m deep, and round the corners
+    assert behind(enclosed, grid, 1.0) == 0.0
+    told = compose(
+        "toilet",
+        0,
+        grid,
+        SemanticMap.empty((), (), grid.frame),
+        [open_end, enclosed],
+        {},
+        BriefConfig(),
+    )
+    assert [f.id for f in worthwhile(told, 0.1).frontiers] == [1]
+    assert worthwhile(told, 1e6) == told
 
 
 def test_the_nearer_of_equals_wins_and_the_one_under_way_is_kept():
     grid = two_rooms()
     terrain = survey(grid, POSE, RADIUS_M, PlannerConfig())
     near, far = edge(1, 3.98, grid, 4.0), edge(2, 3.98, grid, 4.5)
-    assert ranked([far, near], None, grid, terrain, POSE, CFG) == (1, 2)
-    assert ranked([far, near], 2, grid, terrain, POSE, CFG) == (2, 1)
+    assert ranked([far, near], AREA, None, terrain, POSE, CFG) == (1, 2)
+    assert ranked([far, near], AREA, 2, terrain, POSE, CFG) == (2, 1)
     gone = Frontier(3, near.cells_xy, near.goal_xy, math.inf)
-    assert ranked([gone, near], None, grid, terrain, POSE, CFG) == (1,)
+    assert ranked([gone, near], {1: 4.0}, None, terrain, POSE, CFG) == (1,)
