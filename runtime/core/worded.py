@@ -36,8 +36,9 @@ _SYSTEM = """\
 You guide a robot that looks for an object in a home that it has never seen before. It has mapped \
 a part of the home. A frontier is a place where the mapped part ends and unexplored space begins. \
 Recommend every frontier behind which the object is likely to be found, and only those. {task} \
-Answer with one JSON object: {{"reason": "one short sentence", "frontiers": [ids]}}. If nothing \
-speaks for one frontier rather than another, answer with "frontiers": "abstain"."""
+Answer with one JSON object: {{"reason": "...", "frontiers": [...]}}, the reason in one short \
+sentence, the frontiers by number. If nothing speaks for one frontier rather than another, answer \
+with "frontiers": "abstain"."""
 
 
 @dataclass(frozen=True)
