@@ -64,6 +64,7 @@ class Lockstep:
             "state": "searching" if self._search else "ready",
             "goal": self._search.goal.text if self._search else None,
             "rung": self._mind.rung(),
+            "detector": self._mind.capabilities(),
             "models": self._mind.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }

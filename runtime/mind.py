@@ -203,6 +203,10 @@ class LocalMind:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""
         return self._seats is None or self._seats.settle(by)
 
+    def capabilities(self) -> Mapping[str, object]:
+        """The detector's; see models.detections.Detector."""
+        return self._detector.capabilities
+
     def rung(self) -> str:
         """Which model answers the experts."""
         return self._seats.rung() if self._seats is not None else "none"

@@ -128,6 +128,7 @@ class RealTime:
             "goal": search.goal.text if search else None,
             "decisions": latest.decisions if latest else 0,
             "rung": self._mind.rung(),
+            "detector": self._mind.capabilities(),
             "models": self._mind.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }

@@ -45,6 +45,10 @@ class Mind(Protocol):
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
         the classes of the goal accepted last."""
 
+    def capabilities(self) -> Mapping[str, object]:
+        """What the detector can do and, once there is a goal, what stands for each class and what
+        it cannot see."""
+
     def rung(self) -> str:
         """Which rung of the ladder answers the experts."""
 

@@ -52,6 +52,9 @@ class FakeMind:
     def likeness(self, embeddings: np.ndarray) -> np.ndarray:
         raise AssertionError("what the apartment shows has no embeddings")
 
+    def capabilities(self) -> dict[str, object]:
+        return {"contract": "fake"}
+
     def rung(self) -> str:
         return "none"
 

@@ -42,6 +42,7 @@ def test_a_fixed_list_says_what_stands_for_the_goal(detector: Path) -> None:
         assert goal.how.endswith(
             "seen as what is like it in the detector's fixed list: couch (1.00)"
         )
+        assert mind.capabilities()["matched"]["sofa"] == {"couch": 1.0}
         seen = mind.detect(np.zeros((64, 96, 3), np.uint8))
         assert [goal.classes[k][0] for k in seen.labels] == ["sofa"]
         goal, _ = mind.accept("toilet", config)
