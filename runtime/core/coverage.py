@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from runtime.core.geometry import GridFrame
-from runtime.core.map import NavigationMap, polygon_mask
+from runtime.core.map import NavigationMap, polygon_patch
 from runtime.core.types import F64, Mask
 
 
@@ -25,7 +25,8 @@ def look(looked: Mask, frame: GridFrame, outline: F64, cfg: CoverageConfig) -> N
     offset = outline - outline[0]
     reach = np.hypot(*offset.T)
     scale = np.minimum(1.0, cfg.near_m / np.maximum(reach, 1e-6))
-    looked |= polygon_mask(frame, outline[0] + offset * scale[:, None])
+    patch, window = polygon_patch(frame, outline[0] + offset * scale[:, None])
+    looked[window] |= patch
 
 
 def overlooked(grid: NavigationMap, looked: Mask, given_up: Mask) -> Mask:

@@ -1,13 +1,15 @@
 """Frontiers: connected sets of free cells that touch unknown, with ids that outlive map updates."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.map import NavigationMap
-from runtime.core.types import F64, Mask
+from runtime.core.types import F64, I32, Mask
 
 _EIGHT = np.ones((3, 3), np.uint8)
 
@@ -45,19 +47,20 @@ def boundary(grid: NavigationMap, given_up: Mask, cfg: FrontierConfig) -> Mask:
 
 def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
     """(R, C) -> the 8-connected sets of `min_cells` cells or more, each (N, 2) m, in scan order."""
-    count, labels = cv2.connectedComponents(edge.view(np.uint8), connectivity=8)
-    if count == 1:
+    rows = np.flatnonzero(edge.any(axis=1))
+    if not len(rows):
         return []
-    flat = np.flatnonzero(labels)
+    top = int(rows[0]) & ~1  # components are numbered by blocks of 2 x 2 cells
+    part = edge[top : int(rows[-1]) + 1]
+    _, labels = cv2.connectedComponents(part.view(np.uint8), connectivity=8)
+    flat = np.flatnonzero(part)
     label = labels.reshape(-1)[flat]
     order = np.argsort(label, kind="stable")
     sizes = np.bincount(label)[1:]
-    parts = np.split(flat[order], np.cumsum(sizes)[:-1])
-    return [
-        frame.centres(np.stack(np.divmod(part, frame.cols), axis=1).astype(np.int32))
-        for part in parts
-        if len(part) >= min_cells
-    ]
+    row, col = np.divmod(flat[order], frame.cols)
+    xy = frame.centres(np.stack([row + top, col], axis=1).astype(np.int32))
+    ends = np.cumsum(sizes)
+    return [xy[end - n : end] for n, end in zip(sizes, ends, strict=True) if n >= min_cells]
 
 
 def identify(
@@ -91,20 +94,29 @@ def _overlaps(
     """(part, earlier id, cells of the part within the dilated earlier frontier), only if > 0."""
     if not parts or not memory.cells_xy:
         return []
-    owner = np.full(frame.shape, -1, np.int32)
-    for part, cells in enumerate(parts):
-        owner[tuple(frame.cells(cells).T)] = part
-    found = []
+    owner = np.full(frame.shape, -1, np.int16)
+    cells, starts = _cells(parts, frame)
+    owner[cells[:, 0], cells[:, 1]] = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
     size = 2 * dilation + 1
     kernel = np.ones((size, size), np.uint8)
-    for old, cells_xy in memory.cells_xy.items():
-        rc = frame.cells(cells_xy)
-        low = np.maximum(rc.min(axis=0) - dilation, 0)
-        high = np.minimum(rc.max(axis=0) + dilation + 1, frame.shape)
-        patch = np.zeros(high - low, np.uint8)
-        patch[tuple((rc - low).T)] = 1
-        near = cv2.dilate(patch, kernel) > 0
-        claimed = owner[low[0] : high[0], low[1] : high[1]][near]
+    cells, starts = _cells(memory.cells_xy.values(), frame)
+    lows = np.maximum(np.minimum.reduceat(cells, starts) - dilation, 0)
+    highs = np.minimum(np.maximum.reduceat(cells, starts) + dilation + 1, frame.shape)
+    found = []
+    for old, rc, low, high in zip(
+        memory.cells_xy, np.split(cells, starts[1:]), lows, highs, strict=True
+    ):
+        claimed = owner[low[0] : high[0], low[1] : high[1]]
+        patch = np.zeros(claimed.shape, np.uint8)
+        patch[rc[:, 0] - low[0], rc[:, 1] - low[1]] = 1
+        claimed = claimed[cv2.dilate(patch, kernel) > 0]
         shared = np.bincount(claimed[claimed >= 0])
         found += [(int(part), old, int(shared[part])) for part in np.flatnonzero(shared)]
     return found
+
+
+def _cells(parts: Iterable[F64], frame: GridFrame) -> tuple[I32, NDArray[np.intp]]:
+    """Some (N, 2) m -> (M, 2) row, col of all of them, and where each part begins."""
+    parts = list(parts)
+    starts = np.cumsum([0, *(len(part) for part in parts)])[:-1]
+    return frame.cells(np.concatenate(parts)), starts

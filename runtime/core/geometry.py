@@ -71,14 +71,18 @@ def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:
 class Rays:
     """Directions of an image's sampled pixels in the base frame, per metre of depth.
 
-    forward, left, up: (h, w). order and starts group the flattened pixels by azimuth for
-    `np.minimum.reduceat`; azimuths: (B,) rad in the base frame, ascending, of those groups.
+    forward, left, up: (h, w); reach: (h, w), of the horizontal part. order and starts group the
+    flattened pixels by azimuth for `np.minimum.reduceat`, or with `level`, where all pixels of a
+    column have one azimuth, the columns; azimuths: (B,) rad in the base frame, ascending, of those
+    groups.
     """
 
     stride: int
     forward: F32
     left: F32
     up: F32
+    reach: F32
+    level: bool
     order: I32
     starts: I32
     azimuths: F32
@@ -103,6 +107,9 @@ def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float 
     base = optical @ optical_to_base(mount).T
     azimuth = np.arctan2(base[..., 1], base[..., 0]).ravel()
     groups = np.floor(azimuth * bins_per_rad).astype(np.int64)
+    columns = groups.reshape(u.shape)
+    level = bool((columns == columns[0]).all())
+    groups = columns[0] if level else groups
     order = np.argsort(groups, kind="stable")
     starts = np.flatnonzero(np.r_[True, np.diff(groups[order]) > 0])
     centres = (groups[order][starts] + 0.5) / bins_per_rad
@@ -112,6 +119,8 @@ def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float 
         forward,
         left,
         up,
+        np.hypot(forward, left),
+        level,
         order.astype(np.int32),
         starts.astype(np.int32),
         centres.astype(np.float32),

@@ -15,6 +15,9 @@ from runtime.core.geometry import GridFrame, Rays, rays
 from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
 
 _GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
+_GAP_REACH = 4  # cells, across which closing such gaps is felt
+
+Window = tuple[slice, slice]  # of rows and of columns
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,8 @@ class NavigationMap:
     driven: NDArray[np.uint8]
     last_xy: tuple[float, float] | None = None
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
+    _stale: Window | None = field(default=None, repr=False)  # of the views
+    _known: Window | None = field(default=None, repr=False)  # that holds all known cells
 
     @classmethod
     def around(cls, pose: Pose, radius_m: float, cfg: MapConfig) -> "NavigationMap":
@@ -87,38 +92,63 @@ class NavigationMap:
 
     def _view(self, name: str) -> Mask:
         if not self._views:
-            occupied = (self.evidence >= self.occupied_at) | self.bumped
-            # What was only swept over, between obstacle cells, is the top of the same furniture.
-            closed = cv2.morphologyEx(occupied.view(np.uint8), cv2.MORPH_CLOSE, _GAP) > 0
-            free = ((self.evidence < 0) | (self.swept & ~closed)) & ~occupied
-            self._views = {"occupied": occupied, "free": free, "unknown": ~(occupied | free)}
+            self._views = {n: np.zeros(self.frame.shape, bool) for n in ("occupied", "free")}
+            self._views["unknown"] = np.ones(self.frame.shape, bool)
+            self._stale, self._known = self._whole(), None
+        if self._stale is not None:
+            self._refresh(self._stale)
+            self._stale = None
         return self._views[name]
 
-    def changed(self) -> None:
-        """Forget the derived masks."""
-        self._views = {}
-
-    def known_window(self, margin: int = 4) -> tuple[slice, slice]:
-        """The smallest window that holds all known cells, and a margin of cells around it."""
-        known = ~self.unknown
-        rows, cols = np.flatnonzero(known.any(axis=1)), np.flatnonzero(known.any(axis=0))
-        return (
-            slice(max(0, int(rows[0]) - margin), min(self.frame.rows, int(rows[-1]) + margin + 1)),
-            slice(max(0, int(cols[0]) - margin), min(self.frame.cols, int(cols[-1]) + margin + 1)),
+    def _refresh(self, window: Window) -> None:
+        """Derive the masks anew within a window, in arrays of their own: the earlier ones may be
+        in use."""
+        target = widened(window, _GAP_REACH, self.frame)
+        source = widened(target, _GAP_REACH, self.frame)
+        occupied = (self.evidence[source] >= self.occupied_at) | self.bumped[source]
+        # What was only swept over, between obstacle cells, is the top of the same furniture.
+        closed = cv2.morphologyEx(occupied.view(np.uint8), cv2.MORPH_CLOSE, _GAP) > 0
+        inner = tuple(
+            slice(t.start - s.start, t.stop - s.start) for t, s in zip(target, source, strict=True)
         )
+        occupied, closed = occupied[inner], closed[inner]
+        free = ((self.evidence[target] < 0) | (self.swept[target] & ~closed)) & ~occupied
+        known = occupied | free
+        for name, mask in (("occupied", occupied), ("free", free), ("unknown", ~known)):
+            self._views[name] = self._views[name].copy()
+            self._views[name][target] = mask
+        if known.any():
+            self._known = joined(self._known, _bounds(known, target))
+
+    def _whole(self) -> Window:
+        return slice(0, self.frame.rows), slice(0, self.frame.cols)
+
+    def changed(self, window: Window | None = None) -> None:
+        """The derived masks are out of date: within a window, or everywhere."""
+        if window is None:
+            self._views = {}
+        else:
+            self._stale = joined(self._stale, window)
+
+    def known_window(self, margin: int = 4) -> Window:
+        """The smallest window that holds all cells that were ever known, and a margin of cells
+        around it."""
+        self._view("unknown")
+        return widened(self._known or self._whole(), margin, self.frame)
 
     def drive_over(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
         """The cells under the body are free: it stands there."""
-        disc = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
-        self.evidence[disc] = np.minimum(self.evidence[disc], -cfg.miss)
-        self.bumped[disc] = False
+        disc, window = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
+        evidence = self.evidence[window]
+        evidence[disc] = np.minimum(evidence[disc], -cfg.miss)
+        self.bumped[window][disc] = False
         here = self.frame.cell(pose.x_m, pose.y_m)
         near = self.last_xy and math.dist(self.last_xy, (pose.x_m, pose.y_m)) < 0.5
         before = self.frame.cell(*self.last_xy) if near and self.last_xy else here
         cv2.line(self.driven, before[::-1], here[::-1], 1, thickness=3)
         self.last_xy = pose.x_m, pose.y_m
-        self.swept |= disc
-        self.changed()
+        self.swept[window] |= disc
+        self.changed(window)
 
     def bump(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
         """A step forward was blocked: something low or thin stands just ahead of the body."""
@@ -161,35 +191,45 @@ def integrate(
 ) -> F64:
     """Add one depth image. Returns the view's outline, (V, 2) m in the map frame: the camera and
     the free range along each azimuth. The grid must already reach as far as the camera sees."""
-    table = rays(obs.intrinsics, mount, cfg.stride)
-    depth = np.asarray(obs.depth_m[cfg.stride // 2 :: cfg.stride, cfg.stride // 2 :: cfg.stride])
-    depth = np.where((depth > 0) & (depth <= cfg.max_depth_m), depth, np.float32(0)).ravel()
-    forward, left = depth * table.forward.ravel(), depth * table.left.ravel()
-    height = depth * table.up.ravel() + np.float32(mount.z_m)
+    table, half = rays(obs.intrinsics, mount, cfg.stride), cfg.stride // 2
+    depth = np.ascontiguousarray(obs.depth_m[half :: cfg.stride, half :: cfg.stride])
+    depth = np.where((depth > 0) & (depth <= cfg.max_depth_m), depth, np.float32(0))
+    height = depth * table.up + np.float32(mount.z_m)
     valid = depth > 0
     floor = valid & (np.abs(height) < cfg.floor_below_m)
     obstacle = valid & (height >= cfg.floor_below_m) & (height <= cfg.clear_above_m)
-    outline = _outline(table, np.hypot(forward, left), floor, obstacle, obs.pose, mount)
-    cells = _flat_cells(grid.frame, forward, left, obs.pose, mount)
-    _count(grid, cells[floor], cells[obstacle], cfg)
+    outline = _outline(table, depth * table.reach, floor, obstacle, obs.pose, mount)
+    cells, window = _cells(grid.frame, depth * table.forward, depth * table.left, obs.pose, mount)
+    _count(grid, window, cells.ravel()[floor.ravel()], cells.ravel()[obstacle.ravel()], cfg)
     _sweep(grid, outline)
     grid.drive_over(obs.pose, radius_m, cfg)
     return outline
 
 
-def _flat_cells(frame: GridFrame, forward: F32, left: F32, pose: Pose, mount: Mount) -> I32:
-    """Points in the base frame (without the mount's offset), m -> flat cell indices."""
+def _cells(
+    frame: GridFrame, forward: F32, left: F32, pose: Pose, mount: Mount
+) -> tuple[I32, Window]:
+    """Points in the base frame (without the mount's offset), m -> the window of the grid that holds
+    them all, and their flat indices in it."""
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     ox = pose.x_m + c * mount.x_m - s * mount.y_m - frame.x0_m
     oy = pose.y_m + s * mount.x_m + c * mount.y_m - frame.y0_m
     r = 1.0 / frame.resolution_m
     col = ((np.float32(c) * forward - np.float32(s) * left + np.float32(ox)) * r).astype(np.int32)
     row = ((np.float32(s) * forward + np.float32(c) * left + np.float32(oy)) * r).astype(np.int32)
-    return np.clip(row, 0, frame.rows - 1) * frame.cols + np.clip(col, 0, frame.cols - 1)
+    low, high = (int(row.min()), int(col.min())), (int(row.max()), int(col.max()))
+    if min(low) < 0 or high[0] >= frame.rows or high[1] >= frame.cols:
+        row, col = np.clip(row, 0, frame.rows - 1), np.clip(col, 0, frame.cols - 1)
+        low, high = (int(row.min()), int(col.min())), (int(row.max()), int(col.max()))
+    window = slice(low[0], high[0] + 1), slice(low[1], high[1] + 1)
+    width = np.int32(high[1] + 1 - low[1])
+    return (row - np.int32(low[0])) * width + (col - np.int32(low[1])), window
 
 
-def _count(grid: NavigationMap, floor: I32, obstacle: I32, cfg: MapConfig) -> None:
-    flat = grid.evidence.reshape(-1)
+def _count(grid: NavigationMap, window: Window, floor: I32, obstacle: I32, cfg: MapConfig) -> None:
+    """Book what was seen in cells of the window, by their flat indices in it."""
+    evidence = grid.evidence[window]
+    flat = evidence.ravel()
     hits = np.bincount(obstacle, minlength=flat.size)
     hit = np.flatnonzero(hits >= cfg.hits_needed)
     flat[hit] = np.minimum(flat[hit] + cfg.hit, cfg.evidence_max)
@@ -198,6 +238,8 @@ def _count(grid: NavigationMap, floor: I32, obstacle: I32, cfg: MapConfig) -> No
     seen[obstacle] = False
     miss = np.flatnonzero(seen)
     flat[miss] = np.maximum(flat[miss] - cfg.miss, -cfg.evidence_max)
+    evidence[:] = flat.reshape(evidence.shape)
+    grid.changed(window)
 
 
 def _outline(
@@ -206,8 +248,10 @@ def _outline(
     """The free range along each azimuth: up to the first obstacle, and no further than floor was
     seen; as a closed polygon from the camera, (V, 2) m in the map frame."""
     order, starts = table.order, table.starts
-    wall = np.minimum.reduceat(np.where(obstacle, distance, np.inf)[order], starts)
-    ground = np.maximum.reduceat(np.where(floor, distance, 0.0)[order], starts)
+    near, far = np.where(obstacle, distance, np.inf), np.where(floor, distance, 0.0)
+    by_group = (near.min(axis=0), far.max(axis=0)) if table.level else (near.ravel(), far.ravel())
+    wall = np.minimum.reduceat(by_group[0][order], starts)
+    ground = np.maximum.reduceat(by_group[1][order], starts)
     reach = np.where(np.isfinite(wall), wall, ground)
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     x0 = pose.x_m + c * mount.x_m - s * mount.y_m
@@ -218,27 +262,70 @@ def _outline(
 
 
 def _sweep(grid: NavigationMap, outline: F64) -> None:
-    grid.swept |= polygon_mask(grid.frame, outline)
-    grid.changed()
+    mask, window = polygon_patch(grid.frame, outline)
+    grid.swept[window] |= mask
+    grid.changed(window)
 
 
 def polygon_mask(frame: GridFrame, outline: F64) -> Mask:
     """(V, 2) m in the map frame -> (R, C) cells inside the polygon."""
-    mask = np.zeros(frame.shape, np.uint8)
+    mask = np.zeros(frame.shape, bool)
+    patch, window = polygon_patch(frame, outline)
+    mask[window] = patch
+    return mask
+
+
+def polygon_patch(frame: GridFrame, outline: F64) -> tuple[Mask, Window]:
+    """(V, 2) m in the map frame -> the window that holds the polygon, and the cells of it that are
+    inside the polygon."""
     shift = 4  # sub-cell precision of fillPoly, bits
     scaled = ((outline - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5) * (1 << shift)
-    cv2.fillPoly(mask, [np.round(scaled).astype(np.int32)], 1, shift=shift)
-    return mask.astype(bool)
+    points = np.round(scaled).astype(np.int32)
+    (x0, y0), (x1, y1) = points.min(axis=0) >> shift, points.max(axis=0) >> shift
+    held = slice(max(0, int(y0) - 1), int(y1) + 3), slice(max(0, int(x0) - 1), int(x1) + 3)
+    window = widened(held, 0, frame)
+    corner = np.array([window[1].start, window[0].start], np.int32) << shift
+    size = (window[0].stop - window[0].start, window[1].stop - window[1].start)
+    patch = np.zeros(size, np.uint8)
+    if patch.size:
+        cv2.fillPoly(patch, [points - corner], 1, shift=shift)
+    return patch.view(bool), window
 
 
-def _disc(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> Mask:
-    """(R, C) cells whose centre is within the radius of the point."""
-    mask = np.zeros(frame.shape, bool)
+def widened(window: Window, margin: int, frame: GridFrame) -> Window:
+    """The window and so many cells around it, as far as the grid reaches."""
+
+    def clipped(part: slice, size: int) -> slice:
+        start = min(max(0, part.start - margin), size)
+        return slice(start, max(start, min(size, part.stop + margin)))
+
+    return clipped(window[0], frame.rows), clipped(window[1], frame.cols)
+
+
+def joined(a: Window | None, b: Window) -> Window:
+    """The smallest window that holds both."""
+    if a is None:
+        return b
+    rows = slice(min(a[0].start, b[0].start), max(a[0].stop, b[0].stop))
+    return rows, slice(min(a[1].start, b[1].start), max(a[1].stop, b[1].stop))
+
+
+def _bounds(mask: Mask, window: Window) -> Window:
+    """The part of the window where the mask (of its size) holds anything."""
+    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    r, c = window[0].start, window[1].start
+    return (
+        slice(r + int(rows[0]), r + int(rows[-1]) + 1),
+        slice(c + int(cols[0]), c + int(cols[-1]) + 1),
+    )
+
+
+def _disc(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> tuple[Mask, Window]:
+    """The window of the grid around the point, and the cells of it whose centre is within the
+    radius."""
     n = math.ceil(radius_m / frame.resolution_m)
     row, col = frame.cell(x_m, y_m)
-    r, c = np.mgrid[row - n : row + n + 1, col - n : col + n + 1]
+    window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
+    r, c = np.mgrid[window]
     xy = frame.centres(np.stack([r, c], axis=-1).astype(np.int32))
-    near = np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m
-    near &= (r >= 0) & (r < frame.rows) & (c >= 0) & (c < frame.cols)
-    mask[r[near], c[near]] = True
-    return mask
+    return np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m, window

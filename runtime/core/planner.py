@@ -8,7 +8,7 @@ import numpy as np
 import skfmm
 
 from runtime.core.geometry import GridFrame
-from runtime.core.map import NavigationMap
+from runtime.core.map import NavigationMap, Window, widened
 from runtime.core.types import F32, F64, I32, Mask, Pose
 
 
@@ -89,16 +89,18 @@ def survey(
     clearance = np.minimum(distance * np.float32(r) - np.float32(r / 2), np.float32(10.0))
     hard = radius_m + cfg.margin_m
     proven = free & (grid.driven[rows, cols] > 0)
-    clearance = np.where(proven, np.maximum(clearance, np.float32(hard)), clearance)
+    np.maximum(clearance, np.float32(hard), out=clearance, where=proven)
     if squeeze_m > 0:
-        tight = _near(frame, pose, squeeze_m) & free & (clearance >= radius_m - cfg.squeeze_slack_m)
-        clearance = np.where(tight, np.maximum(clearance, np.float32(hard)), clearance)
-    traversable = free & (clearance >= hard)
-    near = _near(frame, pose, cfg.escape_m) & free
+        window, near = _near(frame, pose, squeeze_m)
+        patch = clearance[window]
+        tight = near & free[window] & (patch >= radius_m - cfg.squeeze_slack_m)
+        np.maximum(patch, np.float32(hard), out=patch, where=tight)
+    passable = free & (clearance >= hard)
+    window, near = _near(frame, pose, cfg.escape_m)
+    passable[window] |= near & free[window]
     ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)
     speed = np.float32(cfg.slowest) + np.float32(1 - cfg.slowest) * ease
-    passable = traversable | near
-    speed = np.where(passable, speed, 0).astype(np.float32)
+    speed[~passable] = 0
     return Terrain(frame, clearance, passable, speed)
 
 
@@ -172,9 +174,13 @@ def _window(mask: Mask) -> tuple[slice, slice]:
     return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
 
 
-def _near(frame: GridFrame, pose: Pose, radius_m: float) -> Mask:
-    rows, cols = np.ogrid[: frame.rows, : frame.cols]
+def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
+    """The window around the pose, and the cells of it whose centre is within the radius."""
+    n = math.ceil(radius_m / frame.resolution_m) + 1
+    row, col = frame.cell(pose.x_m, pose.y_m)
+    window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
+    rows, cols = np.ogrid[window]
     x = frame.x0_m + (cols + 0.5) * frame.resolution_m - pose.x_m
     y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
     near: Mask = np.hypot(x, y) <= radius_m
-    return near
+    return window, near

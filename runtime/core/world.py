@@ -139,13 +139,16 @@ def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.
     frame, arrival = world.terrain.frame, world.reach.arrival_m
     reach = round(snap_m / frame.resolution_m)
     found = []
-    for id, cells_xy in cells_by_id.items():
-        cells = frame.cells(cells_xy)  # in scan order: ties go to the first
+    every = frame.cells(np.concatenate([np.zeros((0, 2)), *cells_by_id.values()]))
+    ends = np.cumsum([len(cells) for cells in cells_by_id.values()])
+    for (id, cells_xy), end in zip(cells_by_id.items(), ends, strict=True):
+        cells = every[end - len(cells_xy) : end]  # in scan order: ties go to the first
         near = arrival[cells[:, 0], cells[:, 1]]
-        if not np.isfinite(near).any():  # the body does not fit onto it: stand close by
+        best = int(near.argmin())
+        if near[best] == np.inf:  # the body does not fit onto it: stand close by
             cells = _around(cells, frame.shape, reach)
             near = arrival[cells[:, 0], cells[:, 1]]
-        best = int(np.argmin(near))
+            best = int(near.argmin())
         x, y = frame.centres(cells[best])
         found.append(Frontier(id, cells_xy, (float(x), float(y)), float(near[best])))
     world.frontiers = tuple(found)

@@ -2,12 +2,13 @@
 
 import math
 
+import cv2
 import numpy as np
 from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core.map import MapConfig, NavigationMap, integrate, polygon_mask
+from runtime.core.map import MapConfig, NavigationMap, integrate, polygon_mask, polygon_patch
 from runtime.core.types import Observation, Pose
 
 CFG = MapConfig(stride=1)
@@ -132,3 +133,39 @@ def test_a_polygon_covers_its_cells():
     grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     assert abs(polygon_mask(grid.frame, square).sum() * 0.0025 - 1.0) < 0.15
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.floats(-14, 14), st.floats(-14, 14)), min_size=3, max_size=8))
+def test_a_patch_is_the_part_of_the_mask_that_holds_the_polygon(corners: list[tuple[float, float]]):
+    grid, outline = NavigationMap.around(START, RADIUS, CFG), np.array(corners)
+    patch, window = polygon_patch(grid.frame, outline)
+    whole = np.zeros(grid.frame.shape, np.uint8)
+    scaled = ((outline - (grid.frame.x0_m, grid.frame.y0_m)) / CFG.resolution_m - 0.5) * 16
+    cv2.fillPoly(whole, [np.round(scaled).astype(np.int32)], 1, shift=4)
+    assert (patch == whole[window].astype(bool)).all()
+    assert patch.sum() == whole.sum()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.tuples(st.floats(1, 9), st.floats(1, 4.5), st.floats(-3, 3)), max_size=5))
+def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tuple[float, ...]]):
+    there = Apartment.of(TWO_ROOMS, START)
+    grid = NavigationMap.around(START, RADIUS, CFG)
+    for n, pose in enumerate(poses):
+        there.pose = Pose(*pose)
+        before = grid.free
+        kept = before.copy()
+        integrate(grid, there.observe(), MOUNT, RADIUS, CFG)
+        if n % 2:
+            grid.bump(there.pose, RADIUS, CFG)
+        derived = [grid.occupied, grid.free, grid.unknown]
+        assert (before == kept).all()  # what was handed out does not change
+    derived = [grid.occupied, grid.free, grid.unknown]
+    window = grid.known_window()
+    grid.changed()
+    for one, other in zip(derived, [grid.occupied, grid.free, grid.unknown], strict=True):
+        assert (one == other).all()
+    held = np.zeros(grid.frame.shape, bool)
+    held[window] = True
+    assert held[~grid.unknown].all()
