@@ -86,17 +86,7 @@ def export(
     network, _ = load_network(checkpoint)
     selected = Selected(network).eval()
     out.parent.mkdir(parents=True, exist_ok=True)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        torch.onnx.export(
-            selected,
-            (torch.zeros(1, 3, size[1], size[0]),),
-            str(out),
-            input_names=["image"],
-            output_names=list(OUTPUTS),
-            opset_version=OPSET,
-            dynamo=False,
-        )
+    _trace(selected, out, size)
     constants = {
         "scale": float(network.log_scale.detach().exp()),
         "bias": float(network.bias.detach()),
@@ -112,6 +102,20 @@ def export(
     halve(model)
     write_values(model, constants)
     onnx.save(model, str(out))
+
+
+def _trace(selected: Selected, out: Path, size: tuple[int, int]) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            selected,
+            (torch.zeros(1, 3, size[1], size[0]),),
+            str(out),
+            input_names=["image"],
+            output_names=list(OUTPUTS),
+            opset_version=OPSET,
+            dynamo=False,
+        )
 
 
 def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:

@@ -59,40 +59,31 @@ def prompted_graph(tmp_path: Path):
         joined: bool = False,
     ) -> Path:
         count, width = regions.shape
-        texts_shape = [slots, width] if not batched else [1, slots, width]
-        inputs = [
-            helper.make_tensor_value_info("images", TensorProto.FLOAT, [1, 3, *size]),
-            helper.make_tensor_value_info("texts", TensorProto.FLOAT, texts_shape),
-        ]
+        shapes = {
+            "images": [1, 3, *size],
+            "texts": [1, slots, width] if batched else [slots, width],
+            "boxes": [1, count, 4],
+            "scores": [1, count, slots],
+            "output": [1, "four_and_n", count],
+        }
+        info = {
+            k: helper.make_tensor_value_info(k, TensorProto.FLOAT, v) for k, v in shapes.items()
+        }
+        nodes = _prompted_nodes()
+        if joined:
+            half = (boxes[:, 2:] - boxes[:, :2]) / 2
+            boxes = np.concatenate((boxes[:, :2] + half, 2 * half), axis=1)
+            nodes.append(helper.make_node("Concat", ["boxes", "scores"], ["wide"], axis=2))
+            nodes.append(helper.make_node("Transpose", ["wide"], ["output"], perm=[0, 2, 1]))
         values = {
             "zero": np.float32(0),
             "regions": regions[None].astype(np.float32),
             "boxes.value": boxes[None].astype(np.float32),
             "rows.shape": np.array([1, -1, width], np.int64),
         }
-        nodes = [
-            helper.make_node("ReduceSum", ["images"], ["sum"], keepdims=0),
-            helper.make_node("Mul", ["sum", "zero"], ["nothing"]),
-            helper.make_node("Reshape", ["texts", "rows.shape"], ["rows"]),
-            helper.make_node("Transpose", ["rows"], ["columns"], perm=[0, 2, 1]),
-            helper.make_node("MatMul", ["regions", "columns"], ["scores"]),
-            helper.make_node("Add", ["boxes.value", "nothing"], ["boxes"]),
-        ]
-        shapes = {"boxes": [1, count, 4], "scores": [1, count, slots]}
-        if joined:
-            half = (boxes[:, 2:] - boxes[:, :2]) / 2
-            centred = np.concatenate((boxes[:, :2] + half, 2 * half), axis=1)
-            values["boxes.value"] = centred[None].astype(np.float32)
-            nodes += [
-                helper.make_node("Concat", ["boxes", "scores"], ["wide"], axis=2),
-                helper.make_node("Transpose", ["wide"], ["output"], perm=[0, 2, 1]),
-            ]
-            shapes = {"output": [1, "four_and_n", count]}
-        outputs = [
-            helper.make_tensor_value_info(name, TensorProto.FLOAT, shape)
-            for name, shape in shapes.items()
-        ]
         constants = [numpy_helper.from_array(v, name) for name, v in values.items()]
+        outputs = [info["output"]] if joined else [info["boxes"], info["scores"]]
+        inputs = [info["images"], info["texts"]]
         graph = helper.make_graph(nodes, "prompted", inputs, outputs, constants)
         model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
         path = tmp_path / "prompted.onnx"
@@ -100,3 +91,15 @@ def prompted_graph(tmp_path: Path):
         return path
 
     return write
+
+
+def _prompted_nodes() -> list[onnx.NodeProto]:
+    """boxes, whatever is shown; scores = texts . regions."""
+    return [
+        helper.make_node("ReduceSum", ["images"], ["sum"], keepdims=0),
+        helper.make_node("Mul", ["sum", "zero"], ["nothing"]),
+        helper.make_node("Add", ["boxes.value", "nothing"], ["boxes"]),
+        helper.make_node("Reshape", ["texts", "rows.shape"], ["rows"]),
+        helper.make_node("Transpose", ["rows"], ["columns"], perm=[0, 2, 1]),
+        helper.make_node("MatMul", ["regions", "columns"], ["scores"]),
+    ]
