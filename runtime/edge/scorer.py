@@ -19,6 +19,7 @@ from runtime.edge.memo import ScoreFile
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
 MEMO_SIZE = 100_000
 STUCK_S = 5.0  # at one prompt
+UNSAVED = 500  # scores that are kept back from the file at most, while somebody waits
 SHARED = 60  # characters in common from which on it pays to ask of two contexts in a row
 
 
@@ -91,6 +92,7 @@ class Scorer:
         self._background: deque[Question] = deque()
         self._busy = False
         self._began_s = 0.0  # the prompt under way
+        self._unsaved: list[tuple[Question, float]] = []
         self._last = ""  # the context asked about last
         self._closed = False
         self.errors: list[str] = []  # why rungs were left
@@ -176,7 +178,7 @@ class Scorer:
                 while not self._urgent and not self._background and not self._closed:
                     self._condition.wait()
                 if self._closed:
-                    return
+                    break
                 job, prompt = self._next_prompt()
                 name, model = self._rungs[0]
                 self._busy, self._began_s = bool(prompt), self._clock.now_s()
@@ -188,10 +190,11 @@ class Scorer:
                 self._last = prompt[0].context
                 self._keep(name, job, prompt, outcome)
                 self._condition.notify_all()
-            self._write(name, prompt, outcome)  # nobody waits for the disk
+            self._save(name, prompt, outcome)
             with self._condition:
                 self._busy = False
                 self._condition.notify_all()
+        self._write()
 
     def _next_prompt(self) -> tuple[_Job | None, list[Question]]:
         """Questions that share one context: of the caller who can be answered soonest, else of the
@@ -236,9 +239,19 @@ class Scorer:
         if job is not None and not job.waiting:
             self._leave(job)
 
-    def _write(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
+    def _save(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
+        """Write what is new to the file once nobody waits, or when it is much."""
         if self._file is not None and name == self._first and not isinstance(outcome, Exception):
-            self._file.keep(zip(prompt, outcome, strict=True))
+            self._unsaved += zip(prompt, outcome, strict=True)
+        with self._condition:
+            waiting = bool(self._urgent or self._background)
+        if not waiting or len(self._unsaved) >= UNSAVED:
+            self._write()
+
+    def _write(self) -> None:
+        if self._file is not None and self._unsaved:
+            self._file.keep(self._unsaved)
+            self._unsaved = []
 
     def _step_down(self, name: str, job: _Job | None, error: Exception) -> None:
         """Leave the rung; on the last one the caller hears of it and the rung stays."""
