@@ -28,6 +28,7 @@ from runtime.edge.bus import Bus, Request
 from runtime.edge.clock import Clock, Deadline
 from runtime.errors import InternalError, RfNavError
 from runtime.helm import Helm, Plan
+from runtime.hindsight import Hindsight
 from runtime.search import Mind, Search, seen, understand
 
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
@@ -74,6 +75,7 @@ class RealTime:
         self._drive: _Drive | None = None
         self._last: tuple[Search, dict[str, object]] | None = None  # ended, and its summary
         self._decider = Decider(DECIDER_NICE)
+        self._hindsight = Hindsight()
         self._rehearsed_s = -math.inf  # when the last rehearsal began
 
     def run(self, until: Callable[[], bool]) -> None:
@@ -140,7 +142,7 @@ class RealTime:
             if self._drive is not None:
                 self._end("preempted", "preempted")
             before = before or (self._last[0] if self._last else None)
-            search = Search.begin(order)
+            search = Search.begin(replace(order, config=self._hindsight.applied(order.config)))
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         if order.config.goal.keep_map and before is not None and before.world is not None:
@@ -170,6 +172,10 @@ class RealTime:
         facts: dict[str, object] = {"halts": self._helm.halts(), "state": state}
         facts["frozen_frames"] = drive.frozen
         facts["rehearsals"] = drive.search.rehearsals
+        world = drive.search.world
+        if state == "found" and world is not None:
+            choices, order = drive.search.choices, drive.search.order
+            facts["reliance"] = self._hindsight.learn(world, choices, order.config)
         try:
             goal = drive.search.goal.text
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})

@@ -1,6 +1,7 @@
 """One search for one goal: how it begins, what it remembers, what it leaves behind. Both loops, in
 lockstep and in real time, are made of it."""
 
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,6 +25,7 @@ from runtime.edge.labels import read_labels
 from runtime.edge.panel import Panel
 from runtime.errors import ConfigError
 from runtime.goal import Goal
+from runtime.hindsight import CHOICES_KEPT, Choice
 
 JOURNAL_FILE = "decisions.jsonl"
 
@@ -103,6 +105,7 @@ class Search:
     world: World | None = None
     decisions: int = 0
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
+    choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
 
     @classmethod
@@ -175,6 +178,7 @@ class Search:
         why the one that was made was not, or "" for none."""
         navigate.adopt(world, decision, self.config.navigate)
         self.decisions += 1
+        self.choices.append(Choice.of(decision, world.frontiers))
         report = _explain(decision, world, self.config.navigate.consensus.rank)
         if rehearsal:
             report["rehearsal"] = rehearsal

@@ -99,6 +99,7 @@ def test_a_search_from_goal_to_found(tmp_path: Path):
     assert there.collisions == 0
     assert summary["state"] == "found"
     assert summary["steps"] > 5
+    assert summary["reliance"]["weights"] == {"o2f": 0.0, "r2f": 0.0, "sle": 0.0}  # nobody voted
     lines = list(read_journal(tmp_path / "decisions.jsonl"))
     assert [lines[0]["kind"], lines[-1]["kind"]] == ["goal", "end"]
     assert sum(line["kind"] == "step" for line in lines) == summary["steps"]
