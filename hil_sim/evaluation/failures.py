@@ -49,3 +49,9 @@ def split(logs: Sequence[Log]) -> dict[str, int]:
     """Failures by cause, all causes named."""
     count = Counter(cause(log) for log in logs)
     return {name: count[name] for name in CAUSES}
+
+
+def false_finds(logs: Sequence[Log], frames: int) -> float:
+    """How often, in 1,000 frames looked at, something was confirmed from several views and stopped
+    for that is no instance of the goal; `frames` is how many these episodes had together."""
+    return 1000.0 * sum(log.claim == "false" for log in logs) / max(frames, 1)

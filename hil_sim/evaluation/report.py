@@ -16,7 +16,7 @@ import click
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode, load_suite
 from hil_sim.evaluation import report_tables as tables
-from hil_sim.evaluation.failures import split
+from hil_sim.evaluation.failures import false_finds, split
 from hil_sim.evaluation.metrics import TRIVIAL_M, summarise
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, TIMES_FILE, Results
 from hil_sim.methods import METHODS, ORACLE
@@ -198,6 +198,9 @@ def figures(folder: Folder, seed: int) -> dict[str, Any]:
                 **plain(summarise([r.outcome for r in results], seed)),
                 "frontier_m": plain(tables.frontier_distance(results, seed)),
                 "failures": split(results),
+                "false_finds_in_1000_frames": false_finds(
+                    results, sum(r.outcome.steps for r in results)
+                ),
             }
             for name, results in folder.runs.items()
         },

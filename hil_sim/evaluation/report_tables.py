@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hil_sim.episode_run import EpisodeResult
-from hil_sim.evaluation.failures import CAUSES, split
+from hil_sim.evaluation.failures import CAUSES, false_finds, split
 from hil_sim.evaluation.metrics import Figure, bootstrap, cell, difference, summarise
 from hil_sim.evaluation.results import FRAMES, mean_wall
 
@@ -67,15 +67,17 @@ def differences(runs: Runs, base: str, seed: int) -> str:
 
 def failures(runs: Runs) -> str:
     """How many episodes failed for which cause, collisions, and how the robot ended."""
-    lines = _head("method", "failed", *CAUSES, "collisions an episode", "ended stopped %")
+    lines = _head("method", "failed", *CAUSES, "collisions an episode",
+                  "ended stopped %", "false finds in 1,000 frames")  # fmt: skip
     for name, results in runs.items():
         causes = split(results)
         hits = sum(r.collisions for r in results) / len(results)
         still = 100 * sum(r.stopped for r in results) / len(results)
         failed = sum(causes.values())
         counts = (str(causes[cause]) for cause in CAUSES)
+        false = false_finds(results, sum(r.outcome.steps for r in results))
         lines.append(_row(name, f"{failed} of {len(results)}", *counts, f"{hits:.2f}",
-                          f"{still:.0f}"))  # fmt: skip
+                          f"{still:.0f}", f"{false:.2f}"))  # fmt: skip
     return "\n".join(lines)
 
 

@@ -1,0 +1,23 @@
+"""Finds that are none, for as many frames as were looked at."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from hil_sim.evaluation.failures import false_finds
+
+
+@dataclass(frozen=True)
+class Log:
+    claim: str
+    success: bool = False
+    ended: str = "stopped"
+    believed_at: int | None = None
+    seen_at: int | None = None
+
+
+def test_false_finds_are_counted_by_the_frames_looked_at() -> None:
+    logs = [Log("false"), Log("true", True), Log(""), Log("false")]
+    assert false_finds(logs, 500) == pytest.approx(4)
+    assert false_finds(logs[1:3], 500) == 0
+    assert false_finds([], 0) == 0
