@@ -22,6 +22,7 @@ class SpeculationConfig:
     distance_m: float = 0.5  # and its distance from the frontier
     rooms: float = 0.1  # total variation of two distributions over room types
     view: float = 0.05  # one minus the cosine of two views
+    unknown_m2: float = 0.5  # unknown area behind a frontier
 
 
 def worthwhile(ballot: Ballot, cfg: SpeculationConfig) -> bool:
@@ -65,6 +66,8 @@ def _differ(a: FrontierBrief, b: FrontierBrief, cfg: SpeculationConfig) -> str:
         return "rooms"
     if a.doorway != b.doorway:
         return "doorway"
+    if abs(a.unknown_m2 - b.unknown_m2) > cfg.unknown_m2:
+        return "unknown area"
     return "" if _same_view(a.view, b.view, cfg) else "view"
 
 

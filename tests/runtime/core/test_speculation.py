@@ -80,6 +80,7 @@ def test_other_evidence_is_named(brief: Brief):
         "objects": with_first(bare, objects=(NearbyObject("sink", 0.9, 1.0),)),
         "rooms": with_first(bare, rooms=(("bathroom", 0.8), ("kitchen", 0.2))),
         "doorway": with_first(bare, doorway=True),
+        "unknown area": with_first(bare, unknown_m2=bare.frontiers[0].unknown_m2 + 1.0),
         "view": with_first(bare, view=np.array([0.0, 1.0], np.float32)),
     }
     for what, now in told.items():
