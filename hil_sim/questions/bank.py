@@ -47,16 +47,18 @@ class Plan:
 @dataclass(frozen=True)
 class Moment:
     """One partial map. `briefs` by condition, goal "": as the map is, and with its objects
-    perturbed; all tell of the same frontiers. `goal_xy` (map frame, m) and `order` (the ranking by
-    information gain) are those of the frontiers; `costs_m` by goal, in the brief's order."""
+    perturbed; all tell of the same frontiers, those that the runtime chooses among. `order` ranks
+    these by information gain. `ids` are all that can be reached, sorted; `goal_xy` (map frame, m)
+    and the costs by goal are in their order."""
 
     home: str
     drive: int
     step: int
     why: str
     briefs: Mapping[str, Brief]
-    goal_xy: tuple[tuple[float, float], ...]
     order: tuple[int, ...]
+    ids: tuple[int, ...]
+    goal_xy: tuple[tuple[float, float], ...]
     costs_m: Mapping[str, tuple[float, ...]]
 
 
@@ -94,10 +96,10 @@ class Question:
 
     def frontiers(self) -> tuple[Frontier, ...]:
         """As an election wants them; of each one's cells only its goal point is kept."""
-        told = self.moment.briefs[CLEAN].frontiers
+        place = dict(zip(self.moment.ids, self.moment.goal_xy, strict=True))
         return tuple(
-            Frontier(f.id, np.array([xy], np.float64), xy, f.distance_m)
-            for f, xy in zip(told, self.moment.goal_xy, strict=True)
+            Frontier(f.id, np.array([place[f.id]], np.float64), place[f.id], f.distance_m)
+            for f in self.moment.briefs[CLEAN].frontiers
         )
 
 
@@ -137,9 +139,11 @@ def load_bank(folder: Path, side: str = "all") -> Bank:
             continue
         home = read_home(path)
         eyes.add(home.eyes)
-        found += list(questions_of(home))
-        for why, count in home.left_out.items():
-            left_out[why] = left_out.get(why, 0) + count
+        questions = list(questions_of(home))
+        found += questions
+        count = sum(len(moment.costs_m) for moment in home.moments) - len(questions)
+        for why, more in {**home.left_out, "all worth going to the same": count}.items():
+            left_out[why] = left_out.get(why, 0) + more
     if not found:
         raise RfNavError(f"{folder}: no questions of side {side}; make them: hil-sim questions")
     if len(eyes) > 1:
@@ -148,11 +152,14 @@ def load_bank(folder: Path, side: str = "all") -> Bank:
 
 
 def questions_of(home: Home) -> Iterator[Question]:
-    """One for each moment and goal."""
+    """One for each moment and goal, unless the frontiers that are worth going to cost the same."""
     for moment in home.moments:
-        ids = [f.id for f in moment.briefs[CLEAN].frontiers]
+        told = {f.id for f in moment.briefs[CLEAN].frontiers}
         for goal, costs_m in sorted(moment.costs_m.items()):
-            yield Question(moment, goal, dict(zip(ids, costs_m, strict=True)))
+            costs = zip(moment.ids, costs_m, strict=True)
+            question = Question(moment, goal, {id: cost for id, cost in costs if id in told})
+            if max(question.regrets_m.values()) >= EQUAL_M:
+                yield question
 
 
 def write_home(path: Path, home: Home) -> None:
@@ -187,6 +194,7 @@ def _row(moment: Moment) -> dict[str, Any]:
         "step": moment.step,
         "why": moment.why,
         "order": moment.order,
+        "ids": moment.ids,
         "goal_xy": moment.goal_xy,
         "brief": _CONVERTER.unstructure(clean),
         "objects": {  # what a perturbed brief has different
@@ -205,8 +213,9 @@ def _moment(home: str, row: Mapping[str, Any]) -> Moment:
         briefs[name] = replace(clean, frontiers=tuple(changed))
     costs = {goal: tuple(costs_m) for goal, costs_m in row["costs_m"].items()}
     goal_xy = tuple((float(x), float(y)) for x, y in row["goal_xy"])
-    order = tuple(row["order"])
-    return Moment(home, row["drive"], row["step"], row["why"], briefs, goal_xy, order, costs)
+    order, ids = tuple(row["order"]), tuple(row["ids"])
+    drive, step, why = row["drive"], row["step"], row["why"]
+    return Moment(home, drive, step, why, briefs, order, ids, goal_xy, costs)
 
 
 def _with(frontier: FrontierBrief, objects: Iterable[Mapping[str, Any]]) -> FrontierBrief:

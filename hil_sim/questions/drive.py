@@ -24,7 +24,7 @@ from hil_sim.scene import Scene, SceneError
 from hil_sim.witness import to_scene
 from runtime import navigate
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import Action, Ballot, Decision, Observation, Pose
+from runtime.core.types import Action, Ballot, Decision, Frontier, Observation, Pose
 from runtime.core.world import World as Known
 from runtime.navigate import NavigateConfig
 
@@ -48,6 +48,12 @@ class Stop:
     known: Known
     why: str
     start: Pose
+
+    @property
+    def reachable(self) -> tuple[Frontier, ...]:
+        """Sorted by id."""
+        found = (f for f in self.known.frontiers if math.isfinite(f.distance_m))
+        return tuple(sorted(found, key=lambda f: f.id))
 
 
 def drive_home(name: str, plan: Plan, keep: Callable[[Stop], None] = lambda stop: None) -> Home:
@@ -181,9 +187,9 @@ def frozen(
     for name, semantic in maps.items():
         told = navigate.snapshot(replace(known, semantic=semantic), stop.why, cfg).brief
         briefs[name] = replace(told, goal="")
-    by_id = {f.id: f.goal_xy for f in snap.frontiers}
-    goal_xy = tuple(by_id[f.id] for f in snap.brief.frontiers)
-    return Moment(home, stop.drive, known.step, stop.why, briefs, goal_xy, snap.order, costs_m)
+    places = {f.id: f.goal_xy for f in stop.reachable}
+    ids, goal_xy, step = tuple(places), tuple(places.values()), known.step
+    return Moment(home, stop.drive, step, stop.why, briefs, snap.order, ids, goal_xy, costs_m)
 
 
 def misnamed(semantic: SemanticMap, share: float, rng: random.Random) -> SemanticMap:
@@ -204,9 +210,7 @@ def thinned(semantic: SemanticMap, share: float, rng: random.Random) -> Semantic
 def priced(stop: Stop, goals: Goals, left_out: Counter[str]) -> Mapping[str, tuple[float, ...]]:
     """By goal, cost(f) of the reachable frontiers, sorted by id: metres on the map to the frontier,
     and on from there by the true free space. Goals that make no question are counted."""
-    reachable = sorted(
-        (f for f in stop.known.frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id
-    )
+    reachable = stop.reachable
     in_scene, truth = to_scene(stop.start, ORIGIN), goals.truth
     places = [_free_near(truth.space, in_scene(*f.goal_xy)) for f in reachable]
     mapped = {instance.name for instance in stop.known.semantic.instances.values()}

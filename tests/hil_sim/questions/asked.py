@@ -19,6 +19,5 @@ def moment(home: str = "train-100000", step: int = 12) -> Moment:
     thin = replace(told, frontiers=(replace(frontiers[0], objects=()), frontiers[1]))
     briefs = {CLEAN: told, "missing objects": thin}
     costs_m = {"toilet": (9.0, 4.0)}
-    return Moment(
-        home, 0, step, "first decision", briefs, ((1.0, 0.0), (0.0, 2.0)), (7, 3), costs_m
-    )
+    places = ((1.0, 0.0), (0.0, 2.0))
+    return Moment(home, 0, step, "first decision", briefs, (7, 3), (3, 7), places, costs_m)

@@ -59,6 +59,20 @@ def test_a_question_knows_what_each_choice_costs() -> None:
     ]
 
 
+def test_only_frontiers_that_are_told_of_can_be_chosen() -> None:
+    one = moment()
+    (near, far), told = one.briefs[CLEAN].frontiers, one.briefs[CLEAN]
+    third = replace(one, ids=(3, 5, 7), goal_xy=((1.0, 0.0), (5.0, 5.0), (0.0, 2.0)))
+    asked = replace(third, costs_m={"toilet": (9.0, 1.0, 4.0)})
+    (question,) = questions_of(replace(home(), moments=(asked,)))
+    assert question.regrets_m == {3: 5.0, 7: 0.0}
+    assert [f.goal_xy for f in question.frontiers()] == [(1.0, 0.0), (0.0, 2.0)]
+    alone = replace(asked, briefs={CLEAN: replace(told, frontiers=(near,))})
+    alike = replace(asked, costs_m={"toilet": (9.0, 1.0, 8.6)})
+    assert far.id == 7
+    assert not list(questions_of(replace(home(), moments=(alone, alike))))
+
+
 def test_no_layout_is_on_both_sides() -> None:
     names = home_names(200, 0)
     assert len(set(names)) == 200
@@ -82,7 +96,7 @@ def test_a_side_is_loaded_alone(tmp_path: Path) -> None:
     assert {q.moment.home for q in load_bank(bank, "fit").questions} == {"train-100000"}
     assert {q.moment.home for q in load_bank(bank, "test").questions} == {"train-100001"}
     both = load_bank(bank)
-    assert (len(both.questions), both.homes, both.left_out) == (4, 2, {"on the map": 4})
+    assert (len(both.questions), both.homes, both.left_out["on the map"]) == (4, 2, 4)
 
 
 def test_what_cannot_be_used_is_named(tmp_path: Path) -> None:

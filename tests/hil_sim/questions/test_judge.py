@@ -46,9 +46,11 @@ def bank(homes: int = 4) -> Bank:
         )
         told = Brief("", 1_000_000_000 + n, frontiers)
         briefs = {CLEAN: told, "wrong labels": told, "missing objects": told}
-        places = ((1.0, 0.0), (2.0, 0.0), (3.0, 0.0))
+        places, order = ((1.0, 0.0), (2.0, 0.0), (3.0, 0.0)), (2, 1, 3)
         costs_m = {"toilet": (10.0, 6.0, 4.0)}
-        one = replace(one, briefs=briefs, goal_xy=places, order=(2, 1, 3), costs_m=costs_m)
+        one = replace(
+            one, briefs=briefs, order=order, ids=(1, 2, 3), goal_xy=places, costs_m=costs_m
+        )
         found += list(questions_of(Home(one.home, (one,), {}, "e")))
     return Bank(tuple(found))
 
