@@ -7,8 +7,6 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 import math
 from typing import Protocol, TypeVar
 
-import numpy as np
-
 from runtime.core import (
     brief,
     consensus,
@@ -190,7 +188,7 @@ def _approach_target(
         if target.judge(instance, world.goal, world.pose, cfg.target):
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         return _approach_target(world, cfg, least)
-    field = planner.march(world.terrain, stands)
+    field = planner.approach(world.terrain, stands, world.reach, world.pose)
     if motion.stalled(world, ("side" if again else "target", instance.id), field, cfg):
         if again:
             target.no_other_side(instance, world.goal, world.pose, cfg.target)
@@ -220,7 +218,8 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             world.give_up(aim.cells_xy, cfg.explore.seen_range_m)
             with_frontiers(world, cfg)
             continue
-        field = planner.march_from(world.terrain, np.array(aim.goal_xy))
+        goal = planner.cells_at(world.terrain, aim.goal_xy)
+        field = planner.approach(world.terrain, goal, world.reach, world.pose)
         if motion.stalled(world, ("frontier", aim.id), field, cfg):
             world.give_up(aim.cells_xy)
             with_frontiers(world, cfg)

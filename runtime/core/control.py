@@ -9,7 +9,7 @@ import numpy as np
 
 from runtime.core.geometry import bearing, wrap_angle
 from runtime.core.planner import Field, Terrain, descend
-from runtime.core.types import F64, Action, Pose, Twist
+from runtime.core.types import F64, Action, Mask, Pose, Twist
 
 STILL = Twist()
 WAYS, STEP_M = 24, 0.15  # headings and length of a step out of a tight spot
@@ -81,12 +81,13 @@ def follow(
     here = field.at(pose.x_m, pose.y_m)
     best: tuple[float, int, int] | None = None
     half_turns = round(math.pi / cfg.turn_rad)
-    for turns in range(-half_turns + 1, half_turns + 1):
-        heading = pose.yaw_rad + turns * cfg.turn_rad
-        arrival = _after_step(terrain, field, pose, heading, radius_m, cfg)
+    turnings = range(-half_turns + 1, half_turns + 1)
+    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
+    arrivals = _after_step(terrain, field, pose, headings, radius_m, cfg)
+    for turns, arrival in zip(turnings, arrivals, strict=True):
         if arrival >= here + 2 * cfg.forward_m:
             continue
-        cost = (arrival + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
+        cost = (float(arrival) + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
         best = min(best, cost) if best else cost
     if best is None:
         return None
@@ -105,26 +106,30 @@ def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
 
 
 def _after_step(
-    terrain: Terrain, field: Field, pose: Pose, heading: float, radius_m: float, cfg: ControlConfig
-) -> float:
-    """Arrival time at the end of one step along the heading; inf when the body would touch."""
-    c, s = math.cos(heading), math.sin(heading)
+    terrain: Terrain, field: Field, pose: Pose, headings: F64, radius_m: float, cfg: ControlConfig
+) -> F64:
+    """(H,) headings -> (H,) arrival time at the end of one step along each; inf where the body
+    would touch."""
     reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
-    points = np.stack([pose.x_m + c * reach, pose.y_m + s * reach], axis=1)
-    if not _fits(terrain, points, radius_m + cfg.margin_m):
-        return math.inf
-    return field.at(pose.x_m + c * cfg.forward_m, pose.y_m + s * cfg.forward_m)
+    along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+    points = pose.xy + reach[None, :, None] * along[:, None]
+    fits = _fits(terrain, points, radius_m + cfg.margin_m)
+    ends = np.full(len(headings), np.inf)
+    rows, cols = field.frame.cells(points[fits, -1]).T
+    ends[fits] = field.arrival_m[rows, cols]
+    return ends
 
 
-def _fits(terrain: Terrain, points_xy: F64, clear_m: float) -> bool:
-    """Whether the body keeps its clearance along (N, 2) m points. A way out of a tight spot may
-    begin within the clearance, as long as it never loses more."""
+def _fits(terrain: Terrain, points_xy: F64, clear_m: float) -> Mask:
+    """(H, N, 2) m -> (H,) whether the body keeps its clearance along each line of points. A way
+    out of a tight spot may begin within the clearance, as long as it never loses more."""
     cells = terrain.frame.cells(points_xy)
-    if ((cells < 0) | (cells >= terrain.frame.shape)).any():
-        return False
-    clearance = terrain.clearance_m[tuple(cells.T)]
-    needed = np.minimum(clear_m, np.maximum.accumulate(clearance))
-    return not (clearance[1:] < needed[1:] - 1e-6).any()
+    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
+    fits = np.zeros(len(points_xy), bool)
+    clearance = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]]
+    needed = np.minimum(clear_m, np.maximum.accumulate(clearance, axis=1))
+    fits[inside] = ~(clearance[:, 1:] < needed[:, 1:] - 1e-6).any(axis=1)
+    return fits
 
 
 # -- velocity --------------------------------------------------------------------------------------

@@ -38,6 +38,7 @@ def project(points: F64, intrinsics: Intrinsics) -> F64:
     )
 
 
+@lru_cache(maxsize=64)
 def optical_to_base(mount: Mount) -> F64:
     """(3, 3) rotation from the camera optical frame to the base frame (REP 103, 105)."""
     axes = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -48,6 +49,7 @@ def optical_to_base(mount: Mount) -> F64:
     pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
     rotation: F64 = yaw @ pitch @ roll @ axes
+    rotation.flags.writeable = False  # it is shared
     return rotation
 
 

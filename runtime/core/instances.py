@@ -136,11 +136,10 @@ def fuse(
     cfg: SemanticsConfig,
 ) -> Instance:
     """Add a sighting to the instance that it is another view of, or to a new one."""
-    xyz = np.median(sighting.points, axis=0)
-    xy, z_m = (float(xyz[0]), float(xyz[1])), float(xyz[2])
-    heights = np.sort(sighting.points[:, 2])
-    cut = len(heights) // 20  # strays at the rim
-    low_m, high_m = float(heights[cut]), float(heights[-1 - cut])
+    ordered = np.sort(sighting.points.T, axis=1)
+    x, y, z_m = (float(v) for v in _middle(ordered))
+    xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
+    low_m, high_m = float(ordered[2, cut]), float(ordered[2, -1 - cut])
     cells = footprint(frame, sighting.points[:, :2])
     seen = Instance(new_id, {sighting.name: 0.0}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
@@ -173,7 +172,7 @@ def _widen(
         cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
     instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
-    x, y = np.median(cells, axis=0)
+    x, y = _middle(np.sort(cells.T, axis=1))
     instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * seen.z_m
 
 
@@ -183,9 +182,19 @@ def _joined(total: F32, one: F32) -> F32:
 
 def footprint(frame: GridFrame, xy: F64) -> F64:
     """(N, 2) m -> (M, 2) centres of the cells under them, each once, in scan order."""
-    rows, cols = frame.cells(xy).astype(np.int64).T
-    code = np.unique(rows * 1_000_003 + cols)
-    return frame.centres(np.stack(np.divmod(code, 1_000_003), axis=1).astype(np.int32))
+    rows, cols = np.ascontiguousarray(frame.cells(xy).T)
+    top, left = rows.min(), cols.min()
+    width = int(cols.max() - left) + 1
+    held = np.zeros((int(rows.max() - top) + 1) * width, bool)
+    held[(rows - top) * width + (cols - left)] = True
+    row, col = np.divmod(np.flatnonzero(held), width)
+    return frame.centres(np.stack([row + top, col + left], axis=1).astype(np.int32))
+
+
+def _middle(ordered: F64) -> F64:
+    """(K, N) sorted rows -> (K,) their medians."""
+    n = ordered.shape[1]
+    return np.asarray((ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2)
 
 
 def same(

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import cv2
 import numpy as np
@@ -10,6 +11,9 @@ import skfmm
 from runtime.core.geometry import GridFrame
 from runtime.core.map import NavigationMap, Window, widened
 from runtime.core.types import F32, F64, I32, Mask, Pose
+
+_BEYOND_M = 0.75  # of arrival beyond the robot's own, that choosing its next step may look at
+_WINDING = 1.25  # arrival for distance, as it mostly is
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,12 @@ class Terrain:
     clearance_m: F32
     traversable: Mask
     speed: F32
+
+    @cached_property
+    def parts(self) -> I32:
+        """(r, c) the 4-connected parts of what is traversable, numbered from 1; 0 elsewhere."""
+        _, labels = cv2.connectedComponents(self.traversable.view(np.uint8), connectivity=4)
+        return np.asarray(labels, np.int32)
 
 
 @dataclass(frozen=True)
@@ -104,14 +114,14 @@ def survey(
     return Terrain(frame, clearance, passable, speed)
 
 
-def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
+def march(terrain: Terrain, sources: Mask, unhurried: bool = True, limit_m: float = 0.0) -> Field:
     """Arrival times from the source cells, (r, c). With `unhurried` closeness to obstacles costs;
-    without, the field is the geodesic distance."""
+    without, the field is the geodesic distance. What is farther than a `limit_m` is left at inf."""
     arrival = np.full(terrain.frame.shape, np.inf)
     seeds = sources & terrain.traversable
     if not seeds.any():
         return Field(terrain.frame, arrival)
-    inside = _connected(terrain.traversable, seeds)
+    inside = _connected(terrain.parts, seeds)
     if (inside & ~seeds).any():
         rows, cols = _window(inside)
         # skfmm reads the arrays' memory: a view of a larger array would be misread
@@ -121,12 +131,35 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
         )
         dx = terrain.frame.resolution_m
         if unhurried:
-            times = skfmm.travel_time(phi, np.array(terrain.speed[rows, cols], np.float64), dx=dx)
+            times = skfmm.travel_time(
+                phi, np.array(terrain.speed[rows, cols], np.float64), dx=dx, narrow=limit_m
+            )
         else:
-            times = skfmm.distance(phi, dx=dx)
+            times = skfmm.distance(phi, dx=dx, narrow=limit_m)
         arrival[rows, cols] = np.where(np.ma.getmaskarray(times), np.inf, np.abs(times.data))
     arrival[seeds] = 0.0
     return Field(terrain.frame, arrival)
+
+
+def approach(terrain: Terrain, sources: Mask, reach: Field, pose: Pose) -> Field:
+    """`march` no further from the sources than the robot is and what it can step to: `reach`, the
+    distances from the robot, tell about where to end."""
+    there = reach.arrival_m[sources]
+    away = float(there.min(initial=math.inf))
+    if math.isfinite(away):
+        limit_m = _WINDING * away + 2 * _BEYOND_M
+        field = march(terrain, sources, limit_m=limit_m)
+        if field.at(pose.x_m, pose.y_m) + _BEYOND_M <= limit_m:
+            return field
+    return march(terrain, sources)
+
+
+def cells_at(terrain: Terrain, xy: tuple[float, float]) -> Mask:
+    """(r, c) the one cell that holds the point; none outside."""
+    cells, (row, col) = np.zeros(terrain.frame.shape, bool), terrain.frame.cell(*xy)
+    if terrain.frame.contains(row, col):
+        cells[row, col] = True
+    return cells
 
 
 def march_from(terrain: Terrain, points_xy: F64, unhurried: bool = True) -> Field:
@@ -159,13 +192,12 @@ def descend(field: Field, start_xy: tuple[float, float], limit: int = 4000) -> F
     return frame.centres(cells)
 
 
-def _connected(traversable: Mask, seeds: Mask) -> Mask:
-    """The 4-connected parts of the traversable cells that hold a seed."""
-    _, labels = cv2.connectedComponents(traversable.view(np.uint8), connectivity=4)
-    wanted = np.zeros(int(labels.max()) + 1, bool)
-    wanted[labels[seeds]] = True
+def _connected(parts: I32, seeds: Mask) -> Mask:
+    """Those of the numbered parts that hold a seed."""
+    wanted = np.zeros(int(parts.max()) + 1, bool)
+    wanted[parts[seeds]] = True
     wanted[0] = False
-    part: Mask = wanted[labels]
+    part: Mask = wanted[parts]
     return part
 
 

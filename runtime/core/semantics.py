@@ -68,13 +68,14 @@ def locate(
     """Project each box through depth. A box without usable depth gives none."""
     table = rays(obs.intrinsics, mount, cfg.stride)
     offset = cfg.stride // 2
-    depth = obs.depth_m[offset :: cfg.stride, offset :: cfg.stride]
+    depth = np.nan_to_num(obs.depth_m[offset :: cfg.stride, offset :: cfg.stride], posinf=0.0)
+    offset_m = np.array([mount.x_m, mount.y_m, mount.z_m])
     found = []
     for i in np.argsort(-detections.scores, kind="stable"):
         box = (detections.boxes_px[i] - offset) / cfg.stride
         x0, y0, x1, y1 = (int(v) for v in (*np.floor(box[:2]), *np.ceil(box[2:])))
         rows, cols = slice(max(0, y0), max(0, y1) + 1), slice(max(0, x0), max(0, x1) + 1)
-        patch = np.nan_to_num(depth[rows, cols], nan=0.0, posinf=0.0)
+        patch = depth[rows, cols]
         known = float(detections.depths_m[i]) if detections.depths_m.size else None
         near = _surface_m(patch, cfg) if known is None else known
         keep = (patch > 0) & (np.abs(patch - near) < cfg.cluster_m)
@@ -83,7 +84,7 @@ def locate(
         z = patch[keep].astype(np.float64)
         axes = (table.forward, table.left, table.up)
         base = np.stack([z * axis[rows, cols][keep] for axis in axes], axis=1)
-        points = base_to_map(base + np.array([mount.x_m, mount.y_m, mount.z_m]), obs.pose)
+        points = base_to_map(base + offset_m, obs.pose)
         points = points[(points[:, 2] > 0.05) & (points[:, 2] < 2.2)]
         if len(points) < cfg.min_points:
             continue
@@ -126,22 +127,21 @@ def _miss(
     semantic: SemanticMap, obs: Observation, mount: Mount, seen: set[int], cfg: SemanticsConfig
 ) -> None:
     """Lower what should be in plain view and was not detected."""
+    unseen = [i for i in semantic.instances.values() if i.id not in seen]
+    if not unseen:
+        return
     h, w = obs.depth_m.shape
-    for instance in semantic.instances.values():
-        if instance.id in seen:
-            continue
-        point = np.array([[*instance.xy, instance.z_m]])
-        optical = map_to_optical(point, obs.pose, mount)
-        z = float(optical[0, 2])
-        if not cfg.miss_range_m[0] <= z <= cfg.miss_range_m[1]:
-            continue
-        u, v = project(optical, obs.intrinsics)[0]
-        if not (0.12 * w < u < 0.88 * w and 0.08 * h < v < 0.92 * h):
-            continue
-        patch = obs.depth_m[int(v) - 4 : int(v) + 5, int(u) - 4 : int(u) + 5]
+    optical = map_to_optical(np.array([(*i.xy, i.z_m) for i in unseen]), obs.pose, mount)
+    z = optical[:, 2]
+    close = np.flatnonzero((z >= cfg.miss_range_m[0]) & (z <= cfg.miss_range_m[1]))
+    u, v = project(optical[close], obs.intrinsics).T
+    inside = (0.12 * w < u) & (u < 0.88 * w) & (0.08 * h < v) & (v < 0.92 * h)
+    for n, col, row in zip(close[inside], u[inside], v[inside], strict=True):
+        patch = obs.depth_m[int(row) - 4 : int(row) + 5, int(col) - 4 : int(col) + 5]
         patch = patch[patch > 0]
-        if patch.size == 0 or float(np.median(patch)) < z - 0.6:
+        if patch.size == 0 or float(np.median(patch)) < z[n] - 0.6:
             continue  # hidden
+        instance = unseen[n]
         weight = view_weight(instance, instance.name, obs.pose, cfg, remember=False)
         for name in instance.odds:
             add(instance, name, -weight * cfg.miss_step, cfg)

@@ -114,16 +114,24 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
     """Whether the same thing, or another in the same place, is more surely something else."""
     if instance.name != goal:
         return True
-    mine = {(round(x, 3), round(y, 3)) for x, y in instance.cells_xy}
-    for other in semantic.instances.values():
-        if other.name == goal or other.log_odds <= instance.log_odds:
-            continue
-        if math.dist(other.xy, instance.xy) > 1.5:
-            continue
-        theirs = {(round(x, 3), round(y, 3)) for x, y in other.cells_xy}
+    rivals = [
+        other
+        for other in semantic.instances.values()
+        if math.dist(other.xy, instance.xy) <= 1.5
+        and other.name != goal
+        and other.log_odds > instance.log_odds
+    ]
+    mine = _places(instance) if rivals else frozenset()
+    for other in rivals:
+        theirs = _places(other)
         if len(mine & theirs) >= cfg.rival_share * min(len(mine), len(theirs)):
             return True
     return False
+
+
+def _places(instance: Instance) -> frozenset[tuple[float, float]]:
+    """The cells under it, as values that compare."""
+    return frozenset(map(tuple, instance.cells_xy.round(3).tolist()))
 
 
 def standpoints(

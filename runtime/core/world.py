@@ -145,25 +145,30 @@ def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.
         cells = every[end - len(cells_xy) : end]  # in scan order: ties go to the first
         near = arrival[cells[:, 0], cells[:, 1]]
         best = int(near.argmin())
-        if near[best] == np.inf:  # the body does not fit onto it: stand close by
-            cells = _around(cells, frame.shape, reach)
-            near = arrival[cells[:, 0], cells[:, 1]]
-            best = int(near.argmin())
-        x, y = frame.centres(cells[best])
-        found.append(Frontier(id, cells_xy, (float(x), float(y)), float(near[best])))
+        cell, distance_m = cells[best], float(near[best])
+        if math.isinf(distance_m):  # the body does not fit onto it: stand close by
+            cell, distance_m = _close_by(cells, arrival, reach)
+        x, y = frame.centres(cell)
+        found.append(Frontier(id, cells_xy, (float(x), float(y)), distance_m))
     world.frontiers = tuple(found)
 
 
-def _around(cells: I32, shape: tuple[int, int], reach: int) -> I32:
-    """(N, 2) -> (M, 2) all cells within a square of `reach` cells, in scan order."""
+def _close_by(cells: I32, arrival: F64, reach: int) -> tuple[I32, float]:
+    """The cell within a square of `reach` cells around (N, 2) cells that is nearest on foot, the
+    first in scan order of equals, and how far it is."""
     low = np.maximum(cells.min(axis=0) - reach, 0)
-    high = np.minimum(cells.max(axis=0) + reach + 1, shape)
-    mask = np.zeros(high - low, np.uint8)
+    high = np.minimum(cells.max(axis=0) + reach + 1, arrival.shape)
+    window = arrival[low[0] : high[0], low[1] : high[1]]
+    mask = np.zeros(window.shape, np.uint8)
     mask[tuple((cells - low).T)] = 1
     size = 2 * reach + 1
-    wider = cv2.dilate(mask, np.ones((size, size), np.uint8))
-    found: I32 = (np.argwhere(wider) + low).astype(np.int32)
-    return found
+    wider = cv2.dilate(mask, np.ones((size, size), np.uint8)) > 0
+    near = np.where(wider, window, np.inf)
+    best = int(near.argmin())
+    if math.isinf(near.flat[best]):
+        best = int(wider.argmax())
+    cell: I32 = (np.array(np.unravel_index(best, near.shape)) + low).astype(np.int32)
+    return cell, float(near.flat[best])
 
 
 def toward(field: Field, pose: Pose, command: Command) -> Command:

@@ -9,7 +9,16 @@ from hypothesis import strategies as st
 
 from runtime.core.control import ControlConfig, face, follow
 from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.planner import PlannerConfig, Terrain, descend, march_from, survey
+from runtime.core.planner import (
+    PlannerConfig,
+    Terrain,
+    approach,
+    cells_at,
+    descend,
+    march,
+    march_from,
+    survey,
+)
 from runtime.core.types import Action, Pose
 
 RADIUS = 0.18
@@ -144,3 +153,25 @@ def test_facing_ends_within_half_a_turn_step(yaw: float, toward: float):
             break
         yaw += CONTROL.turn_rad if turn is Action.TURN_LEFT else -CONTROL.turn_rad
     assert abs(math.remainder(toward - yaw, math.tau)) <= CONTROL.turn_rad / 2 + 1e-5
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats(-1.2, 1.6))
+def test_an_approach_is_the_march_as_far_as_the_robot_can_step(x: float, y: float, door: float):
+    t = terrain([(-0.1, -3, 0.1, door - 0.4), (-0.1, door + 0.4, 0.1, 3)], START)
+    reach = march_from(t, START.xy, unhurried=False)
+    goal = cells_at(t, (x, y))
+    near, whole = approach(t, goal, reach, START), march(t, goal)
+    known = np.isfinite(near.arrival_m)
+    assert (near.arrival_m[known] == whole.arrival_m[known]).all()
+    here = whole.at(START.x_m, START.y_m)
+    assert near.at(START.x_m, START.y_m) == here
+    if math.isfinite(here):
+        assert known[whole.arrival_m <= here + 0.5].all()  # what a step may end on
+    assert follow(t, near, START, RADIUS, CONTROL) == follow(t, whole, START, RADIUS, CONTROL)
+
+
+def test_no_cell_lies_outside():
+    t = terrain([], START)
+    assert not cells_at(t, (50.0, 50.0)).any()
+    assert cells_at(t, (1.0, 1.0)).sum() == 1
