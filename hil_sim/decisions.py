@@ -219,22 +219,26 @@ def _with_faults(
             if decision.frontier is None:
                 raise AssertionError("a map with frontiers was left undecided")
         after = Held.now()
+    calls = {name: {"calls": s.calls, **s.faults} for name, s in seats.items()}
+    told = {"calls": calls, "voters": {str(k): v for k, v in sorted(voters.items())}}
+    return _held_up(took, budget_s, held, after, list(seats.values())), told
+
+
+def _held_up(
+    took: Sequence[float], budget_s: float, held: Held, after: Held, seats: Sequence[Faulty]
+) -> list[Figure]:
     late = sum(seconds > budget_s for seconds in took)
-    figures = [
-        Figure(f"decision with faults, p50 (of {count})", _at(took, 50), "s"),
+    return [
+        Figure(f"decision with faults, p50 (of {len(took)})", _at(took, 50), "s"),
         Figure("  p95", _at(took, 95), "s"),
         Figure("  max", max(took), "s", budget_s),
         Figure("  later than the budget", late, "", 0),
         Figure("  threads more at the end", after.threads - held.threads, "", 0),
         Figure("  open files more at the end", after.files - held.files, "", 0),
         Figure("  memory more at the end", after.memory_mb - held.memory_mb, "MB", GROWTH_MB),
+        Figure("  calls", sum(seat.calls for seat in seats), ""),
+        Figure("  of them at fault", sum(sum(seat.faults.values()) for seat in seats), ""),
     ]
-    asked = sum(seat.calls for seat in seats.values())
-    spoilt = sum(sum(seat.faults.values()) for seat in seats.values())
-    figures.append(Figure("  calls", asked, ""))
-    figures.append(Figure("  of them at fault", spoilt, ""))
-    calls = {name: {"calls": s.calls, **s.faults} for name, s in seats.items()}
-    return figures, {"calls": calls, "voters": {str(k): v for k, v in sorted(voters.items())}}
 
 
 def _at(seconds: Sequence[float], percent: float) -> float:

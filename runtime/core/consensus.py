@@ -158,26 +158,28 @@ def settled(
 ) -> bool:
     """True iff no possible votes of the `pending` experts (by name; each may name any non-empty
     set of frontiers, or abstain) can change the frontier that `votes` elect. Exact, but where
-    numbers count beside the sets ("weighted", a veto): there everyone is waited for.
-
-    Let k experts have voted, m be pending, c(f) count the votes for f, and a be the winner now.
-    With two or more votes and an agreement on a, a new vote can keep "all" (then any frontier of
-    the intersection may win: there must be no other), or break it; then every frontier wins that
-    two name and that ranks before all others that two name: m new votes lift f to c(f) + m. So a
-    stands iff it is the only one of the intersection, if there is one, and none that ranks before
-    it can be lifted to two. Without an agreement among two or more, one new vote can always make
-    one. With fewer than two votes, two pending ones can elect anything; one pending one can elect
-    any frontier of the lone vote, or leave things to the fallback.
-    """
+    numbers count beside the sets ("weighted", a veto): there everyone is waited for."""
     field = _Field.of(frontiers, order)
     if not pending or field is None or len(field.distance_m) == 1:
         return True
     if cfg.veto or cfg.mode == "weighted":
         return False
-    if cfg.mode not in ("strict", "lenient"):
-        # One expert's word counts, the first by name that votes.
-        return any(v.expert < min(pending) for v in votes)
-    sets, left = field.sets(votes), len(pending)
+    if cfg.mode in ("strict", "lenient"):
+        return _stands(field.sets(votes), len(pending), field, cfg)
+    return any(v.expert < min(pending) for v in votes)  # the first by name decides
+
+
+def _stands(sets: Sequence[frozenset[int]], left: int, field: _Field, cfg: ConsensusConfig) -> bool:
+    """`settled` for two frontiers or more, and `left` votes, one or more, that are out.
+
+    Let c(f) count the sets with f. With two or more sets and an agreement on a, a new vote can keep
+    "all" (then any frontier of the intersection may win: there must be no other), or break it; then
+    every frontier wins that two name and that ranks before all others that two name: the votes that
+    are out lift f to c(f) + left. So a stands iff it is the only one of the intersection, if there
+    is one, and none that ranks before it can be lifted to two. Without an agreement among two or
+    more, one new vote can always make one. With fewer than two sets, two votes that are out can
+    elect anything; one can elect any frontier of the lone set, or leave things to the fallback.
+    """
     if len(sets) < 2:
         if left > 1 or not sets:
             return left == 1 and not sets and cfg.mode == "strict"
@@ -187,9 +189,8 @@ def settled(
         return False
     named = Counter(i for s in sets for i in s)
     winner = field.ranked(chosen, cfg.rank)[0]
-    order_of_all = field.ranked(list(field.distance_m), cfg.rank)
-    before = order_of_all[: order_of_all.index(winner)]
-    return all(named[i] + left < 2 for i in before)
+    everyone = field.ranked(list(field.distance_m), cfg.rank)
+    return all(named[i] + left < 2 for i in everyone[: everyone.index(winner)])
 
 
 def successor(
