@@ -29,6 +29,7 @@ METHODS: dict[str, tuple[str, ...]] = {
     CONSENSUS: SINGLE["rfnav"].settings,
 }  # fmt: skip
 """The runtime's settings for each row; `consensus` is the runtime as it is."""
+WEIGHTED = ('consensus.mode="weighted"', "experts.bar=0.0")
 RIGHT_M = 0.25
 """A choice that costs no more than this over the best is right."""
 BRIEFS = (CLEAN, "wrong labels", "missing objects")
@@ -97,7 +98,7 @@ def judge(
             return judge(bank, settings, own, conditions, seed)
     bench = _Bench(bank, voters, seed)
     rows = {RANDOM: dict.fromkeys(conditions, _anything(bank))}
-    for name, own_settings in METHODS.items():
+    for name, own_settings in _methods(settings).items():
         config = load(None, (*settings, *own_settings))
         rows[name] = {condition: bench.row(config, condition) for condition in conditions}
     config = load(None, settings)
@@ -113,6 +114,12 @@ def judge(
     )  # fmt: skip
     voters.check()
     return table
+
+
+def _methods(settings: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """All of them; evidence is only weighed where there are weights."""
+    weighted = load(None, settings).navigate.consensus.weights
+    return METHODS | ({"weighted": WEIGHTED} if weighted else {})
 
 
 class _Bench:

@@ -4,6 +4,7 @@ import dataclasses
 import gzip
 import json
 import multiprocessing
+import os
 import pickle
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
@@ -81,8 +82,11 @@ def make_home(folder: Path, name: str, plan: Plan, maps: bool) -> None:
 
 def write_maps(folder: Path, name: str, kept: list[bytes]) -> None:
     """A home's pickled `Stop`s, in the order of its moments."""
-    with gzip.open(folder / MAPS / f"{name}.pickle.gz", "wb", 3) as file:
+    path = folder / MAPS / f"{name}.pickle.gz"
+    draft = path.with_name(f".{os.getpid()}-{path.name}")
+    with gzip.open(draft, "wb", 3) as file:
         pickle.dump(kept, file)
+    draft.replace(path)
 
 
 def tell_again(folder: Path, plan: Plan) -> int:
@@ -91,9 +95,11 @@ def tell_again(folder: Path, plan: Plan) -> int:
     from hil_sim.questions.drive import Stop, frozen
     from hil_sim.questions.seeing import Eyes
 
-    cfg, paths = Eyes.settings().navigate, sorted((folder / MAPS).glob("*.pickle.gz"))
+    cfg = Eyes.settings().navigate
+    files = {p: home_file(folder, p.name.split(".")[0]) for p in (folder / MAPS).glob("*.gz")}
+    paths = sorted(path for path, file in files.items() if file.exists())
     for path in tqdm(paths, unit="home", disable=None):
-        file = home_file(folder, path.name.removesuffix(".pickle.gz"))
+        file = files[path]
         home = read_home(file)
         with gzip.open(path) as packed:
             stops: list[Stop] = [pickle.loads(kept) for kept in pickle.load(packed)]

@@ -178,3 +178,14 @@ def test_the_report_says_what_the_table_holds() -> None:
 def _tables(text: str) -> list[list[str]]:
     parts = text.split("\n\n")
     return [part.splitlines() for part in parts if part.startswith("|")]
+
+
+def test_evidence_is_weighed_where_there_are_weights() -> None:
+    given = Given(lambda expert, brief: vote(expert, [3]))
+    assert "weighted" not in judge(bank(), (), given).rows
+    costs = []
+    for metres in (0.5, 5.0):
+        table = judge(bank(), (f'consensus.weights=[["o2f", {metres}]]',), given)
+        costs.append(regret(table, "weighted"))
+    # log 0.7 - log 0.1 is 1.9 nats: 2 m further on is worth it at 5 m a nat, not at 0.5
+    assert costs == [6.0, 0.0]
