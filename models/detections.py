@@ -10,7 +10,7 @@ from models.boxes import suppress
 from models.errors import ModelError
 
 MIN_SCORE = 0.02
-SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.55, 0.8
+SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.5, 0.8
 MAX_DETECTIONS = 100
 
 Floats = NDArray[np.float32]
@@ -57,13 +57,16 @@ def checked(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return rgb
 
 
-def select(boxes: Floats, scores: Floats, labels: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Indices of what is reported: scored, of some area, not covered by a better box."""
+def select(
+    boxes: Floats, scores: Floats, labels: NDArray[np.int32], across: float = OTHER_CLASS_IOU
+) -> NDArray[np.int64]:
+    """Indices of what is reported: scored, of some area, not covered by a better box of its class,
+    nor by more than `across` by one of another."""
     area = (boxes[:, 2:] - boxes[:, :2]).clip(0).prod(axis=1)
     candidates = np.flatnonzero((scores >= MIN_SCORE) & (area > 0) & (labels >= 0))
     candidates = candidates[np.argsort(-scores[candidates], kind="stable")][: 4 * MAX_DETECTIONS]
     kept = suppress(
-        boxes[candidates], scores[candidates], labels[candidates], SAME_CLASS_IOU, OTHER_CLASS_IOU
+        boxes[candidates], scores[candidates], labels[candidates], SAME_CLASS_IOU, across
     )
     return candidates[kept][:MAX_DETECTIONS]
 

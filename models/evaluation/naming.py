@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detections import Detector, RawDetections, select
-from models.detector import OpenDetector, View
+from models.detections import Detector, RawDetections
+from models.detector import NAMES, OpenDetector, View
 from models.evaluation.truth import Truth
 from models.text import TextEncoder
 
 Floats = NDArray[np.float32]
+NONE = np.zeros((0, 0), np.float32)
+"""Not kept: embeddings of what was found are in the views."""
 
 
 @dataclass(frozen=True)
@@ -29,25 +31,15 @@ class Looked:
         out = []
         for view, cosines, before in zip(self.views, self.cosines, self.found, strict=True):
             column = view.regions.astype(np.float32) @ row
-            best = cosines.argmax(axis=1)
-            rest = np.delete(cosines, label, axis=1).max(axis=1, initial=-1.0)
-            if not ((best == label) | (column > rest)).any():
-                out.append(before)  # nothing was of this class, nothing becomes it
+            others = np.sort(np.delete(cosines, label, axis=1), axis=1)
+            last = others[:, -NAMES] if others.shape[1] >= NAMES else np.float32(-1)
+            if not ((cosines[:, label] >= last) | (column >= last)).any():
+                out.append(before)  # no place was called this, none will be
                 continue
             changed = cosines.copy()
             changed[:, label] = column
-            out.append(name(self.detector, view, changed))
+            out.append(self.detector.named(view, changed))
         return tuple(out)
-
-
-def name(detector: OpenDetector, view: View, cosines: Floats) -> RawDetections:
-    """Detections of one view, given the (K, C) cosines of its regions with each class."""
-    labels = cosines.argmax(axis=1).astype(np.int32)
-    scores = detector.score(view.objectness, cosines[np.arange(len(labels)), labels])
-    kept = select(view.boxes_px, scores, labels)
-    none = np.zeros((len(kept), 0), np.float32)
-    nothing = np.zeros(0, np.float32)
-    return RawDetections(view.boxes_px[kept], scores[kept], labels[kept], none, nothing, nothing)
 
 
 def look(detector: OpenDetector, truth: Truth, encoder: TextEncoder, rooms: list[str]) -> Looked:
@@ -60,7 +52,7 @@ def look(detector: OpenDetector, truth: Truth, encoder: TextEncoder, rooms: list
         view = detector.look(rgb)
         likeliest.append(int(detector.room(view).argmax()))
         cosines.append(view.regions @ rows.T)
-        found.append(name(detector, view, cosines[-1]))
+        found.append(detector.named(view, cosines[-1])._replace(embeddings=NONE))
         views.append(view._replace(regions=view.regions.astype(np.float16)))
     parts = tuple(views), tuple(likeliest), tuple(cosines), tuple(found)
     return Looked(detector, truth.categories, *parts)
