@@ -174,7 +174,7 @@ def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
         release.wait(30.0)
         return farthest(brief, by)
 
-    budget = ("panel.budget_in_lockstep=true", "panel.decide_budget_s=0.05")
+    budget = ("panel.budget_in_lockstep=true", "panel.decide_budget_s=1.0")
     mind = FakeMind(there, o2f=farthest, r2f=hanging, sle=farthest)
     with running(mind, *budget) as (peer, ended):
         begin(peer, tmp_path)
