@@ -1,0 +1,60 @@
+"""`python -m models.train.calibrate FILE --report JSON`: what an evaluation fitted, put into the file.
+
+What `models.evaluate` then reports of the file as it is, it has reported as "refitted" before.
+"""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+
+import click
+import onnx
+
+from models.errors import ModelError
+from models.train.export import FORMAT, write_values
+
+
+def calibrate(path: Path, report: Path) -> dict[str, float]:
+    """Set gain and shift of an exported detector. Raises ModelError when a file is of no use."""
+    try:
+        fitted = json.loads(report.read_text(encoding="utf-8"))["calibration"]
+        values = {"gain": float(fitted["gain"]), "shift": float(fitted["shift"])}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ModelError(
+            f"{report}: not a report ({error}); write one with `python -m models.evaluate --json`"
+        ) from error
+    try:
+        model = onnx.load(str(path))
+    except Exception as error:  # protobuf's exceptions and the system's
+        raise ModelError(f"{path}: not a readable ONNX file ({error})") from error
+    if {p.key: p.value for p in model.metadata_props}.get("format") != FORMAT:
+        raise ModelError(f"{path}: not an RF-NAV detector; export one with models.train.export")
+    write_values(model, values)
+    onnx.save(model, str(path))
+    return values
+
+
+@click.command(
+    epilog="Example:  python -m models.train.calibrate det.onnx --report evaluation.json"
+)
+@click.argument("path", type=click.Path(path_type=Path))
+@click.option(
+    "--report", type=click.Path(path_type=Path), required=True, help="Of models.evaluate."
+)
+def main(path: Path, report: Path) -> None:
+    """Put the gain and shift of an evaluation into an exported detector."""
+    values = calibrate(path, report)
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    click.echo(
+        f"{path}: gain {values['gain']:.3f} shift {values['shift']:.3f}, "
+        f"{path.stat().st_size} bytes, sha256 {digest}"
+    )
+
+
+if __name__ == "__main__":
+    try:
+        main()
+    except ModelError as error:
+        print(f"models.train.calibrate: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
