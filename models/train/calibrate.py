@@ -1,4 +1,4 @@
-"""`python -m models.train.calibrate FILE --report JSON`: what an evaluation fitted, put into the file.
+"""`python -m models.train.calibrate FILE --report JSON`: what was fitted, put into the file.
 
 What `models.evaluate` then reports of the file as it is, it has reported as "refitted" before.
 """

@@ -8,10 +8,10 @@ import pytest
 
 pytest.importorskip("torch")
 
-from models import store  # noqa: E402
-from models.detector import OpenDetector, open_detector  # noqa: E402
-from models.errors import ModelError  # noqa: E402
-from models.train.calibrate import calibrate  # noqa: E402
+from models import store
+from models.detector import OpenDetector, open_detector
+from models.errors import ModelError
+from models.train.calibrate import calibrate
 
 
 def test_gain_and_shift_go_into_the_file(tmp_path: Path, encoder, constant_graph) -> None:
@@ -30,6 +30,6 @@ def test_gain_and_shift_go_into_the_file(tmp_path: Path, encoder, constant_graph
     report.write_text("{}")
     with pytest.raises(ModelError, match=r"report\.json: not a report"):
         calibrate(mine, report)
+    report.write_text(json.dumps({"calibration": {"gain": 1, "shift": 0}}))
     with pytest.raises(ModelError, match="not a readable ONNX file"):
-        report.write_text(json.dumps({"calibration": {"gain": 1, "shift": 0}}))
         calibrate(tmp_path / "none.onnx", report)
