@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,6 +14,11 @@ LEAST_PIXELS = 100
 """Of a 640x480 frame; of a smaller one as many fewer."""
 
 
+def pixels(segmentation: NDArray[np.int32], objects: int) -> NDArray[np.int64]:
+    """(H, W) index into the scene's objects or -1 -> (objects,) how many pixels each has."""
+    return np.bincount(segmentation[segmentation >= 0], minlength=objects)
+
+
 def true_labels(
     scene: Scene, pose: Pose, segmentation: NDArray[np.int32], depth_m: NDArray[np.float32]
 ) -> dict[str, Any]:
@@ -22,17 +28,16 @@ def true_labels(
 
     The room is the one that the camera stands in.
     """
-    flat = segmentation[segmentation >= 0]
-    counts = np.bincount(flat, minlength=len(scene.objects))
+    per_px = FULL_PX / segmentation.size
     boxes, names, depths = [], [], []
-    for index in np.flatnonzero(counts * (FULL_PX / segmentation.size) >= LEAST_PIXELS):
+    for index in np.flatnonzero(pixels(segmentation, len(scene.objects)) * per_px >= LEAST_PIXELS):
         category = scene.objects[index].category
         if category in LABELLED:
-            mask = segmentation == index
-            rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-            boxes.append([int(cols[0]), int(rows[0]), int(cols[-1]) + 1, int(rows[-1]) + 1])
+            x, y, w, h = cv2.boundingRect((segmentation == index).view(np.uint8))
+            inside = segmentation[y : y + h, x : x + w] == index
+            boxes.append([x, y, x + w, y + h])
             names.append(category)
-            depths.append(round(float(np.median(depth_m[mask])), 3))
+            depths.append(round(float(np.median(depth_m[y : y + h, x : x + w][inside])), 3))
     room = room_at(scene, pose.x_m, pose.y_m)
     return {
         "boxes": boxes,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from hil_sim.labels import FULL_PX
 from hil_sim.protocol import Sighting
 from hil_sim.robot import Robot
+from hil_sim.sightings import pixels
 from runtime.core.types import Pose
 
 LEAST_PIXELS, SEEN_M = 200, 5.0
@@ -72,11 +73,11 @@ class Witness:
         """A frame, as it truly is, before anything is done about it."""
         found = []
         scale = FULL_PX / segmentation.size
+        counts = pixels(segmentation, max(self._wanted, default=0) + 1)
         for index, box in zip(self._wanted, self._boxes, strict=True):
-            mask = segmentation == index
-            pixels = round(scale * np.count_nonzero(mask))
-            depth = float(np.median(depth_m[mask])) if pixels else math.inf
-            found.append(Sighting(pixels, depth, box_distance_m(box, pose.x_m, pose.y_m)))
+            seen = round(scale * int(counts[index]))
+            depth = float(np.median(depth_m[segmentation == index])) if seen else math.inf
+            found.append(Sighting(seen, depth, box_distance_m(box, pose.x_m, pose.y_m)))
         self.sightings = tuple(found)
         if any(s.pixels >= LEAST_PIXELS and s.depth_m <= SEEN_M for s in found):
             self._seen_steps += 1
