@@ -56,7 +56,7 @@ class Voters:
 
     def check(self) -> None:
         """RfNavError when a model failed meanwhile and another one answered in its place."""
-        if self._mind.rung() != self._rung:
+        if self._mind.health().get("errors") or self._mind.rung() != self._rung:
             raise RfNavError(
                 f"{self._rung}: failed while the bank was judged; see rfnav models verify"
             )
