@@ -26,6 +26,7 @@ class Question:
     by: Deadline
     cfg: NavigateConfig
     tolerance: SpeculationConfig = field(default_factory=SpeculationConfig)
+    without: int | None = None  # of a rehearsal: the frontier that is taken to be explored
 
 
 @dataclass(frozen=True)
@@ -132,13 +133,16 @@ class Decider:
 
         ballot = rehearsal.panel.rehearse(rehearsal.snapshot.brief, rehearsal.by, wanted)
         with self._changed:
-            self._rehearsed = ballot or Ballot()
+            self._rehearsed = ballot
+            if ballot is None:
+                self._rehearsal = None
 
     def _decide(self, question: Question) -> None:
         rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
-        if rehearsal is not None and ballot is not None:
+        early = rehearsal is not None and _early(rehearsal, question)
+        if rehearsal is not None and ballot is not None and not early:
             told = _apart(rehearsal, question) or _unfit(ballot, question)
-        if ballot is not None and rehearsal is not None and not told:
+        if ballot is not None and not early and not told:
             told, snap = "used", question.snapshot
             decision = consensus.elect(
                 ballot, snap.frontiers, question.cfg.consensus, snap.stamp_ns, snap.why, snap.order
@@ -146,8 +150,15 @@ class Decider:
         else:
             decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)
         with self._changed:
-            self._rehearsal = self._rehearsed = None
+            if not early:
+                self._rehearsal = self._rehearsed = None
             self._question, self._answer = None, Answer(question, decision, told)
+
+
+def _early(rehearsal: Question, question: Question) -> bool:
+    """Whether the frontier that the rehearsal is without is still there: its time may come."""
+    there = rehearsal.without in {f.id for f in question.snapshot.brief.frontiers}
+    return there and rehearsal.asker is question.asker
 
 
 def _apart(rehearsal: Question, question: Question) -> str:

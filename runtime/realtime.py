@@ -253,9 +253,9 @@ class RealTime:
         if len(brief.frontiers) < 2:
             return  # nothing to choose
         by = Deadline.after(cfg.panel.votes_s, self._clock)
-        question = Question(
-            search, replace(snap, brief=brief), search.order.panel, by, cfg.navigate
-        )
+        panel, snap = search.order.panel, replace(snap, brief=brief)
+        tolerance = cfg.speculation
+        question = Question(search, snap, panel, by, cfg.navigate, tolerance, without=aim)
         self._decider.rehearse(question)
 
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:

@@ -63,7 +63,8 @@ class Table:
         snap = snapshot(distances)
         if without is not None:
             snap = Snapshot(expected(snap.brief, without), snap.frontiers, 0, snap.why)
-        return Question(self.asker, snap, self.panel, Deadline.after(2.0, self.clock), CFG)
+        by = Deadline.after(2.0, self.clock)
+        return Question(self.asker, snap, self.panel, by, CFG, without=without)
 
     def answer(self) -> Answer:
         until = threading.Event()
@@ -106,6 +107,17 @@ def test_a_rehearsal_of_something_else_is_named_and_asked_anew() -> None:
         assert table.answer().rehearsal == ""  # it was used up
 
 
+def test_a_rehearsal_whose_time_has_not_come_is_kept() -> None:
+    with Table() as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.rehearsed()
+        table.decider.ask(table.question({1: 0.5, 2: 2.0, 3: 3.0}))  # new evidence on the way
+        assert table.answer().rehearsal == ""
+        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        assert table.answer().rehearsal == "used"
+        assert len(table.quick.briefs) == 2  # the rehearsal and the first question
+
+
 def test_a_question_ends_the_rehearsal_of_another_and_waits_behind_it() -> None:
     with Table(waits=True) as table:
         table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
@@ -117,7 +129,7 @@ def test_a_question_ends_the_rehearsal_of_another_and_waits_behind_it() -> None:
             assert table.quick.begun.acquire(timeout=PATIENCE_S)  # time stood still meanwhile
         table.slow.go.set()
         answer = table.answer()
-        assert answer.rehearsal == "frontier 4 is new"
+        assert answer.rehearsal == ""  # it came to nothing
         assert answer.decision.ballot.missing == ()  # the slow one answered both
         assert answer.decision.rule == "all"
 
