@@ -31,7 +31,7 @@ from runtime.errors import RfNavError
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0),
               help="Of homes, drives, what is perturbed, intervals.")  # fmt: skip
 @click.option("--workers", default=1, show_default=True, type=click.IntRange(1, 64))
-@click.option("--keep-maps", is_flag=True, help="Keep the maps too (200 KB a question's moment).")
+@click.option("--keep-maps", is_flag=True, help="Keep the maps too (200 KB a moment).")
 @click.option("--tell-again", "again", is_flag=True,
               help="Compose what experts are told anew, from maps that were kept.")  # fmt: skip
 def questions_command(
