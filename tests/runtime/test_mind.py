@@ -78,6 +78,23 @@ def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
             mind.accept("toilet", other)
 
 
+def test_what_was_seen_before_is_compared_with_the_goals_words(tmp_path: Path) -> None:
+    """A region that looks just like a word of the detector's is that; one that looks like the
+    opposite of all words is nothing."""
+    config = configured(tmp_path, "panel.experts=[]")
+    with LocalMind(config, SystemClock()) as mind:
+        goal, _ = mind.accept("couch", config)
+        names = [words[0] for words in goal.classes]
+        kept = mind._encoder.embed(["bed", "couch"])
+        nothing = -kept.sum(axis=0, keepdims=True) / np.linalg.norm(kept.sum(axis=0))
+        likeness = mind.likeness(np.concatenate([kept, nothing]))
+    assert likeness.shape == (3, len(names))
+    assert ((likeness >= 0) & (likeness <= 1)).all()
+    assert [names[i] for i in likeness[:2].argmax(axis=1)] == ["bed", goal.name]
+    assert likeness[1, names.index(goal.name)] > 0.9
+    assert likeness[2].max() < 0.1
+
+
 MANIFEST = """
 [tiny-vlm]
 task = "vision"
