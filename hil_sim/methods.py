@@ -11,6 +11,7 @@ from hil_sim.labels import LABELLED
 from runtime.errors import ConfigError
 
 ORACLE = "oracle-perception"
+CLOSEST = 'consensus.fallback="closest"'
 
 
 @dataclass(frozen=True)
@@ -29,13 +30,14 @@ def _experts(*names: str) -> str:
 
 def _alone(expert: str) -> Method:
     """One expert's word is law; the closest frontier when it abstains."""
-    return Method((_experts(expert), 'consensus.mode="lenient"'))
+    return Method((_experts(expert), 'consensus.mode="lenient"', CLOSEST))
 
 
 def _majority(k: int) -> Method:
     """The combined expert, sampled k times from its softmax at temperature 1; most votes win."""
     mode = f'consensus.mode="majority-{k}"'
-    return Method((_experts("both"), mode, "experts.temperature=1.0", "experts.bar=0.0"))
+    surest = "experts.temperature=1.0", "experts.bar=0.0"
+    return Method((_experts("both"), mode, *surest, CLOSEST))
 
 
 def _labelled(method: Method) -> Method:
@@ -46,19 +48,21 @@ def _labelled(method: Method) -> Method:
 
 SINGLE: dict[str, Method] = {
     "rfnav": Method(),
-    "closest": Method((_experts(),)),
-    "geometry": Method((_experts(), 'consensus.fallback="geometry"')),
-    "rfnav+geometry": Method(('consensus.fallback="geometry"',)),
-    "single-llm": Method((_experts("both"), 'consensus.mode="best"')),
+    "paper": Method((CLOSEST,)),
+    "closest": Method((_experts(), CLOSEST)),
+    "geometry": Method((_experts(),)),
+    "single-llm": Method((_experts("both"), 'consensus.mode="best"', CLOSEST)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),
     "o2f": _alone("o2f"),
     "r2f": _alone("r2f"),
     "sle": _alone("sle"),
-    "o2f+r2f": Method((_experts("o2f", "r2f"),)),
-    "o2f+sle": Method((_experts("o2f", "sle"),)),
-    "r2f+sle": Method((_experts("r2f", "sle"),)),
+    "o2f+r2f": Method((_experts("o2f", "r2f"), CLOSEST)),
+    "o2f+sle": Method((_experts("o2f", "sle"), CLOSEST)),
+    "r2f+sle": Method((_experts("r2f", "sle"), CLOSEST)),
 }
+"""`rfnav` is the runtime as it is: where experts do not agree it goes by information gain. `paper`
+and all that the paper compares with fall back on the closest frontier."""
 METHODS: dict[str, Method] = {
     **SINGLE,
     ORACLE: _labelled(SINGLE["rfnav"]),

@@ -145,7 +145,12 @@ class Decider:
         if ballot is not None and not early and not told:
             told, snap = "used", question.snapshot
             decision = consensus.elect(
-                ballot, snap.frontiers, question.cfg.consensus, snap.stamp_ns, snap.why, snap.order
+                ballot,
+                snap.frontiers,
+                question.cfg.consensus,
+                snap.stamp_ns,
+                snap.why,
+                snap.brief.order,
             )
         else:
             decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)

@@ -107,9 +107,7 @@ class LocalMind:
         rule = config.navigate.consensus
 
         def settled(votes: Sequence[Vote], pending: Collection[str], brief: Brief) -> bool:
-            # What the geometry ranks first is not in the brief: then everyone is waited for.
-            known = rule.fallback == "closest"
-            return known and consensus.settled(votes, pending, brief.frontiers, rule)
+            return consensus.settled(votes, pending, brief.frontiers, rule, brief.order)
 
         def agreed(ballot: Ballot) -> bool:
             return consensus.agreed(ballot, rule)

@@ -5,6 +5,7 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 """
 
 import math
+from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from runtime.core import (
@@ -113,14 +114,14 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
         standing = world.decision.frontier if world.decision else None
         order = gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain)
     candidates = tuple(f for f in candidates if f.id in unknown_m2)
-    return Snapshot(told, candidates, world.stamp_ns, why, order)
+    return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
 
 def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
     """DEFA and CDM: ask the experts, elect a frontier, else the closest."""
     ballot = panel.ask(snap.brief, by)
     return consensus.elect(
-        ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.order
+        ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.brief.order
     )
 
 

@@ -24,11 +24,12 @@ from runtime.edge.journal import plain
 from runtime.errors import RfNavError
 
 GROUPS = (
-    ("Against baselines", ("closest", "geometry", "single-llm", "rfnav+geometry", "rfnav")),
+    ("Against baselines", ("closest", "geometry", "single-llm", "paper", "rfnav")),
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
-                                      "rfnav")),
-    ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "rfnav")),
+                                      "paper")),
+    ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),
 )  # fmt: skip
+"""Tables of the paper; each is compared with its last row."""
 BOUNDS = (ORACLE, "oracle-goal")
 FULL = "rfnav"
 INTERVALS = (
@@ -82,8 +83,9 @@ def groups(folder: Folder) -> list[tuple[str, str, dict[str, list[EpisodeResult]
     for prefix, aside in (("", ""), (f"{ORACLE}/", ", with true labels (oracle perception)")):
         for title, names in GROUPS:
             rows = {prefix + name: folder.runs.get(prefix + name) for name in names}
-            base = prefix + FULL
-            if prefix and rows[base] is None and len([r for r in rows.values() if r]) > 0:
+            base = prefix + names[-1]
+            unnamed = prefix and names[-1] == FULL and rows[base] is None
+            if unnamed and any(rows.values()):
                 rows.pop(base)  # the short name says the same
                 base = ORACLE
                 rows[base] = folder.runs.get(ORACLE)

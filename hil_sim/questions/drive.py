@@ -189,7 +189,7 @@ def frozen(
         briefs[name] = replace(told, goal="")
     places = {f.id: f.goal_xy for f in stop.reachable}
     ids, goal_xy, step = tuple(places), tuple(places.values()), known.step
-    return Moment(home, stop.drive, step, stop.why, briefs, snap.order, ids, goal_xy, costs_m)
+    return Moment(home, stop.drive, step, stop.why, briefs, snap.brief.order, ids, goal_xy, costs_m)
 
 
 def misnamed(semantic: SemanticMap, share: float, rng: random.Random) -> SemanticMap:

@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hil_sim.methods import SINGLE
+from hil_sim.methods import CLOSEST, SINGLE
 from hil_sim.questions.bank import CLEAN, Bank, Question
 from hil_sim.questions.statistics import Values, rank_correlation
 from hil_sim.questions.voting import Voters, Votes, at_random
@@ -24,12 +24,13 @@ METHODS: dict[str, tuple[str, ...]] = {
     **{name: SINGLE[name].settings for name in (
         "closest", "geometry", "single-llm", "majority-k3", "majority-k5", "o2f", "r2f", "sle",
         "o2f+r2f", "o2f+sle", "r2f+sle")},
-    "lenient": ('consensus.mode="lenient"',),
-    "consensus+geometry": SINGLE["rfnav+geometry"].settings,
-    CONSENSUS: SINGLE["rfnav"].settings,
+    "lenient": ('consensus.mode="lenient"', CLOSEST),
+    "consensus+geometry": SINGLE["rfnav"].settings,
+    CONSENSUS: SINGLE["paper"].settings,
 }  # fmt: skip
-"""The runtime's settings for each row; `consensus` is the runtime as it is."""
-WEIGHTED = ('consensus.mode="weighted"', "experts.bar=0.0")
+"""The runtime's settings for each row; `consensus` is the paper's rule, `consensus+geometry` the
+runtime as it is."""
+WEIGHTED = ('consensus.mode="weighted"', "experts.bar=0.0", CLOSEST)
 RIGHT_M = 0.25
 """A choice that costs no more than this over the best is right."""
 BRIEFS = (CLEAN, "wrong labels", "missing objects")
@@ -101,7 +102,7 @@ def judge(
     for name, own_settings in _methods(settings).items():
         config = load(None, (*settings, *own_settings))
         rows[name] = {condition: bench.row(config, condition) for condition in conditions}
-    config = load(None, settings)
+    config = load(None, (*settings, *METHODS[CONSENSUS]))
     table = Table(
         tuple(q.layout for q in bank.questions),
         rows,

@@ -20,7 +20,8 @@ class ConsensusConfig:
     """"strict": two must agree. "lenient": a lone vote counts. To compare with: "weighted" trades
     evidence for way, by `weights`; "best" takes what one is surest of, "majority-K" the most
     frequent of K samples of the first vote."""
-    fallback: str = "closest"  # when nobody agrees; "geometry" goes by information gain
+    fallback: str = "geometry"
+    """When nobody agrees: by information gain against distance; "closest" is the paper's."""
     weights: tuple[tuple[str, float], ...] = ()
     """For "weighted": by expert, how many metres of way a nat of its evidence is worth. Experts
     that abstain where nothing is above the bar say nothing here: set `experts.bar` to 0."""

@@ -137,6 +137,8 @@ class Brief:
     goal: str
     stamp_ns: int
     frontiers: tuple[FrontierBrief, ...]
+    order: tuple[int, ...] = field(default=(), compare=False)
+    """How the fallback ranks them; () is by distance. Experts do not hear of it."""
 
 
 @dataclass(frozen=True)

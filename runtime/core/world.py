@@ -23,7 +23,6 @@ class Snapshot:
     frontiers: tuple[Frontier, ...]
     stamp_ns: int
     why: str  # the event that made the decision due
-    order: tuple[int, ...] = ()  # the fallback's ranking; empty: the closest
 
 
 @dataclass(frozen=True)

