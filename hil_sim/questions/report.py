@@ -17,8 +17,8 @@ READING = (
     "Brackets are 95 % bootstrap intervals, whole layouts resampled; differences are paired by "
     "question, bold where the interval leaves out 0. A choice is right when it costs less than "
     f"{RIGHT_M} m more than the best one, and the worst when no other costs more. `{CONSENSUS}` is "
-    "the runtime as it is; `random` a frontier drawn blindly, as its expectation; voted: the "
-    "experts chose, and not what is fallen back on."
+    f"the paper's rule, `{CONSENSUS}+geometry` the runtime as it is; `random` a frontier drawn "
+    "blindly, as its expectation; voted: the experts chose, and not what is fallen back on."
 )
 SPOILING = (
     "Wrong labels: each object goes by another's name with probability {wrong}. Missing objects: "
