@@ -183,7 +183,7 @@ def _approach_target(
     row, col = world.terrain.frame.cell(world.pose.x_m, world.pose.y_m)
     if stands[row, col]:
         turn = motion.turn(world, instance.xy, cfg)
-        if turn is not None:
+        if turn is not None and not motion.dithers(world, ("face", instance.id), turn, cfg):
             facing = Toward(instance.xy)
             return Command(turn, "face", instance.xy, f"face {what}", course=facing)
         if target.judge(instance, world.goal, world.pose, cfg.target):

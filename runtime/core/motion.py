@@ -80,6 +80,15 @@ def turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action |
     return control.face(world.pose, bearing((world.pose.x_m, world.pose.y_m), xy), cfg.control)
 
 
+def dithers(world: World, aim: tuple[str, int], turn: Action, cfg: NavigateConfig) -> bool:
+    """Whether turning toward a point does not end: the turn only undoes the one before (where the
+    point is taken to be can change with the view), or it has gone on for too long."""
+    undone = {Action.TURN_LEFT: Action.TURN_RIGHT, Action.TURN_RIGHT: Action.TURN_LEFT}.get(turn)
+    last = world.last
+    back = last is not None and last.mode == aim[0] and last.action is undone
+    return (cfg.control.mode != "velocity" and back) or stalled(world, aim, None, cfg)
+
+
 def stalled(
     world: World, aim: tuple[str, int], field: planner.Field | None, cfg: NavigateConfig
 ) -> bool:

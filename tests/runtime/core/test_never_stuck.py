@@ -6,9 +6,12 @@ import numpy as np
 from runtime.core.coverage import CoverageConfig, look, overlooked
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
+from runtime.core.motion import dithers
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
+from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
-from runtime.core.types import Pose
+from runtime.core.types import Action, Pose
+from runtime.core.world import Command, World
 
 POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
 
@@ -88,3 +91,15 @@ def test_what_is_out_of_near_range_stays_overlooked():
     assert looked[near]
     assert not left[near]
     assert left[far]
+
+
+def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():
+    cfg = NavigateConfig()
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    world.last = Command(Action.TURN_LEFT, "face", None, "")
+    assert dithers(world, ("face", 1), Action.TURN_RIGHT, cfg)
+    assert not dithers(world, ("face", 1), Action.TURN_LEFT, cfg)
+    turns = 0
+    while not dithers(world, ("face", 1), Action.TURN_LEFT, cfg):
+        turns += 1
+    assert 12 <= turns <= 24  # a whole turn is allowed, two are not
