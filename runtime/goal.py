@@ -5,10 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from runtime.core.meaning import Meaning, Senses, meaning
 from runtime.core.types import F32
 from runtime.errors import ConfigError
 
 LONGEST = 80  # characters of a goal
+
+Class = tuple[str, ...]
+Embed = Callable[[Sequence[str]], F32]
 
 
 @dataclass(frozen=True)
@@ -18,7 +22,7 @@ class Goal:
 
     text: str
     name: str
-    classes: tuple[tuple[str, ...], ...]
+    classes: tuple[Class, ...]
     how: str
 
 
@@ -34,24 +38,54 @@ def check(text: str) -> str:
 
 def understand(
     text: str,
-    classes: Sequence[tuple[str, ...]],
-    embed: Callable[[Sequence[str]], F32],
+    classes: Sequence[Class],
+    embed: Embed,
     same_as: float,
+    senses: Senses = lambda word: (),
 ) -> Goal:
-    """A goal that is a class's name, or means nearly the same, is looked for as that class; any
-    other becomes a class of its own. Similarity is the cosine of text embeddings."""
+    """A goal is looked for as the class whose name it is, else as one that means the same or that
+    it is a kind of, by a dictionary, else as one that it is alike by the cosine of text embeddings;
+    any other becomes a class of its own. `senses` are the meanings that the dictionary has of a
+    noun."""
     goal = check(text)
     word = goal.lower()
     for names in classes:
         if word in names:
             return Goal(goal, names[0], tuple(classes), f"{goal}: known as {names[0]}")
+    means = meaning(word, classes, senses, embed)
+    if means is not None and (means.same or means.broader):
+        name = (means.same or means.broader)[0][0]
+        how = "another word for" if means.same else "a kind of"
+        return Goal(goal, name, tuple(classes), f"{goal}: {how} {name}, looked for as that")
+    return _alike(goal, word, classes, embed, same_as) or _own(goal, word, classes, means)
+
+
+def _alike(
+    goal: str, word: str, classes: Sequence[Class], embed: Embed, same_as: float
+) -> Goal | None:
+    """The class with the most similar name, where that is similar enough."""
     words = [name for known in classes for name in known]
     owner = [known for known in classes for _ in known]
     cosine = np.asarray(embed(words)) @ np.asarray(embed([word]))[0] if words else np.zeros(0)
-    if cosine.size and float(cosine.max()) >= same_as:
-        best = int(np.argmax(cosine))
-        chosen = owner[best]
-        wider = tuple((*k, word) if k is chosen else k for k in classes)
-        how = f"{goal}: taken for {chosen[0]} (similarity {cosine[best]:.2f} to {words[best]})"
-        return Goal(goal, chosen[0], wider, how)
-    return Goal(goal, word, (*classes, (word,)), f"{goal}: a class of its own")
+    if not cosine.size or float(cosine.max()) < same_as:
+        return None
+    best = int(np.argmax(cosine))
+    chosen = owner[best]
+    wider = tuple((*k, word) if k is chosen else k for k in classes)
+    how = f"{goal}: taken for {chosen[0]} (similarity {cosine[best]:.2f} to {words[best]})"
+    return Goal(goal, chosen[0], wider, how)
+
+
+def _own(goal: str, word: str, classes: Sequence[Class], means: Meaning | None) -> Goal:
+    """A class of its own, by all names that its meaning and its known kinds have."""
+    if means is None:
+        return Goal(goal, word, (*classes, (word,)), f"{goal}: a class of its own")
+    known = {name for names in classes for name in names}
+    others = [name for name in means.names if name not in known and name != word]
+    kinds = [name for names in means.narrower for name in names]
+    how = f"{goal}: a class of its own"
+    if others:
+        how += f", also called {', '.join(others)}"
+    if kinds:
+        how += f"; of its kind: {', '.join(names[0] for names in means.narrower)}"
+    return Goal(goal, word, (*classes, (word, *others, *kinds)), how)
