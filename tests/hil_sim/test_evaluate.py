@@ -190,7 +190,7 @@ def test_help_has_an_example(command: list[str]) -> None:
         (["demo", "--goal", "bed", "--scene", "igloo"], "hil-sim: scene igloo: unknown; known:"),
         (["demo", "--goal", "zebra"], "hil-sim: maple: goal 'zebra': no such object here"),
         (["demo", "--goal", "bed", "--method", "luck"], "hil-sim: method luck: unknown; known:"),
-        (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, closest"),
+        (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, paper"),
         (["eval", "--suite", "huge"], "hil-sim: suite huge: unknown; known:"),
         (["eval", "--protocol", "hm4d"], "hil-sim: protocol hm4d: unknown; known: hm3d"),
         (["eval", "--fault", "earthquake"], "hil-sim: fault earthquake: unknown; known:"),

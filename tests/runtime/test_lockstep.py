@@ -163,8 +163,8 @@ def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
         line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
     )
     assert decision["missing"] == [{"expert": "o2f", "cause": "error: the model fell over"}]
-    assert decision["rule"] == "closest"  # one vote alone steers nobody
-    assert decision["frontier"] == decision["closest"]
+    assert decision["rule"] == "geometry"  # one vote alone steers nobody
+    assert decision["frontier"] == decision["without"]["r2f"]
 
 
 def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
