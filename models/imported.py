@@ -168,8 +168,10 @@ def describe(capabilities: dict[str, Any]) -> list[str]:
     lines = [f"contract: {capabilities['contract']}"]
     if fixed is not None:
         lines.append(f"classes: a fixed list of {len(fixed)}, matched to the goal by similarity")
-        pairs = [f"{c} <- {n} ({s:.2f})" for c, by in matched.items() for n, s in by.items()]
-        lines.append(f"matched: {_some(pairs)}")
+        pairs = sorted((-s, c, n) for c, by in matched.items() for n, s in by.items())
+        lines.append(
+            f"matched: {', '.join(f'{c} <- {n} ({-s:.2f})' for s, c, n in pairs) or 'none'}"
+        )
     else:
         lines.append("classes: any text")
     if unseen:
