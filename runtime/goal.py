@@ -43,21 +43,28 @@ def understand(
     same_as: float,
     senses: Senses = lambda word: (),
 ) -> Goal:
-    """A goal is looked for as the class whose name it is, else as one that means the same or that
-    it is a kind of, by a dictionary, else as one that it is alike by the cosine of text embeddings;
-    any other becomes a class of its own. `senses` are the meanings that the dictionary has of a
-    noun."""
+    """A goal is looked for as the class whose name it is; else, by a dictionary, as one that means
+    the same or that it is a kind of, or as a class of its own that all its kinds belong to; else as
+    one that is nearly the same by the cosine of text embeddings; else as a class of its own.
+    `senses` are the meanings that the dictionary has of a noun."""
     goal = check(text)
     word = goal.lower()
     for names in classes:
-        if word in names:
+        if word in names or _spelt(word) in map(_spelt, names):
             return Goal(goal, names[0], tuple(classes), f"{goal}: known as {names[0]}")
     means = meaning(word, classes, senses, embed)
     if means is not None and (means.same or means.broader):
         name = (means.same or means.broader)[0][0]
         how = "another word for" if means.same else "a kind of"
         return Goal(goal, name, tuple(classes), f"{goal}: {how} {name}, looked for as that")
+    if means is not None and means.narrower:
+        return _own(goal, word, classes, means)
     return _alike(goal, word, classes, embed, same_as) or _own(goal, word, classes, means)
+
+
+def _spelt(word: str) -> str:
+    """ "night stand" and "night-stand" are spelt "nightstand"."""
+    return word.replace(" ", "").replace("-", "")
 
 
 def _alike(

@@ -16,6 +16,7 @@ from models import store
 from models.detector import OpenDetector, RawDetections, open_detector
 from models.errors import ModelError as ModelFileError
 from models.language import LanguageModel, ReasoningModel
+from models.senses import Senses
 from models.text import TextEncoder
 from models.vision import VisionModel
 from models.vocabulary import load_vocabulary
@@ -57,6 +58,7 @@ class LocalMind:
         self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
+            self._senses = Senses()
             self._detector = open_detector(
                 _detector(models.detector),
                 models.detector_kind,
@@ -90,7 +92,7 @@ class LocalMind:
         known = {name for names in self._objects for name in names}
         others = tuple((name,) for name in config.detector.labels if name not in known)
         classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
-        understood = understand(goal, classes, self._encoder.embed, same_as)
+        understood = understand(goal, classes, self._encoder.embed, same_as, self._senses)
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:

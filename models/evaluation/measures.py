@@ -1,6 +1,6 @@
 """Everything `python -m models.evaluate` prints, as figures."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from models.evaluation.judged import (
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
 from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
+from models.evaluation.words import as_runtime, asked
 from models.text import TextEncoder
 
 LEAST_OBJECTS, LEAST_AP = 5, 0.1
@@ -70,7 +71,7 @@ def measure(
     }
 
 
-def _is(truth: Truth, label: int, names: Sequence[str]) -> bool:
+def _is(truth: Truth, label: int, names: Collection[str]) -> bool:
     return truth.categories[label] in names
 
 
@@ -160,24 +161,37 @@ def by_synonym(
     looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: Words,
     encoder: TextEncoder,
 ) -> dict[str, Any]:  # fmt: skip
-    """AP of a category asked for by a name that training never saw, over AP by its own name."""
+    """AP of a category asked for by a name that training never saw, alone and as the runtime
+    understands it, over AP by its own name."""
     rows: list[dict[str, Any]] = []
     left_out = 0
     categories = list(looked.categories)
+    understood = as_runtime(encoder)
     for name, synonyms in words.unseen.items():
         k = categories.index(name) if name in categories else -1
         if k not in ap or judged.objects[k] < LEAST_OBJECTS or ap[k] < LEAST_AP:
             left_out += len(synonyms)
             continue
         for synonym in synonyms:
-            found = looked.with_name(k, encoder.embed([synonym])[0])
-            theirs = precision.average(found, [k])[k]
-            row = {"category": name, "synonym": synonym, "ap50": theirs, "own": ap[k]}
-            rows.append({**row, "ratio": theirs / ap[k]})
-    goals = [r["ratio"] for r in rows if r["category"] in GOALS]
-    every = [r["ratio"] for r in rows]
-    means = {"mean": _mean(every), "mean_of_goals": _mean(goals)}
-    return {**means, "left_out": left_out, "rows": sorted(rows, key=lambda r: r["ratio"])}
+            names = asked(understood, synonym)
+            row: dict[str, Any] = {"category": name, "synonym": synonym, "own": ap[k]}
+            row["as"] = names[0]
+            for key, texts in (("ap50", (synonym,)), ("understood_ap50", names)):
+                found = looked.with_names(k, encoder.embed(texts))
+                row[key] = precision.average(found, [k])[k]
+            ratios = {"ratio": row["ap50"], "understood_ratio": row["understood_ap50"]}
+            rows.append({**row, **{key: value / ap[k] for key, value in ratios.items()}})
+    return {
+        **_means(rows, "ratio", ""),
+        **_means(rows, "understood_ratio", "understood_"),
+        "left_out": left_out,
+        "rows": sorted(rows, key=lambda r: r["ratio"]),
+    }
+
+
+def _means(rows: Sequence[dict[str, Any]], key: str, prefix: str) -> dict[str, float]:
+    goals = [r[key] for r in rows if r["category"] in GOALS]
+    return {f"{prefix}mean": _mean([r[key] for r in rows]), f"{prefix}mean_of_goals": _mean(goals)}
 
 
 def _mean(values: Sequence[float]) -> float:

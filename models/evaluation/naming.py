@@ -26,11 +26,11 @@ class Looked:
     cosines: tuple[Floats, ...]  # (K, C) a frame
     found: tuple[RawDetections, ...]
 
-    def with_name(self, label: int, row: Floats) -> tuple[RawDetections, ...]:
-        """Detections when class `label` is asked for by another text row (D,) instead."""
+    def with_names(self, label: int, rows: Floats) -> tuple[RawDetections, ...]:
+        """Detections when class `label` is asked for by other text rows (M, D) instead."""
         out = []
         for view, cosines, before in zip(self.views, self.cosines, self.found, strict=True):
-            column = view.regions.astype(np.float32) @ row
+            column = (view.regions.astype(np.float32) @ rows.T).max(axis=1)
             others = np.sort(np.delete(cosines, label, axis=1), axis=1)
             last = others[:, -NAMES] if others.shape[1] >= NAMES else np.float32(-1)
             if not ((cosines[:, label] >= last) | (column >= last)).any():

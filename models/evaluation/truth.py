@@ -58,10 +58,10 @@ class Truth:
 
 @dataclass(frozen=True)
 class Words:
-    """What training called things: `trained` categories, `held_out` ones, the `unseen` synonyms and
-    the `near` categories of each trained one, and the room types."""
+    """What training called things: `trained` categories with all their names, `held_out` ones, the
+    `unseen` synonyms and the `near` categories of each trained one, and the room types."""
 
-    trained: tuple[str, ...]
+    trained: dict[str, tuple[str, ...]]
     held_out: tuple[str, ...]
     unseen: dict[str, tuple[str, ...]]
     near: dict[str, tuple[str, ...]]
@@ -106,7 +106,7 @@ def read_words(path: Path = NAMES) -> Words:
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     known: dict[str, Any] = table["categories"]
     return Words(
-        trained=tuple(known),
+        trained={name: tuple(body["names"]) for name, body in known.items()},
         held_out=tuple(table.get("held_out", ())),
         unseen={name: tuple(body.get("unseen", ())) for name, body in known.items()},
         near={name: tuple(body.get("near", ())) for name, body in known.items()},

@@ -122,11 +122,11 @@ def test_a_frame_is_looked_at_once_and_named_as_the_detector_would(
         np.testing.assert_allclose(mine.scores, plain.scores, rtol=1e-5)
         assert mine.labels.tolist() == plain.labels.tolist()
     assert set(looked.rooms) == {1}
-    (other,) = {f.labels.tolist()[0] for f in looked.with_name(0, encoder.embed(["sofa"])[0])}
+    (other,) = {f.labels.tolist()[0] for f in looked.with_names(0, encoder.embed(["sofa"]))}
     assert other == 0
     detector.set_vocabulary((("giraffe",), ("toilet",), ("guitar",)), ROOMS)
     renamed = detector.detect(np.full((64, 96, 3), 90, np.uint8))
-    odd = looked.with_name(0, encoder.embed(["giraffe"])[0])[0]
+    odd = looked.with_names(0, encoder.embed(["giraffe"]))[0]
     assert odd.labels.tolist() == renamed.labels.tolist()
     np.testing.assert_allclose(odd.scores, renamed.scores, rtol=1e-2)
 

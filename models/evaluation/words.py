@@ -1,0 +1,69 @@
+"""`python -m models.evaluation.words`: what the runtime looks for when it is asked for the names
+that training never saw (`unseen` in models/train/names.toml)."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+import click
+
+from models import store
+from models.evaluation.truth import Words, read_words
+from models.senses import Senses
+from models.text import TextEncoder
+from models.vocabulary import load_vocabulary
+from runtime.config import GoalConfig
+from runtime.goal import Goal, understand
+
+Understand = Callable[[str], Goal]
+
+
+def as_runtime(
+    encoder: TextEncoder, classes: Sequence[tuple[str, ...]] | None = None, senses: bool = True
+) -> Understand:
+    """Goals as the runtime understands them by its default word list, or by other classes."""
+    known = load_vocabulary().objects if classes is None else classes
+    looked_up = Senses() if senses else lambda word: ()
+    similar = GoalConfig().same_as_similarity
+    return lambda text: understand(text, known, encoder.embed, similar, looked_up)
+
+
+def asked(understood: Understand, text: str) -> tuple[str, ...]:
+    """The names of the class that a goal is looked for as."""
+    goal = understood(text)
+    return next(names for names in goal.classes if names[0] == goal.name)
+
+
+def verdicts(words: Words, understood: Understand) -> list[tuple[str, str, str, str]]:
+    """(synonym, its category, verdict, how it was understood) for every unseen synonym."""
+    rows = []
+    for category, synonyms in words.unseen.items():
+        near = words.near.get(category, ())
+        for synonym in synonyms:
+            goal = understood(synonym)
+            if goal.name == category:
+                verdict = "its own"
+            elif goal.name in words.trained:
+                verdict = "one that is neither right nor wrong" if goal.name in near else "another"
+            else:
+                names = asked(understood, synonym)
+                verdict = "alone, with its name" if category in names else "alone"
+            rows.append((synonym, category, verdict, goal.how))
+    return rows
+
+
+@click.command()
+@click.option("--names", is_flag=True, help="By the names of training alone, not the word list.")
+@click.option("--senses/--no-senses", default=True, show_default=True, help="With WordNet.")
+def main(names: bool, senses: bool) -> None:
+    """Print at which class each unseen name ends."""
+    encoder, words = TextEncoder(store.fetch("minilm")), read_words()
+    classes = tuple(words.trained.values()) if names else None
+    rows = verdicts(words, as_runtime(encoder, classes, senses))
+    for _synonym, category, verdict, how in sorted(rows, key=lambda row: row[2]):
+        click.echo(f"{verdict:36} {category:18} {how}")
+    for verdict, count in Counter(row[2] for row in rows).most_common():
+        click.echo(f"{count:4} of {len(rows)}: {verdict}")
+
+
+if __name__ == "__main__":
+    main()
