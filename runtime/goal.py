@@ -84,15 +84,18 @@ def _alike(
 
 
 def _own(goal: str, word: str, classes: Sequence[Class], means: Meaning | None) -> Goal:
-    """A class of its own, by all names that its meaning and its known kinds have."""
+    """A class of its own, by all names that its meaning and its known kinds have. A "computer
+    monitor" is a kind of monitor, whatever the dictionary has."""
     if means is None:
         return Goal(goal, word, (*classes, (word,)), f"{goal}: a class of its own")
     known = {name for names in classes for name in names}
     others = [name for name in means.names if name not in known and name != word]
-    kinds = [name for names in means.narrower for name in names]
+    called = [names for names in classes if any(name.endswith(f" {word}") for name in names)]
+    kinds = tuple(dict.fromkeys((*means.narrower, *called))) if means.narrower else ()
     how = f"{goal}: a class of its own"
     if others:
         how += f", also called {', '.join(others)}"
     if kinds:
-        how += f"; of its kind: {', '.join(names[0] for names in means.narrower)}"
-    return Goal(goal, word, (*classes, (word, *others, *kinds)), how)
+        how += f"; of its kind: {', '.join(names[0] for names in kinds)}"
+    own = (word, *others, *(name for names in kinds for name in names))
+    return Goal(goal, word, (*classes, own), how)

@@ -81,7 +81,14 @@ def test_a_goal_is_looked_for_as_what_it_means(
 
 
 @pytest.mark.parametrize(
-    ("word", "kind"), [("bin", "trash can"), ("cushion", "pillow"), ("timepiece", "clock")]
+    ("word", "kind"),
+    [
+        ("bin", "trash can"),
+        ("cushion", "pillow"),
+        ("timepiece", "clock"),
+        ("monitor", "computer monitor"),
+        ("monitor", "television"),
+    ],
 )
 def test_a_goal_that_is_more_than_a_class_keeps_its_kinds(
     encoder: TextEncoder, word: str, kind: str
