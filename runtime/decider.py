@@ -136,6 +136,7 @@ class Decider:
             self._rehearsed = ballot
             if ballot is None:
                 self._rehearsal = None
+            self._changed.notify_all()
 
     def _decide(self, question: Question) -> None:
         rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
