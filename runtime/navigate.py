@@ -100,7 +100,8 @@ def due(world: World, cfg: NavigateConfig) -> str:
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
-    frames, candidates = world.keyframes, world.frontiers
+    frames = world.keyframes
+    candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
     views = {
         f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
     }
@@ -118,7 +119,7 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
 
 
 def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
-    """DEFA and CDM: ask the experts, elect a frontier, else the closest."""
+    """DEFA and CDM: ask the experts, elect a frontier, else the fallback's."""
     ballot = panel.ask(snap.brief, by)
     return consensus.elect(
         ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.brief.order
