@@ -14,12 +14,6 @@ class Vocabulary:
     objects: tuple[tuple[str, ...], ...]
     rooms: tuple[str, ...]
 
-    def with_class(self, names: tuple[str, ...]) -> "Vocabulary":
-        """This vocabulary with one more class, unless its first name is already one's name."""
-        if any(names[0] in known for known in self.objects):
-            return self
-        return Vocabulary((*self.objects, names), self.rooms)
-
 
 def load_vocabulary(path: Path = PATH) -> Vocabulary:
     """Read a word list."""

@@ -111,8 +111,10 @@ def _common(rows: dict[str, list[EpisodeResult]]) -> dict[str, list[EpisodeResul
     return {name: results for name, results in kept.items() if results}
 
 
-def section(folder: Folder, seed: int, pictures: Sequence[tuple[str, str]]) -> str:
-    """One folder's block; `pictures` are (path, caption)."""
+def section(
+    folder: Folder, seed: int, pictures: Sequence[tuple[str, str]], before: Folder | None = None
+) -> str:
+    """One folder's block; `pictures` are (path, caption). `before`: an earlier run of it."""
     parts = [_title(folder), INTERVALS]
     for title, base, runs in groups(folder):
         count = len(runs[base]) if base in runs else 0
@@ -122,6 +124,8 @@ def section(folder: Folder, seed: int, pictures: Sequence[tuple[str, str]]) -> s
     if len(parts) == 2:
         parts.append(tables.outcomes(folder.runs, seed))
     parts += _remarks(folder)
+    if before is not None:
+        parts += ["### Before and after", tables.progress(folder.runs, before.runs, seed)]
     parts += ["### Why episodes failed", RULE, tables.failures(folder.runs),
               "### Found, by goal", tables.categories(_main(folder)),
               "### Where the time goes", _pace(folder), tables.times(folder.runs)]  # fmt: skip
@@ -214,11 +218,26 @@ def figures(folder: Folder, seed: int) -> dict[str, Any]:
     }  # fmt: skip
 
 
+def _earlier(path: Path, folders: Sequence[Folder]) -> dict[str, Folder]:
+    """The earlier run, under the name of the folder that has the same episodes."""
+    before = read_folder(path)
+    same = {f.name: before for f in folders if f.run["episodes"] == before.run["episodes"]}
+    if not same:
+        raise RfNavError(f"{path}: other episodes; --before takes a run of the same suite")
+    return same
+
+
 @click.command("report")
 @click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Markdown document.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="All figures as JSON.")
 @click.option("--seed", default=0, show_default=True, help="Of the bootstrap intervals.")
+@click.option(
+    "--before",
+    "earlier",
+    type=click.Path(path_type=Path),
+    help="An earlier run of the same suite, to be compared with.",
+)
 @click.option("--episode", "chosen", multiple=True, help="Draw these episodes' paths.")
 @click.option("--no-pictures", is_flag=True, help="Tables only.")
 def report_command(
@@ -226,6 +245,7 @@ def report_command(
     out: Path,
     json_file: Path | None,
     seed: int,
+    earlier: Path | None,
     chosen: tuple[str, ...],
     no_pictures: bool,
 ) -> None:
@@ -236,6 +256,7 @@ def report_command(
     """
     document = out.read_text(encoding="utf-8") if out.is_file() else "# Results\n"
     read = [read_folder(path) for path in folders]
+    before = _earlier(earlier, read) if earlier else {}
     for folder in read:
         pictures: list[tuple[str, str]] = []
         if not no_pictures:
@@ -244,7 +265,9 @@ def report_command(
             )
 
             pictures = draw_all(folder, out.parent, chosen)
-        document = fill(document, folder.name, section(folder, seed, pictures))
+        document = fill(
+            document, folder.name, section(folder, seed, pictures, before.get(folder.name))
+        )
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(document, encoding="utf-8")
     if json_file is not None:

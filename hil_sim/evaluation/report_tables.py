@@ -65,6 +65,25 @@ def differences(runs: Runs, base: str, seed: int) -> str:
     return "\n".join(lines)
 
 
+def progress(runs: Runs, before: Runs, seed: int) -> str:
+    """The same methods on the same episodes in an earlier run and in this one."""
+    lines = _head("method", "episodes", "SR %", "SPL %", "SR, points", "SPL, points",
+                  "detection errors")  # fmt: skip
+    for name in (n for n in runs if n in before):
+        both = {r.episode for r in runs[name]} & {r.episode for r in before[name]}
+        old, new = ([r for r in rows if r.episode in both] for rows in (before[name], runs[name]))
+        if not both:
+            continue
+        (gain,) = gains({"after": new, "before": old}, "after", seed)
+        was, now = (summarise([r.outcome for r in rows], seed) for rows in (old, new))
+        missed = (split(rows)["detection"] for rows in (old, new))
+        lines.append(_row(name, str(len(both)), *(
+            f"{100 * getattr(was, key).mean:.1f} → {100 * getattr(now, key).mean:.1f}"
+            for key in ("success", "spl")
+        ), _marked(gain.success), _marked(gain.spl), " → ".join(map(str, missed))))  # fmt: skip
+    return "\n".join(lines)
+
+
 def failures(runs: Runs) -> str:
     """How many episodes failed for which cause, collisions, and how the robot ended."""
     lines = _head("method", "failed", *CAUSES, "collisions an episode",

@@ -1,17 +1,16 @@
 """`python -m models.train --data DIR --out DIR`: train the detector on rendered frames."""
 
+import functools
 import os
 import sys
 from pathlib import Path
 
 import click
-import cv2
-import torch
 
-from models import store
 from models.errors import ModelError
-from models.text import TextEncoder
-from models.train.trainer import Recipe, train
+from models.train.part import take_part
+from models.train.team import together
+from models.train.trainer import Recipe
 
 # glibc gives freed activations back to the kernel and faults them in again every step; keeping
 # them makes a step several times faster. It must be in the environment before the process starts.
@@ -27,8 +26,13 @@ KEEP_MEMORY = {
 @click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--out", type=click.Path(path_type=Path), required=True)
 @click.option("--minutes", default=55.0, show_default=True, help="Training time in all.")
-@click.option("--batch", default=8, show_default=True)
-@click.option("--threads", default=2, show_default=True)
+@click.option("--batch", default=8, show_default=True, help="Frames a step and process.")
+@click.option(
+    "--processes",
+    default=2,
+    show_default=True,
+    help="Share every step; each takes a batch and a core: one with two threads sees half as much.",
+)
 @click.option("--seed", default=1, show_default=True)
 @click.option(
     "--start",
@@ -36,15 +40,11 @@ KEEP_MEMORY = {
     help="Checkpoint of an earlier run to begin with; default: ImageNet's weights.",
 )
 def main(
-    data: Path, out: Path, minutes: float, batch: int, threads: int, seed: int, start: Path | None
+    data: Path, out: Path, minutes: float, batch: int, processes: int, seed: int, start: Path | None
 ) -> None:
     """Train, or go on training, the detector; checkpoints and log.csv go to OUT."""
-    torch.set_num_threads(threads)
-    cv2.setNumThreads(1)
-    state = torch.load(store.fetch("efficientnet-lite0"), map_location="cpu", weights_only=True)
-    encoder = TextEncoder(store.fetch("minilm"))
     recipe = Recipe(minutes=minutes, batch=batch, seed=seed)
-    train(data, out, state, encoder.embed, recipe, click.echo, start)
+    together(processes, functools.partial(take_part, data, out, recipe, start))
 
 
 if __name__ == "__main__":

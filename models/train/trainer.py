@@ -18,10 +18,12 @@ from models.train.losses import Losses, loss
 from models.train.names import Embed, Names, load_names
 from models.train.network import Network
 from models.train.targets import make_grid
+from models.train.team import Team
 
 LOG_EVERY = 20
 SAVE_EVERY = 200
 CHECKPOINT = "checkpoint.pt"
+ALONE = Team()
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,9 @@ class Recipe:
 class Trainer:
     """All state of a run; `spent_s` is training time, which a resumed run goes on counting."""
 
-    def __init__(self, network: Network, names: Names, recipe: Recipe) -> None:
-        self.network, self.names, self.recipe = network, names, recipe
+    def __init__(self, network: Network, names: Names, recipe: Recipe, team: Team = ALONE) -> None:
+        self.network, self.names, self.recipe, self.team = network, names, recipe, team
+        self.learned = [p for p in network.parameters() if p.requires_grad]
         self.average = copy.deepcopy(network).requires_grad_(False)
         backbone = [p for p in network.backbone.parameters() if p.requires_grad]
         known = {id(p) for p in network.backbone.parameters()}
@@ -60,7 +63,7 @@ class Trainer:
             lr=recipe.head_rate,
             weight_decay=recipe.weight_decay,
         )
-        self.rng = np.random.default_rng(recipe.seed)
+        self.rng = np.random.default_rng((recipe.seed, team.rank))
         self.step, self.epoch, self.spent_s = 0, 0, 0.0
 
     def learn(self, batch: Batch) -> Losses:
@@ -70,7 +73,8 @@ class Trainer:
         losses = loss(self.network, self.network(batch.image), batch, grid, self.names, self.rng)
         self.optimiser.zero_grad(set_to_none=True)
         losses.total.backward()  # type: ignore[no-untyped-call]
-        torch.nn.utils.clip_grad_norm_(self.network.parameters(), self.recipe.clip)
+        self.team.average_gradients(self.learned)
+        torch.nn.utils.clip_grad_norm_(self.learned, self.recipe.clip)
         for group in self.optimiser.param_groups:
             group["lr"] = group["rate"] * self.pace()
         self.optimiser.step()
@@ -126,7 +130,7 @@ class Trainer:
         self.optimiser.load_state_dict(state["optimiser"])
         self.step, self.epoch = state["step"], state["epoch"]
         self.spent_s = state["spent_s"]
-        self.rng = np.random.default_rng((self.recipe.seed, self.step))
+        self.rng = np.random.default_rng((self.recipe.seed, self.team.rank, self.step))
 
 
 def train(
@@ -137,10 +141,12 @@ def train(
     recipe: Recipe,
     say: Callable[[str], None],
     start: Path | None = None,
+    team: Team = ALONE,
 ) -> None:
     """Train until the recipe's minutes are used; frames that appear meanwhile join each epoch.
 
     `start`: a checkpoint whose averaged weights a new run begins with, in place of ImageNet's.
+    Every member of a team calls this; the leader writes.
     """
     torch.manual_seed(recipe.seed)
     out.mkdir(parents=True, exist_ok=True)
@@ -149,7 +155,7 @@ def train(
     if start is not None:
         network.load_state_dict(torch.load(start, map_location="cpu", weights_only=True)["average"])
     network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-    trainer = Trainer(network, load_names(embed), recipe)
+    trainer = Trainer(network, load_names(embed), recipe, team)
     checkpoint = out / CHECKPOINT
     if checkpoint.exists():
         trainer.restore(checkpoint)
@@ -157,30 +163,33 @@ def train(
     while trainer.done() < 1:
         frames = read_frames(data, trainer.names.categories, trainer.names.held_out)
         say(f"epoch {trainer.epoch}: {len(frames)} frames")
-        source = batches(frames, trainer.names.rooms, recipe.batch, trainer.rng, trainer.size)
+        source = batches(
+            team.share(frames), trainer.names.rooms, recipe.batch, trainer.rng, trainer.size
+        )
         for losses in _steps(trainer, source):
-            if trainer.step % LOG_EVERY == 0:
+            if team.leads and trainer.step % LOG_EVERY == 0:
                 _log(out / "log.csv", trainer, losses, say)
-            if trainer.step % SAVE_EVERY == 0:
+            if team.leads and trainer.step % SAVE_EVERY == 0:
                 trainer.save(checkpoint)
             if trainer.done() >= 1:
                 break
         trainer.epoch += 1
-        trainer.save(checkpoint)
+        if team.leads:
+            trainer.save(checkpoint)
 
 
 def _steps(trainer: Trainer, source: Iterator[Batch]) -> Iterator[Losses]:
     mark = time.monotonic()
     for batch in source:
         losses = trainer.learn(batch)
-        trainer.spent_s += time.monotonic() - mark
+        trainer.spent_s = trainer.team.mean(trainer.spent_s + time.monotonic() - mark)
         mark = time.monotonic()
         yield losses
 
 
 def _log(path: Path, trainer: Trainer, losses: Losses, say: Callable[[str], None]) -> None:
     values = [f"{float(v.detach()):.4f}" for v in losses]
-    seen = trainer.step * trainer.recipe.batch
+    seen = trainer.step * trainer.recipe.batch * trainer.team.count
     rate = f"{seen / max(trainer.spent_s, 1e-6):.2f}"
     new = not path.exists()
     with path.open("a", newline="") as stream:

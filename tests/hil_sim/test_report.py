@@ -113,6 +113,29 @@ def test_one_command_makes_the_document_and_keeps_prose(out: Path, tmp_path: Pat
     assert page.read_bytes() == before
 
 
+def test_an_earlier_run_is_set_beside_this_one(out: Path, tmp_path: Path) -> None:
+    earlier = tmp_path / "earlier"
+    claim(Evaluation("val", EPISODES, (), 2, Settings(earlier)))
+    results = Results(earlier)
+    for episode in EPISODES[:6]:
+        results.add(result("rfnav", episode, False, seen_at=3))
+    text = section(read_folder(out), 0, [], read_folder(earlier))
+    table = text.split("### Before and after\n\n")[1].split("\n\n")[0].splitlines()
+    assert len(table) == 3  # rfnav alone is in both
+    assert table[2].startswith("| rfnav | 6 | 0.0 → 50.0 | 0.0 → 40.0 | **50.0 [")
+    assert table[2].endswith("| 6 → 0 |")
+    page = tmp_path / "page.md"
+    arguments = ["report", str(out), "--out", str(page), "--no-pictures", "--before"]
+    done = CliRunner().invoke(cli, [*arguments, str(earlier)])
+    assert done.exit_code == 0, done.output
+    assert "### Before and after" in page.read_text()
+    other = tmp_path / "other"
+    claim(Evaluation("val", EPISODES[1:], (), 2, Settings(other)))
+    Results(other).add(result("rfnav", EPISODES[1], True))
+    done = CliRunner().invoke(cli, [*arguments, str(other)])
+    assert "other episodes; --before takes a run of the same suite" in str(done.exception)
+
+
 def test_a_block_without_end_is_an_error() -> None:
     with pytest.raises(RfNavError, match="its end is missing; write <!-- end of report val -->"):
         fill("<!-- report val -->\nmine", "val", "new")

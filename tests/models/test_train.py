@@ -1,6 +1,8 @@
 """The trainer on drawn frames: targets, augmentation, and a loss that falls."""
 
 import json
+import subprocess
+import sys
 import tomllib
 import zlib
 from collections.abc import Sequence
@@ -66,6 +68,56 @@ def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
     batch = data.collate(labelled[:2], trainer.names.rooms, np.random.default_rng(0), data.SMALL)
     costs = [float(trainer.learn(batch).total.detach()) for _ in range(6)]
     assert min(costs[3:]) < 0.8 * costs[0]
+
+
+MEMBER = """
+import sys
+import torch
+from models.train.team import together
+
+def part(team):
+    x, y = torch.zeros(3, requires_grad=True), torch.zeros(2, requires_grad=True)
+    ((team.rank + 1) * x).sum().backward()
+    team.average_gradients([x, y])
+    shared = team.share([f"frame {i} of {team.rank}" for i in range(5)])
+    mean = team.mean(10 / (2 - int(sys.argv[3]) - team.rank))
+    said = [x.grad, y.grad, mean, shared]
+    torch.save(said, f"{sys.argv[1]}/{team.rank}")
+
+if __name__ == "__main__":
+    together(int(sys.argv[2]), part)
+"""
+
+
+def members(folder: Path, count: int, fail: bool = False) -> subprocess.CompletedProcess[str]:
+    """`count` processes that import what they do by name, as those of a training do."""
+    script = folder / "member.py"
+    script.write_text(MEMBER)
+    command = [sys.executable, script, folder, str(count), str(int(fail))]
+    return subprocess.run(command, capture_output=True, text=True, timeout=240)
+
+
+def test_members_of_a_team_go_by_one_mean_gradient(tmp_path: Path) -> None:
+    assert members(tmp_path, 2).returncode == 0
+    for rank in (0, 1):
+        x, y, mean, shared = torch.load(tmp_path / str(rank))
+        assert x.tolist() == [1.5] * 3
+        assert y.tolist() == [0.0] * 2  # it was in nobody's loss
+        assert mean == 7.5
+        assert shared == [f"frame {i} of 0" for i in (rank, rank + 2)]
+
+
+def test_one_alone_is_its_own_team(tmp_path: Path) -> None:
+    assert members(tmp_path, 1).returncode == 0
+    x, y, mean, shared = torch.load(tmp_path / "0")
+    assert (x.tolist(), y, mean, len(shared)) == ([1.0] * 3, None, 5.0, 5)
+
+
+def test_a_failing_member_ends_the_team(tmp_path: Path) -> None:
+    """The second fails while the first waits for it."""
+    done = members(tmp_path, 2, fail=True)
+    assert done.returncode == 1
+    assert "ZeroDivisionError" in done.stderr
 
 
 def test_a_checkpoint_resumes_and_exports(trainer: Trainer, tmp_path: Path) -> None:
