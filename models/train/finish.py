@@ -26,10 +26,11 @@ from models.train.network import Network
 from models.train.targets import assign, make_grid
 from models.train.trainer import CHECKPOINT
 
-FINISHED = "finished.pt"
+FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
 BATCH = 8
 DROPOUT = 0.5
+PULL, BLUR = 0.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -91,8 +92,10 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
     room_steps: int = 1000, word_steps: int = 1000, view_weight: float = 0.1,
+    pull: float = PULL, blur: float = BLUR,
 ) -> Network:  # fmt: skip
-    """A copy of the network whose word heads were trained on stored features."""
+    """A copy of the network whose word heads were trained on stored features. `pull`: weight of a
+    region's closeness to the mean of its category's names; `blur`: length of the noise on words."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     out = copy.deepcopy(network).requires_grad_(True).train()
@@ -115,8 +118,13 @@ def finish(
 
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
-        parts = features.regions[at], features.label[at], features.weight[at]
-        return word_loss(out, *parts, names.draw(rng), names.compare)
+        regions, label, weight = features.regions[at], features.label[at], features.weight[at]
+        rows = _blurred(names.draw(rng), blur)
+        cost = word_loss(out, regions, label, weight, rows, names.compare)
+        thing = label >= 0
+        near = (out.embed(regions[thing]) * names.middle[label[thing]]).sum(1)
+        away = ((1 - near) * weight[thing]).sum() / weight.sum().clamp(min=1.0)
+        return cost + pull * away
 
     heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
     _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)
@@ -124,6 +132,12 @@ def finish(
     scales = [out.log_scale, out.bias]
     _descend("words", [*out.region.parameters(), *scales], words, word_steps, 5e-4, say)
     return out.eval()
+
+
+def _blurred(rows: Tensor, length: float) -> Tensor:
+    """Unit rows with noise of that length, unit again."""
+    noise = torch.randn_like(rows) * (length / rows.shape[1] ** 0.5)
+    return torch.nn.functional.normalize(rows + noise, dim=1)
 
 
 def _standard(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -166,6 +180,18 @@ def _descend(
             say(f"{what}: step {step} loss {float(loss.detach()):.4f}")
 
 
+def _kept(out: Path, passes: int, seed: int, make: Callable[[], Features]) -> Features:
+    """The features as OUT/features.pt has them, if it is of the checkpoint as it is."""
+    path, known = out / FEATURES, [(out / CHECKPOINT).stat().st_mtime_ns, passes, seed]
+    if path.is_file():
+        kept = torch.load(path, weights_only=True)
+        if kept.pop("of") == known:
+            return Features(**kept)
+    features = make()
+    torch.save({"of": known, **vars(features)}, path)
+    return features
+
+
 @click.command(epilog="Example:  python -m models.train.finish --data frames/train --out out/train")
 @click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--out", type=click.Path(path_type=Path, exists=True), required=True)
@@ -176,7 +202,9 @@ def main(data: Path, out: Path, passes: int, seed: int) -> None:
     names = load_names(TextEncoder(store.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
     frames = read_frames(data, names.categories, names.held_out)
-    features = collect(network, frames, names, passes, seed, click.echo)
+    features = _kept(
+        out, passes, seed, lambda: collect(network, frames, names, passes, seed, click.echo)
+    )
     torch.save(
         {"average": finish(network, features, names, seed, click.echo).state_dict()}, out / FINISHED
     )

@@ -12,6 +12,7 @@ from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation
 from runtime.core.world import Command, Progress, World
 
+NEARER_M = 0.05  # what counts as having come closer
 UNWEDGE = Action.TURN_LEFT  # when no heading can be driven: turn until one can, or patience ends
 
 
@@ -92,17 +93,21 @@ def dithers(world: World, aim: tuple[str, int], turn: Action, cfg: NavigateConfi
 def stalled(
     world: World, aim: tuple[str, int], field: planner.Field | None, cfg: NavigateConfig
 ) -> bool:
-    """Count steps (seconds, in velocity mode) toward one aim that did not bring the robot closer;
-    True when it is too many."""
-    p = world.progress
-    if p.aim != aim:
-        world.progress = p = Progress(aim)
+    """Count steps (seconds, in velocity mode) toward one aim that did not bring the robot closer,
+    and how often it turned away and back to it in vain; True when either is too many."""
+    p = world.progress.setdefault(aim, Progress())
+    if world.aim != aim:
+        world.aim, p.run_m, p.idle, p.returns = aim, math.inf, 0.0, p.returns + 1
     left = field.at(world.pose.x_m, world.pose.y_m) if field else math.inf
-    if left < p.best_m - 0.05:
-        p.best_m, p.idle = left, 0
-    elif cfg.control.mode == "velocity":
-        p.idle += world.dt_s
-        return p.idle > cfg.explore.patience_s
+    if left < p.best_m - NEARER_M:
+        p.best_m, p.returns = left, 0
+    velocity = cfg.control.mode == "velocity"
+    if left < p.run_m - NEARER_M:
+        p.run_m, p.idle = left, 0.0
     else:
-        p.idle += 1
-    return p.idle > cfg.explore.patience
+        p.idle += world.dt_s if velocity else 1
+    patience = cfg.explore.patience_s if velocity else cfg.explore.patience
+    if p.idle <= patience and p.returns <= cfg.explore.returns:
+        return False
+    del world.progress[aim]  # what is given up may be tried again, from the start
+    return True

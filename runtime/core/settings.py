@@ -27,6 +27,7 @@ class ExploreConfig:
     seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
     patience: int = 24  # steps without coming closer to an aim before it is given up
     patience_s: float = 12.0  # the same in velocity mode
+    returns: int = 8  # so often the robot turns back to an aim in vain, then the same
     blocked_m: float = 0.08  # a step forward that moved less than this was a collision
     blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
     blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward

@@ -41,11 +41,12 @@ class Command:
 
 @dataclass
 class Progress:
-    """Guards against standing still: the closest that the robot came to its current aim."""
+    """Guards against standing still: how close the robot came to one aim."""
 
-    aim: tuple[str, int] = ("none", 0)  # kind and id
-    best_m: float = math.inf
-    idle: float = 0.0  # steps without coming closer; seconds in velocity mode
+    best_m: float = math.inf  # ever
+    run_m: float = math.inf  # since it last turned to this aim
+    idle: float = 0.0  # steps since then without coming closer; seconds in velocity mode
+    returns: int = 0  # how often it turned to this aim again without having come closer than ever
 
 
 @dataclass
@@ -68,7 +69,8 @@ class World:
     looks_left: int = 0  # turns of the first look around
     step: int = 0
     last: Command | None = None
-    progress: Progress = field(default_factory=Progress)
+    aim: tuple[str, int] = ("none", 0)  # kind and id of what the robot is after
+    progress: dict[tuple[str, int], Progress] = field(default_factory=dict)  # of each aim so far
     elapsed_s: float = 0.0  # by the observations' stamps; gaps count as a second at most
     dt_s: float = 0.0  # of that, since the observation before
     decided_s: float = 0.0  # when the last decision was adopted

@@ -6,7 +6,7 @@ import numpy as np
 from runtime.core.coverage import CoverageConfig, look, overlooked
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.motion import dithers
+from runtime.core.motion import dithers, stalled
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
 from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
@@ -103,3 +103,46 @@ def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():
     while not dithers(world, ("face", 1), Action.TURN_LEFT, cfg):
         turns += 1
     assert 12 <= turns <= 24  # a whole turn is allowed, two are not
+
+
+class Away:
+    """A field whose only answer is how far its source is."""
+
+    def __init__(self, left_m: float) -> None:
+        self.left_m = left_m
+
+    def at(self, x_m: float, y_m: float) -> float:
+        return self.left_m
+
+
+def given_up(world: World, aim: tuple[str, int], left_m: float) -> bool:
+    return stalled(world, aim, Away(left_m), NavigateConfig())
+
+
+def test_turning_to_and_fro_between_two_aims_comes_to_an_end():
+    """Each step of the one leads away from the other, so that neither is ever idle for long."""
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    for step in range(100):
+        near, far = 1.0 + step % 3 * 0.25, 2.0 - step % 3 * 0.25
+        aim, left = (("target", 1), near) if step // 3 % 2 else (("frontier", 5), far)
+        if given_up(world, aim, left):
+            break
+    assert 20 < step < 60
+
+
+def test_an_aim_is_gone_back_to_as_long_as_the_robot_comes_nearer_to_it():
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    for turn in range(30):
+        assert not given_up(world, ("target", 1), 10.0 - 0.3 * turn)
+        assert not given_up(world, ("frontier", 5), 20.0 - 0.3 * turn)
+    for step in range(40):  # a long way back to the first, of which no step is idle
+        assert not given_up(world, ("target", 1), 12.0 - 0.25 * step)
+
+
+def test_what_was_given_up_is_tried_from_the_start():
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    waits = [0, 0]
+    for again in (0, 1):
+        while not given_up(world, ("frontier", 5), 3.0):
+            waits[again] += 1
+    assert waits[0] == waits[1] > NavigateConfig().explore.patience
