@@ -30,7 +30,8 @@ class TargetConfig:
     reach_m: float = 1.3  # an approach that ends further away is no arrival
     view_cone_rad: float = math.radians(80.0)  # stand where it was seen from, not behind its wall
     distance_cost: float = 0.15  # log-odds that a metre of straight distance costs a candidate
-    rival_share: float = 0.5  # footprint shared with a stronger instance of another name
+    rival_share: float = 0.5  # of footprint and height, shared with what is more surely another
+    rival_cosine: float = 0.6  # and that alike
 
 
 def confirmed(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
@@ -120,6 +121,8 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
         if math.dist(other.xy, instance.xy) <= 1.5
         and other.name != goal
         and other.log_odds > instance.log_odds
+        and _level(instance, other, cfg.rival_share)
+        and _resemble(instance, other, cfg.rival_cosine)
     ]
     mine = _places(instance) if rivals else frozenset()
     for other in rivals:
@@ -127,6 +130,19 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
         if len(mine & theirs) >= cfg.rival_share * min(len(mine), len(theirs)):
             return True
     return False
+
+
+def _level(a: Instance, b: Instance, share: float) -> bool:
+    """Whether two things are at one height, and not one on top of the other."""
+    common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
+    return common >= share * min(a.high_m - a.low_m, b.high_m - b.low_m)
+
+
+def _resemble(a: Instance, b: Instance, least_cosine: float) -> bool:
+    """Whether two things in one place look as if they were one: a chair at a desk does not. What a
+    detector without embeddings saw may always be one."""
+    one, other = a.embedding, b.embedding
+    return one.shape != other.shape or not one.size or float(one @ other) >= least_cosine
 
 
 def _places(instance: Instance) -> frozenset[tuple[float, float]]:

@@ -81,6 +81,36 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     assert choose(semantic, "sofa", Pose(0, 0, 0), CFG) is thing
 
 
+def rival(name: str, cosine: float | None, low_m: float, high_m: float) -> SemanticMap:
+    """A chair's map with a surer thing in the same place, that looks so like it."""
+    spot = np.array([[2.025, 0.025], [2.075, 0.025], [2.025, 0.075]])
+    chair = Instance(1, {"chair": 3.0}, SPOT, 0.4, spot, 0.0, 0.9, views=[at(0, 1), at(2, 1)])
+    other = Instance(2, {name: 8.0}, SPOT, 0.4, spot, low_m, high_m, views=[at(0, 1)])
+    if cosine is not None:
+        chair.embedding_sum = np.array([1.0, 0.0], np.float32)
+        other.embedding_sum = np.array([cosine, math.sqrt(1 - cosine**2)], np.float32)
+    semantic = SemanticMap.empty(("chair", name), (), open_floor()[0].frame)
+    semantic.instances |= {1: chair, 2: other}
+    return semantic
+
+
+@pytest.mark.parametrize(
+    ("name", "cosine", "low_m", "high_m", "chosen"),
+    [
+        ("armchair", 0.9, 0.0, 0.8, False),  # one thing, once called another name
+        ("desk", 0.5, 0.1, 0.9, True),  # the chair stands at it
+        ("picture", 0.9, 1.2, 2.0, True),  # hangs above it
+        ("armchair", None, 0.0, 0.8, False),  # nothing is known of how they look
+    ],
+)
+def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
+    name: str, cosine: float | None, low_m: float, high_m: float, chosen: bool
+):
+    semantic = rival(name, cosine, low_m, high_m)
+    found = choose(semantic, "chair", Pose(0, 0, 0), CFG)
+    assert found is (semantic.instances[1] if chosen else None)
+
+
 # -- two looks ------------------------------------------------------------------------------------
 
 
