@@ -38,7 +38,7 @@ class ModelFile:
 
 @dataclass(frozen=True)
 class Entry:
-    """A model of the manifest; `settings` are figures fixed at training time (thresholds)."""
+    """A model of the manifest."""
 
     name: str
     task: str
@@ -47,7 +47,6 @@ class Entry:
     licence: str
     about: str
     contract: str
-    settings: dict[str, float]
     style: str = "score"  # of a language or vision model: "score" or "reason"
     handler: str = ""  # of a vision model: see models/vision.py
 
@@ -103,7 +102,6 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
             licence=body["licence"],
             about=body.get("about", ""),
             contract=body.get("contract", ""),
-            settings=dict(body.get("settings", {})),
             style=body.get("style", "score"),
             handler=body.get("handler", ""),
         )

@@ -19,9 +19,8 @@ def detector(encoder: TextEncoder) -> Detector:
     return found
 
 
-def test_it_is_small_and_has_its_threshold() -> None:
+def test_it_is_small_and_attributed() -> None:
     assert store.locate("rfnav-det").stat().st_size < 12e6
-    assert 0 < store.entry("rfnav-det").settings["seen_threshold"] < 1
     assert (Path(store.PACKAGE) / "weights" / "ATTRIBUTION.md").is_file()
 
 
