@@ -33,6 +33,7 @@ from runtime.core.types import (
     Observation,
 )
 from runtime.core.world import (
+    RESORTS,
     Command,
     Snapshot,
     World,
@@ -68,7 +69,8 @@ def perceive(
 def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
     frame = world.map.frame
-    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, cfg.planner)
+    radius_m = cfg.robot.radius_m
+    world.seen = planner.look_around(world.map, world.pose, radius_m, cfg.planner, world.tight)
     edge = frontiers.boundary(world.map, world.given_up, cfg.frontiers)
     parts = frontiers.components(edge, frame, cfg.frontiers.min_cells)
     if world.thorough:
@@ -181,8 +183,8 @@ def _approach_target(
             target.no_other_side(instance, world.goal, world.pose, cfg.target)
             return _approach_target(world, cfg, least)
     what = f"{world.goal} {instance.id} (p {instance.confidence_of(world.goal):.2f})"
-    row, col = world.terrain.frame.cell(world.pose.x_m, world.pose.y_m)
-    if stands[row, col]:
+    field = planner.approach(world.terrain, stands, world.reach, world.pose)
+    if field.at(world.pose.x_m, world.pose.y_m) <= motion.slack_m(cfg):
         turn = motion.turn(world, instance.xy, cfg)
         if turn is not None and not motion.dithers(world, ("face", instance.id), turn, cfg):
             facing = Toward(instance.xy)
@@ -190,7 +192,6 @@ def _approach_target(
         if target.judge(instance, world.goal, world.pose, cfg.target):
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         return _approach_target(world, cfg, least)
-    field = planner.approach(world.terrain, stands, world.reach, world.pose)
     if motion.stalled(world, ("side" if again else "target", instance.id), field, cfg):
         if again:
             target.no_other_side(instance, world.goal, world.pose, cfg.target)
@@ -233,20 +234,19 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
 
 
 def _finish(world: World, cfg: NavigateConfig) -> Command:
-    """No frontier is left: look at weak candidates, then once more at what was given up, then at
-    what was seen only from afar; then stop."""
+    """No frontier is left: look at weak candidates, then take the next of the last resorts; after
+    them stop."""
     weak = _approach_target(world, cfg, cfg.explore.weak_log_odds)
     if weak is not None:
         return weak
-    if world.thorough and world.retried:
+    if world.resorts == len(RESORTS):
         return Command(
             Action.STOP, "stop", None, f"no {world.goal} found and nothing left to explore"
         )
-    if not world.retried:
-        world.retried, what = True, "retry what was given up before"
+    what = RESORTS[world.resorts]
+    world.resorts += 1
+    if world.resorts == 1:
         world.given_up[:] = False
-    else:
-        world.thorough, what = True, "go to what was seen only from afar"
     with_frontiers(world, cfg)
     return Command(Action.TURN_LEFT, "look", None, what, course=Spin(cfg.control.look_radps))
 

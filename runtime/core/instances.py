@@ -20,6 +20,9 @@ class SemanticsConfig:
     stride: int = 4  # every n-th pixel of a box is projected
     core_share: float = 0.6  # of a box's width and height, where its depth is read
     cluster_m: float = 0.35  # points this close in depth to the core belong to the object
+    # toward the camera no further than half as far as the box is wide: what is nearer stands before
+    before_share: float = 0.5
+    before_m: float = 0.1  # at least
     min_points: int = 6
     associate_m: float = 0.6  # between a detection and the instance it is another view of
     other_name_m: float = 0.3  # that much nearer, when it was never called that before,

@@ -71,6 +71,11 @@ def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Acti
     return action or UNWEDGE, course
 
 
+def slack_m(cfg: NavigateConfig) -> float:
+    """What counts as having arrived: whole steps do not end nearer to a place than half of one."""
+    return 0.0 if cfg.control.mode == "velocity" else cfg.control.forward_m / 2
+
+
 def turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action | None:
     """The turn that faces a point; None when it is faced."""
     if cfg.control.mode == "velocity":

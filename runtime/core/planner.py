@@ -27,6 +27,7 @@ class PlannerConfig:
     pocket_m2: float = 1.5  # a robot that can reach no more than this is wedged
     squeeze_m: tuple[float, ...] = (0.7, 1.2)  # around a wedged robot, in turn,
     squeeze_slack_m: float = 0.07  # gaps may be this much too tight: maps err by a cell
+    resort_slack_m: float = 0.04  # the same everywhere, when else nothing is left to go to
 
 
 @dataclass(frozen=True)
@@ -63,28 +64,31 @@ class Field:
 
 
 def look_around(
-    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig
+    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig, tight: bool = False
 ) -> tuple[Terrain, Field]:
     """The terrain, and the geodesic distance from the robot. A wedged robot, to which nearly
-    nothing is reachable, is let through gaps close to it that look a little too tight."""
-    terrain = survey(grid, pose, radius_m, cfg)
+    nothing is reachable, is let through gaps close to it that look a little too tight; with `tight`
+    through such gaps everywhere."""
+    everywhere = math.inf, cfg.resort_slack_m
+    terrain = survey(grid, pose, radius_m, cfg, *(everywhere if tight else ()))
     reach = march_from(terrain, pose.xy, unhurried=False)
     for squeeze_m in cfg.squeeze_m:
         cells = int(np.isfinite(reach.arrival_m).sum())
         small = cells * terrain.frame.resolution_m**2 < cfg.pocket_m2
         if not small or 3 * cells > int(terrain.traversable.sum()):
             break
-        terrain = survey(grid, pose, radius_m, cfg, squeeze_m)
+        terrain = survey(grid, pose, radius_m, cfg, squeeze_m, cfg.squeeze_slack_m)
         reach = march_from(terrain, pose.xy, unhurried=False)
     return terrain, reach
 
 
 def survey(
-    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig, squeeze_m: float = 0.0
-) -> Terrain:
+    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig,
+    squeeze_m: float = 0.0, slack_m: float = 0.0,
+) -> Terrain:  # fmt: skip
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
     the body would graze something: it is there already and must be able to leave. Within
-    `squeeze_m` free cells count as clear although they are a little too tight."""
+    `squeeze_m` free cells count as clear although they are too tight by `slack_m`."""
     rows, cols = grid.known_window()
     r, f = grid.frame.resolution_m, grid.frame
     frame = GridFrame(
@@ -103,7 +107,7 @@ def survey(
     if squeeze_m > 0:
         window, near = _near(frame, pose, squeeze_m)
         patch = clearance[window]
-        tight = near & free[window] & (patch >= radius_m - cfg.squeeze_slack_m)
+        tight = near & free[window] & (patch >= radius_m - slack_m)
         np.maximum(patch, np.float32(hard), out=patch, where=tight)
     passable = free & (clearance >= hard)
     window, near = _near(frame, pose, cfg.escape_m)
@@ -208,7 +212,7 @@ def _window(mask: Mask) -> tuple[slice, slice]:
 
 def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
     """The window around the pose, and the cells of it whose centre is within the radius."""
-    n = math.ceil(radius_m / frame.resolution_m) + 1
+    n = math.ceil(min(radius_m / frame.resolution_m, sum(frame.shape))) + 1
     row, col = frame.cell(pose.x_m, pose.y_m)
     window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
     rows, cols = np.ogrid[window]

@@ -67,7 +67,7 @@ def locate(
 ) -> list[Sighting]:
     """Project each box through depth. A box without usable depth gives none."""
     table = rays(obs.intrinsics, mount, cfg.stride)
-    offset = cfg.stride // 2
+    offset, focal_px = cfg.stride // 2, obs.intrinsics.fx
     depth = np.nan_to_num(obs.depth_m[offset :: cfg.stride, offset :: cfg.stride], posinf=0.0)
     offset_m = np.array([mount.x_m, mount.y_m, mount.z_m])
     found = []
@@ -78,7 +78,9 @@ def locate(
         patch = depth[rows, cols]
         known = float(detections.depths_m[i]) if detections.depths_m.size else None
         near = _surface_m(patch, cfg) if known is None else known
-        keep = (patch > 0) & (np.abs(patch - near) < cfg.cluster_m)
+        width_m = float(detections.boxes_px[i, 2] - detections.boxes_px[i, 0]) * near / focal_px
+        before_m = min(cfg.cluster_m, max(cfg.before_m, cfg.before_share * width_m))
+        keep = (patch > 0) & (patch > near - before_m) & (patch < near + cfg.cluster_m)
         if int(keep.sum()) < cfg.min_points:
             continue
         z = patch[keep].astype(np.float64)

@@ -260,6 +260,6 @@ def _line_of_sight(
     own = np.zeros(frame.shape, np.uint8)
     mine = frame.cells(instance.cells_xy)
     own[tuple(mine.T)] = 1
-    near = cv2.dilate(own, np.ones((5, 5), np.uint8)) > 0
+    near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
     blocked = grid.occupied[rc[..., 0], rc[..., 1]] & ~near[rc[..., 0], rc[..., 1]]
     return np.asarray(~blocked.any(axis=1), bool)

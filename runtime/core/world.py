@@ -49,6 +49,14 @@ class Progress:
     returns: int = 0  # how often it turned to this aim again without having come closer than ever
 
 
+RESORTS = (
+    "retry what was given up before",
+    "go through gaps that look a little too tight",
+    "go to what was seen only from afar",
+)
+"""What is tried, one after the other, when no frontier is left to go to."""
+
+
 @dataclass
 class World:
     """Maps, frontiers, the standing decision and the guards of one search."""
@@ -80,8 +88,7 @@ class World:
     blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
     keyframes: list[Keyframe] = field(default_factory=list)
     collisions: int = 0
-    thorough: bool = False  # no frontier is left: what was seen only from afar is gone to
-    retried: bool = False  # given-up frontiers were already given a second chance
+    resorts: int = 0  # how many of `RESORTS` were taken
     visited_xy: list[tuple[float, float]] = field(default_factory=list)
 
     @classmethod
@@ -100,6 +107,16 @@ class World:
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
         return cls(goal, grid, semantic, pose, 0, given_up, looked, looks_left=looks)
+
+    @property
+    def tight(self) -> bool:
+        """Whether gaps may be a little too tight by now."""
+        return self.resorts >= 2
+
+    @property
+    def thorough(self) -> bool:
+        """Whether what was seen only from afar is gone to by now."""
+        return self.resorts >= 3
 
     @property
     def terrain(self) -> Terrain:

@@ -54,6 +54,22 @@ def test_a_wedged_robot_is_let_through_a_gap_a_cell_too_tight():
     assert area_m2(reach.arrival_m) > 10.0
 
 
+def test_as_a_last_resort_gaps_may_be_a_little_too_tight_everywhere():
+    """In a wall 2 m ahead of a robot that is not wedged; it is 0.36 m wide."""
+    for gap_m, let_through in ((0.39, True), (0.29, False)):
+        grid, cfg = floor(), PlannerConfig()
+        x, y = axes(grid)
+        grid.evidence[(np.abs(x - 2.0) < 0.06) & ~(np.abs(y) < gap_m / 2)] = 10
+        grid.changed()
+        beyond_m2 = []
+        for tight in (False, True):
+            terrain, reach = look_around(grid, POSE, RADIUS_M, cfg, tight)
+            xs = terrain.frame.x0_m + (np.arange(terrain.frame.cols) + 0.5) * 0.05
+            beyond_m2.append(area_m2(reach.arrival_m[:, xs > 2.1]))
+        assert beyond_m2[0] == 0.0
+        assert (beyond_m2[1] > 2.0) is let_through
+
+
 def test_it_is_not_let_through_a_gap_it_cannot_fit():
     _, reach = look_around(walled_in(0.15), POSE, RADIUS_M, PlannerConfig())
     assert area_m2(reach.arrival_m) < 1.5
@@ -79,6 +95,23 @@ def test_a_vase_amid_a_table_can_be_stood_before():
     rows, cols = np.nonzero(stands)
     ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
     assert (ahead[:, 0] < 1.0).all()  # on the side it was seen from
+
+
+def test_nothing_is_looked_at_through_a_wall():
+    """A toilet right behind a thin wall, once seen from over there: not from this side."""
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x - 1.0) < 0.05) & (y < 1.0)] = 10
+    grid.changed()
+    terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
+    cells = np.array([[1.225, -0.025], [1.275, -0.025], [1.225, 0.025], [1.175, 0.025]])
+    seen_from = Pose(1.2, 1.5, -1.5)
+    toilet = Instance(1, {"toilet": 4.0}, (1.25, 0.0), 0.4, cells, views=[seen_from])
+    stands = standpoints(grid, terrain, reach, toilet, "toilet", TargetConfig())
+    assert stands.any()
+    rows, cols = np.nonzero(stands)
+    ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
+    assert (ahead[:, 0] > 1.0).all()
 
 
 def test_what_is_out_of_near_range_stays_overlooked():
