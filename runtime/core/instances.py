@@ -10,6 +10,7 @@ import numpy as np
 from runtime.core.geometry import GridFrame, wrap_angle
 from runtime.core.types import F32, F64, Pose
 
+LEAST_M = 0.15  # what is so near to an instance's middle is of it
 _NO_EMBEDDING = np.zeros(0, np.float32)
 
 
@@ -23,6 +24,7 @@ class SemanticsConfig:
     # toward the camera no further than half as far as the box is wide: what is nearer stands before
     before_share: float = 0.5
     before_m: float = 0.1  # at least
+    stray: float = 2.2  # times the median distance from its middle: cells beyond are not of it
     min_points: int = 6
     associate_m: float = 0.6  # between a detection and the instance it is another view of
     other_name_m: float = 0.3  # that much nearer, when it was never called that before,
@@ -143,7 +145,7 @@ def fuse(
     x, y, z_m = (float(v) for v in _middle(ordered))
     xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
     low_m, high_m = float(ordered[2, cut]), float(ordered[2, -1 - cut])
-    cells = footprint(frame, sighting.points[:, :2])
+    cells = without_strays(footprint(frame, sighting.points[:, :2]), cfg.stray)
     seen = Instance(new_id, {sighting.name: 0.0}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
     instance = same(instances, seen, frame.resolution_m, cfg)
@@ -173,6 +175,7 @@ def _widen(
     cells, low_m, high_m = seen.cells_xy, seen.low_m, seen.high_m
     if range_m > cfg.nearer * instance.range_m:
         cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
+        cells = without_strays(cells, cfg.stray)
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
     instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
     x, y = _middle(np.sort(cells.T, axis=1))
@@ -192,6 +195,15 @@ def footprint(frame: GridFrame, xy: F64) -> F64:
     held[(rows - top) * width + (cols - left)] = True
     row, col = np.divmod(np.flatnonzero(held), width)
     return frame.centres(np.stack([row + top, col + left], axis=1).astype(np.int32))
+
+
+def without_strays(cells_xy: F64, stray: float) -> F64:
+    """(N, 2) m -> those not much farther from the middle than most: of a long rectangle all (its
+    farthest cell is twice as far as the median), of a thing on a table not the table before it."""
+    away = np.hypot(*(cells_xy - _middle(np.sort(cells_xy.T, axis=1))).T)
+    half = len(away) // 2
+    near = away <= max(stray * float(np.partition(away, half)[half]), LEAST_M)
+    return np.asarray(cells_xy[near])
 
 
 def _middle(ordered: F64) -> F64:

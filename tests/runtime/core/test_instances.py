@@ -12,11 +12,13 @@ from runtime.core.instances import (
     Instance,
     SemanticsConfig,
     Sighting,
+    footprint,
     fuse,
     logit,
     reject,
     shares,
     size_m,
+    without_strays,
 )
 from runtime.core.types import Pose
 
@@ -168,3 +170,21 @@ def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
 def test_logits_are_bounded_and_odd(p: float):
     assert abs(logit(p)) < 10
     assert logit(p) == pytest.approx(-logit(1 - p), abs=1e-6)
+
+
+@given(st.floats(0.1, 2.0), st.floats(0.1, 1.0), st.floats(-math.pi, math.pi))
+def test_all_of_a_rectangle_is_kept_and_a_spill_is_not(length: float, width: float, turn: float):
+    """What spills out is a strip as long as the thing, two cells wide."""
+    frame = GridFrame(-6.0, -6.0, 0.05, 240, 240)
+    x, y = np.meshgrid(np.arange(0, length, 0.03), np.arange(0, width, 0.03))
+    cos, sin = math.cos(turn), math.sin(turn)
+    box = np.stack([x.ravel() * cos - y.ravel() * sin, x.ravel() * sin + y.ravel() * cos], axis=1)
+    cells = footprint(frame, box)
+    assert len(without_strays(cells, 2.2)) >= len(cells) - 2  # a corner cell may be just grazed
+    long = max(length, width)
+    along = np.arange(long, 2.5 * long + 0.5, 0.03)
+    strip = np.stack([along * cos - 0.02 * sin, along * sin + 0.02 * cos], axis=1)
+    spilt = footprint(frame, np.concatenate([box, strip]))
+    if len(spilt) < 1.5 * len(cells):
+        kept = without_strays(spilt, 2.2)
+        assert np.hypot(*kept.T).max() < np.hypot(*spilt.T).max() - 0.2
