@@ -4,6 +4,7 @@ perceive: map, objects, rooms, frontiers.  decide: experts (DEFA) and consensus 
 act: the target once it is believed, else the elected frontier; fast marching; one action.
 """
 
+import functools
 import math
 from dataclasses import replace
 from typing import Protocol, TypeVar
@@ -169,7 +170,9 @@ def _approach_target(
 ) -> Command | None:
     """Drive to where the target can be faced, face it, then stop if it is believed; else look from
     another side, then stop or reject it."""
-    instance = target.choose(world.semantic, world.goal, world.pose, cfg.target, least)
+    away = functools.partial(target.on_foot_m, world.reach, cfg.target)
+    standing = world.aim[1] if world.aim[0] in ("target", "side", "face") else None
+    instance = target.choose(world.semantic, world.goal, away, cfg.target, least, standing)
     if instance is None:
         return None
     place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target

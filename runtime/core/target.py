@@ -1,6 +1,7 @@
 """The target: which instance is approached, from where it is looked at, when it is believed."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import cv2
@@ -29,7 +30,8 @@ class TargetConfig:
     seen_m: float = 1.8  # a target is stopped at only when it was seen from as near as this
     reach_m: float = 1.3  # an approach that ends further away is no arrival
     view_cone_rad: float = math.radians(80.0)  # stand where it was seen from, not behind its wall
-    distance_cost: float = 0.15  # log-odds that a metre of straight distance costs a candidate
+    detour_m: float = 10.0  # what going to something else costs
+    keep_m: float = 1.0  # by so much must another be better to be gone to instead
     rival_share: float = 0.5  # of footprint and height, shared with what is more surely another
     rival_cosine: float = 0.6  # and that alike
 
@@ -91,10 +93,12 @@ def reject(instance: Instance, goal: str, cfg: TargetConfig) -> None:
 
 
 def choose(
-    semantic: SemanticMap, goal: str, pose: Pose, cfg: TargetConfig, least: float | None = None
-) -> Instance | None:
-    """The instance to go to: confirmed ones first, then by evidence and nearness. `least` lowers
-    the evidence asked for when there is nothing else to do."""
+    semantic: SemanticMap, goal: str, away: Callable[[Instance], float], cfg: TargetConfig,
+    least: float | None = None, standing: int | None = None,
+) -> Instance | None:  # fmt: skip
+    """The instance to go to: the one that costs least to go to and, as likely as it is none, to
+    come back from. `away` says how far one is, m. `least` lowers the evidence asked for when there
+    is nothing else to do; `standing` is the instance that the robot is on its way to."""
     bar = cfg.inspect_log_odds if least is None else least
     candidates = [
         i
@@ -104,11 +108,21 @@ def choose(
         and not _outdone(i, goal, semantic, cfg)
     ]
 
-    def merit(i: Instance) -> tuple[bool, float, int]:
-        distance = math.hypot(i.xy[0] - pose.x_m, i.xy[1] - pose.y_m)
-        return confirmed(i, goal, cfg), i.odds[goal] - cfg.distance_cost * distance, -i.id
+    def cost_m(i: Instance) -> tuple[float, float, int]:
+        detour_m = (1.0 - i.confidence_of(goal)) * cfg.detour_m
+        kept_m = cfg.keep_m if i.id == standing else 0.0
+        return away(i) + detour_m - kept_m, -i.odds[goal], i.id
 
-    return max(candidates, key=merit, default=None)
+    return min(candidates, key=cost_m, default=None)
+
+
+def on_foot_m(reach: Field, cfg: TargetConfig, instance: Instance) -> float:
+    """How far the robot has to go to come within `reach_m` of it, m; inf when no way is known."""
+    frame, n = reach.frame, math.ceil(cfg.reach_m / reach.frame.resolution_m)
+    row, col = frame.cell(*instance.xy)
+    rows, cols = (slice(max(0, at - n), max(0, at + n + 1)) for at in (row, col))
+    around = reach.arrival_m[rows, cols]
+    return float(around.min(initial=math.inf))
 
 
 def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetConfig) -> bool:

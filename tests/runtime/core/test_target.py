@@ -1,6 +1,7 @@
 """The target: when it is believed, from where it is looked at again, what becomes of doubts."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from runtime.core.target import (
     judge,
     look_from,
     no_other_side,
+    on_foot_m,
     other_sides,
     standpoints,
     wants_other_side,
@@ -71,14 +73,49 @@ def test_one_view_is_never_two():
     assert not confirmed(bed(), "bed", CFG)
 
 
+def near(instance: Instance) -> float:
+    """All are as near."""
+    return 1.0
+
+
+@pytest.mark.parametrize(
+    ("odds", "away_m", "standing", "chosen"),
+    [
+        ((4.3, 2.3), (4.0, 1.0), None, 2),  # both are likely: the nearer
+        ((4.3, 0.8), (2.0, 1.0), None, 1),  # a doubtful one is not worth its metre
+        ((4.3, 2.3), (2.2, 1.0), 1, 1),  # no turning back for half a metre
+        ((4.3, 2.3), (math.inf, 6.0), None, 2),  # to the other there is no way
+        ((2.0, 2.0), (1.0, 1.0), None, 1),
+    ],
+)
+def test_the_target_costs_least_to_go_to_and_to_come_back_from(
+    odds: tuple[float, float], away_m: tuple[float, float], standing: int | None, chosen: int
+):
+    semantic = SemanticMap.empty(("bed",), (), open_floor()[0].frame)
+    for id, value in enumerate(odds, 1):
+        semantic.instances[id] = replace(bed(at(0, 1), odds=value), id=id)
+    away = dict(enumerate(away_m, 1))
+    found = choose(semantic, "bed", lambda i: away[i.id], CFG, None, standing)
+    assert found is semantic.instances[chosen]
+
+
+def test_how_far_it_is_on_foot_is_to_where_it_is_within_reach():
+    grid, pose = open_floor()
+    _, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    there = bed(at(0, 1))
+    assert on_foot_m(reach, CFG, there) == pytest.approx(max(0, 2.0 - CFG.reach_m), abs=0.6)
+    there.xy = (400.0, -400.0)
+    assert on_foot_m(reach, CFG, there) == math.inf
+
+
 def test_what_is_more_surely_something_else_is_no_candidate():
     thing = bed(at(0, 1), at(2, 1))
     semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
     semantic.instances[1] = thing
-    assert choose(semantic, "bed", Pose(0, 0, 0), CFG) is thing
+    assert choose(semantic, "bed", near, CFG) is thing
     thing.odds["sofa"] = 5.0
-    assert choose(semantic, "bed", Pose(0, 0, 0), CFG) is None
-    assert choose(semantic, "sofa", Pose(0, 0, 0), CFG) is thing
+    assert choose(semantic, "bed", near, CFG) is None
+    assert choose(semantic, "sofa", near, CFG) is thing
 
 
 def rival(name: str, cosine: float | None, low_m: float, high_m: float) -> SemanticMap:
@@ -107,7 +144,7 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
     name: str, cosine: float | None, low_m: float, high_m: float, chosen: bool
 ):
     semantic = rival(name, cosine, low_m, high_m)
-    found = choose(semantic, "chair", Pose(0, 0, 0), CFG)
+    found = choose(semantic, "chair", near, CFG)
     assert found is (semantic.instances[1] if chosen else None)
 
 
