@@ -239,7 +239,8 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
 def _finish(world: World, cfg: NavigateConfig) -> Command:
     """No frontier is left: look at weak candidates, then take the next of the last resorts; after
     them stop."""
-    weak = _approach_target(world, cfg, cfg.explore.weak_log_odds)
+    least = cfg.explore.faint_log_odds if world.desperate else cfg.explore.weak_log_odds
+    weak = _approach_target(world, cfg, least)
     if weak is not None:
         return weak
     if world.resorts == len(RESORTS):

@@ -32,6 +32,7 @@ class ExploreConfig:
     blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
     blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward
     weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
+    faint_log_odds: float = -3.0  # and at the very last
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,7 @@ RESORTS = (
     "retry what was given up before",
     "go through gaps that look a little too tight",
     "go to what was seen only from afar",
+    "look from near at what was faintly like it",
 )
 """What is tried, one after the other, when no frontier is left to go to."""
 
@@ -117,6 +118,11 @@ class World:
     def thorough(self) -> bool:
         """Whether what was seen only from afar is gone to by now."""
         return self.resorts >= 3
+
+    @property
+    def desperate(self) -> bool:
+        """Whether the faintest likeness is worth a look by now."""
+        return self.resorts >= 4
 
     @property
     def terrain(self) -> Terrain:
