@@ -1,25 +1,16 @@
 """`python -m models.train --data DIR --out DIR`: train the detector on rendered frames."""
 
 import functools
-import os
 import sys
 from pathlib import Path
 
 import click
 
 from models.errors import ModelError
+from models.train.memory import keep_memory
 from models.train.part import take_part
 from models.train.team import together
 from models.train.trainer import Recipe
-
-# glibc gives freed activations back to the kernel and faults them in again every step; keeping
-# them makes a step several times faster. It must be in the environment before the process starts.
-KEEP_MEMORY = {
-    "MALLOC_MMAP_THRESHOLD_": str(1 << 33),
-    "MALLOC_TRIM_THRESHOLD_": str(1 << 33),
-    "MALLOC_TOP_PAD_": str(1 << 28),
-    "OMP_WAIT_POLICY": "passive",
-}
 
 
 @click.command(epilog="Example:  python -m models.train --data frames/train --out out/train")
@@ -48,10 +39,7 @@ def main(
 
 
 if __name__ == "__main__":
-    if any(os.environ.get(key) != value for key, value in KEEP_MEMORY.items()):
-        os.execve(
-            sys.executable, [sys.executable, *sys.orig_argv[1:]], {**os.environ, **KEEP_MEMORY}
-        )
+    keep_memory()
     try:
         main()
     except ModelError as error:

@@ -21,6 +21,7 @@ from models.text import TextEncoder
 from models.train.data import Batch, Labelled, batches, read_frames
 from models.train.export import load_network
 from models.train.losses import background, gather, room_loss, view_loss, word_loss
+from models.train.memory import keep_memory
 from models.train.names import Names, load_names
 from models.train.network import Network
 from models.train.targets import assign, make_grid
@@ -30,7 +31,6 @@ FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
 BATCH = 8
 DROPOUT = 0.5
-PULL, BLUR = 0.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -92,10 +92,8 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
     room_steps: int = 1000, word_steps: int = 1000, view_weight: float = 0.1,
-    pull: float = PULL, blur: float = BLUR,
 ) -> Network:  # fmt: skip
-    """A copy of the network whose word heads were trained on stored features. `pull`: weight of a
-    region's closeness to the mean of its category's names; `blur`: length of the noise on words."""
+    """A copy of the network whose word heads were trained on stored features."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     out = copy.deepcopy(network).requires_grad_(True).train()
@@ -118,13 +116,8 @@ def finish(
 
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
-        regions, label, weight = features.regions[at], features.label[at], features.weight[at]
-        rows = _blurred(names.draw(rng), blur)
-        cost = word_loss(out, regions, label, weight, rows, names.compare)
-        thing = label >= 0
-        near = (out.embed(regions[thing]) * names.middle[label[thing]]).sum(1)
-        away = ((1 - near) * weight[thing]).sum() / weight.sum().clamp(min=1.0)
-        return cost + pull * away
+        parts = features.regions[at], features.label[at], features.weight[at]
+        return word_loss(out, *parts, names.draw(rng), names.compare)
 
     heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
     _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)
@@ -132,12 +125,6 @@ def finish(
     scales = [out.log_scale, out.bias]
     _descend("words", [*out.region.parameters(), *scales], words, word_steps, 5e-4, say)
     return out.eval()
-
-
-def _blurred(rows: Tensor, length: float) -> Tensor:
-    """Unit rows with noise of that length, unit again."""
-    noise = torch.randn_like(rows) * (length / rows.shape[1] ** 0.5)
-    return torch.nn.functional.normalize(rows + noise, dim=1)
 
 
 def _standard(x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
@@ -211,6 +198,7 @@ def main(data: Path, out: Path, passes: int, seed: int) -> None:
 
 
 if __name__ == "__main__":
+    keep_memory()
     try:
         main()
     except ModelError as error:

@@ -21,14 +21,12 @@ Embed = Callable[[Sequence[str]], np.ndarray]
 @dataclass(frozen=True)
 class Names:
     """Embedded names. `compare` (C, C): 1 where category j's names count for a region of i.
-    `middle` (C, 384): unit mean of a category's names. `held_out` categories are in the frames and
-    never learned."""
+    `held_out` categories are in the frames and never learned."""
 
     categories: tuple[str, ...]
     held_out: tuple[str, ...]
     rooms: tuple[str, ...]
     compare: Tensor
-    middle: Tensor
     _category_rows: tuple[Tensor, ...]
     _view_rows: tuple[Tensor, ...]
     _room_rows: tuple[Tensor, ...]
@@ -60,14 +58,12 @@ def load_names(embed: Embed, path: Path = PATH) -> Names:
     phrases = [
         [p.format(n) for p in rooms["phrases"] for n in many] for many in rooms["names"].values()
     ]
-    rows = tuple(_rows(embed, body["names"]) for body in known.values())
     return Names(
         categories=tuple(known),
         held_out=tuple(table.get("held_out", ())),
         rooms=tuple(rooms["names"]),
         compare=compare,
-        middle=torch.nn.functional.normalize(torch.stack([r.mean(0) for r in rows]), dim=1),
-        _category_rows=rows,
+        _category_rows=tuple(_rows(embed, body["names"]) for body in known.values()),
         _view_rows=tuple(
             _rows(embed, [table["views"]["phrase"].format(n) for n in body["names"]])
             for body in known.values()
