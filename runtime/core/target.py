@@ -33,7 +33,8 @@ class TargetConfig:
     detour_m: float = 10.0  # what going to something else costs
     keep_m: float = 1.0  # by so much must another be better to be gone to instead
     rival_share: float = 0.5  # of footprint and height, shared with what is more surely another
-    rival_cosine: float = 0.6  # and that alike
+    rival_cosine: float = 0.6  # and that alike, or of one size
+    rival_size: float = 0.5  # of the longer side, the shorter's share
 
 
 def confirmed(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
@@ -136,7 +137,7 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
         and other.name != goal
         and other.log_odds > instance.log_odds
         and _level(instance, other, cfg.rival_share)
-        and _resemble(instance, other, cfg.rival_cosine)
+        and _resemble(instance, other, cfg)
     ]
     mine = _places(instance) if rivals else frozenset()
     for other in rivals:
@@ -152,11 +153,14 @@ def _level(a: Instance, b: Instance, share: float) -> bool:
     return common >= share * min(a.high_m - a.low_m, b.high_m - b.low_m)
 
 
-def _resemble(a: Instance, b: Instance, least_cosine: float) -> bool:
-    """Whether two things in one place look as if they were one: a chair at a desk does not. What a
-    detector without embeddings saw may always be one."""
+def _resemble(a: Instance, b: Instance, cfg: TargetConfig) -> bool:
+    """Whether two things in one place look as if they were one: a chair at a desk does not. Where
+    a detector gives no embeddings, they must at least be of one size: a clock is no nightstand."""
     one, other = a.embedding, b.embedding
-    return one.shape != other.shape or not one.size or float(one @ other) >= least_cosine
+    if one.size and one.shape == other.shape:
+        return float(one @ other) >= cfg.rival_cosine
+    lengths = [float(np.ptp(thing.cells_xy, axis=0).max()) for thing in (a, b)]
+    return min(lengths) >= cfg.rival_size * max(lengths)
 
 
 def _places(instance: Instance) -> frozenset[tuple[float, float]]:

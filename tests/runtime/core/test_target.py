@@ -118,11 +118,14 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     assert choose(semantic, "sofa", near, CFG) is thing
 
 
-def rival(name: str, cosine: float | None, low_m: float, high_m: float) -> SemanticMap:
+def rival(
+    name: str, cosine: float | None, low_m: float, high_m: float, wide_m: float = 0.0
+) -> SemanticMap:
     """A chair's map with a surer thing in the same place, that looks so like it."""
     spot = np.array([[2.025, 0.025], [2.075, 0.025], [2.025, 0.075]])
     chair = Instance(1, {"chair": 3.0}, SPOT, 0.4, spot, 0.0, 0.9, views=[at(0, 1), at(2, 1)])
-    other = Instance(2, {name: 8.0}, SPOT, 0.4, spot, low_m, high_m, views=[at(0, 1)])
+    wider = np.concatenate([spot, spot + np.array([wide_m, 0.0])])
+    other = Instance(2, {name: 8.0}, SPOT, 0.4, wider, low_m, high_m, views=[at(0, 1)])
     if cosine is not None:
         chair.embedding_sum = np.array([1.0, 0.0], np.float32)
         other.embedding_sum = np.array([cosine, math.sqrt(1 - cosine**2)], np.float32)
@@ -146,6 +149,11 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
     semantic = rival(name, cosine, low_m, high_m)
     found = choose(semantic, "chair", near, CFG)
     assert found is (semantic.instances[1] if chosen else None)
+
+
+def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
+    semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
+    assert choose(semantic, "chair", near, CFG) is semantic.instances[1]
 
 
 # -- two looks ------------------------------------------------------------------------------------
