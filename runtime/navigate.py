@@ -56,6 +56,7 @@ def perceive(
 ) -> World:
     """Add one observation: navigation map, semantic map, frontiers with stable ids."""
     motion.advance(world, obs, cfg)
+    world.lens = obs.intrinsics, mount
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
     outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
@@ -176,7 +177,7 @@ def _approach_target(
     if instance is None:
         return None
     place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target
-    stands = target.standpoints(*place)
+    stands = target.standpoints(*place, world.seen_from_m(instance.high_m))
     if not stands.any():
         return None  # not reachable as far as the map goes: explore on
     again = target.wants_other_side(instance, world.goal, cfg.target)
@@ -187,7 +188,7 @@ def _approach_target(
             return _approach_target(world, cfg, least)
     what = f"{world.goal} {instance.id} (p {instance.confidence_of(world.goal):.2f})"
     field = planner.approach(world.terrain, stands, world.reach, world.pose)
-    if field.at(world.pose.x_m, world.pose.y_m) <= motion.slack_m(cfg):
+    if motion.arrived(world, field, cfg):
         turn = motion.turn(world, instance.xy, cfg)
         if turn is not None and not motion.dithers(world, ("face", instance.id), turn, cfg):
             facing = Toward(instance.xy)

@@ -90,6 +90,16 @@ class Rays:
     azimuths: F32
 
 
+def seen_from_m(intrinsics: Intrinsics, mount: Mount, high_m: float) -> float:
+    """How far before the base a thing of that height must stand for its top to be in the image, m;
+    inf when the camera looks over it wherever it is."""
+    down = math.atan2(intrinsics.height - intrinsics.cy, intrinsics.fy) + mount.pitch_rad
+    over_m = mount.z_m - high_m
+    if over_m <= 0:
+        return 0.0
+    return mount.x_m + over_m / math.tan(down) if down > 0 else math.inf
+
+
 @lru_cache(maxsize=8)
 def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
     """The ray table of a camera, every `stride`-th pixel; computed once."""

@@ -15,7 +15,7 @@ def inventory(world: World, cfg: NavigateConfig) -> list[dict[str, object]]:
 def _told(thing: Instance, world: World, cfg: NavigateConfig) -> dict[str, object]:
     spot = None
     if world.seen is not None:
-        spot = look_from(world.map, *world.seen, thing, cfg.target)
+        spot = look_from(world.map, *world.seen, thing, cfg.target, world.seen_from_m(thing.high_m))
     return {
         "id": thing.id,
         "name": thing.name,

@@ -71,9 +71,15 @@ def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Acti
     return action or UNWEDGE, course
 
 
-def slack_m(cfg: NavigateConfig) -> float:
-    """What counts as having arrived: whole steps do not end nearer to a place than half of one."""
-    return 0.0 if cfg.control.mode == "velocity" else cfg.control.forward_m / 2
+def arrived(world: World, field: planner.Field, cfg: NavigateConfig) -> bool:
+    """Whether the robot is at a field's sources, or half a step from them and a step ahead would
+    lead no nearer: whole steps do not end anywhere."""
+    pose, step_m = world.pose, cfg.control.forward_m
+    left = field.at(pose.x_m, pose.y_m)
+    if cfg.control.mode == "velocity" or not 0 < left <= step_m / 2:
+        return left <= 0
+    x_m = pose.x_m + step_m * math.cos(pose.yaw_rad)
+    return field.at(x_m, pose.y_m + step_m * math.sin(pose.yaw_rad)) >= left
 
 
 def turn(world: World, xy: tuple[float, float], cfg: NavigateConfig) -> Action | None:

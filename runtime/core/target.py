@@ -27,6 +27,7 @@ class TargetConfig:
     second_nearer: float = 1.4  # or in range by this factor
     rejection_log_odds: float = -1.0  # what is left of the evidence after a look from close by
     stop_m: float = 0.70  # from the nearest seen cell of the target
+    low_m: float = 0.90  # the same at most, where the camera looks over what is nearer
     seen_m: float = 1.8  # a target is stopped at only when it was seen from as near as this
     reach_m: float = 1.3  # an approach that ends further away is no arrival
     view_cone_rad: float = math.radians(80.0)  # stand where it was seen from, not behind its wall
@@ -175,16 +176,20 @@ def standpoints(
     instance: Instance,
     goal: str,
     cfg: TargetConfig,
+    seen_from_m: float = 0.0,
 ) -> Mask:
-    """(r, c) of the terrain: reachable cells from which the robot can face the target up close. If
-    furniture keeps it further away, the nearest reachable cells; none beyond `reach_m`."""
+    """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
+    nearer than `seen_from_m`, where it is in the image (or than `low_m`, for what lies on the
+    floor). If furniture keeps it further away, the nearest reachable cells; none beyond
+    `reach_m`."""
     distance = _distance_to(terrain, instance.cells_xy)
-    candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
+    least_m = min(seen_from_m, cfg.low_m)
+    candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m) & (distance >= least_m)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), cfg.view_cone_rad)
     if not candidates.any():
         return candidates
     best = float(distance[candidates].min())
-    candidates &= distance <= max(cfg.stop_m, best + 0.08)
+    candidates &= distance <= max(cfg.stop_m, best + 0.08, least_m + 0.08)
     return _in_sight(grid, terrain, candidates, instance)
 
 
@@ -215,10 +220,11 @@ def look_from(
     reach: Field,
     instance: Instance,
     cfg: TargetConfig,
+    seen_from_m: float = 0.0,
 ) -> tuple[float, float] | None:
     """Where to look at an object from, m in the map frame: of its standpoints the one that is
     nearest on foot; None when it cannot be reached."""
-    stands = standpoints(grid, terrain, reach, instance, instance.name, cfg)
+    stands = standpoints(grid, terrain, reach, instance, instance.name, cfg, seen_from_m)
     if not stands.any():
         return None
     away = np.where(stands, reach.arrival_m, np.inf)

@@ -8,11 +8,24 @@ import numpy as np
 
 from runtime.core.control import STILL, Course
 from runtime.core.frontiers import FrontierMemory
+from runtime.core.geometry import seen_from_m
 from runtime.core.keyframes import Keyframe
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import Field, Terrain, descend
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import F64, I32, Action, Brief, Decision, Frontier, Mask, Pose, Twist
+from runtime.core.types import (
+    F64,
+    I32,
+    Action,
+    Brief,
+    Decision,
+    Frontier,
+    Intrinsics,
+    Mask,
+    Mount,
+    Pose,
+    Twist,
+)
 
 
 @dataclass(frozen=True)
@@ -87,6 +100,7 @@ class World:
     asked_mps: float = 0.0  # forward speed asked of the base since the observation before
     blind: bool = False  # the last observation had hardly any depth
     blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
+    lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
     keyframes: list[Keyframe] = field(default_factory=list)
     collisions: int = 0
     resorts: int = 0  # how many of `RESORTS` were taken
@@ -135,6 +149,10 @@ class World:
         """Geodesic distance from the robot; there is one after the first observation."""
         assert self.seen is not None
         return self.seen[1]
+
+    def seen_from_m(self, high_m: float) -> float:
+        """How far away a thing of that height is in the image."""
+        return seen_from_m(*self.lens, high_m) if self.lens else 0.0
 
     def grow(self, margin_m: float) -> None:
         """Keep the grid larger than what the camera can see from here."""

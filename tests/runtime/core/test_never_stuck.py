@@ -1,12 +1,14 @@
 """A wedged robot gets out, what stands on a table can be reached, and what was seen only from afar
 is gone to before the search ends."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from runtime.core.coverage import CoverageConfig, look, overlooked
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.motion import dithers, stalled
+from runtime.core.motion import arrived, dithers, stalled
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
 from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
@@ -179,3 +181,16 @@ def test_what_was_given_up_is_tried_from_the_start():
         while not given_up(world, ("frontier", 5), 3.0):
             waits[again] += 1
     assert waits[0] == waits[1] > NavigateConfig().explore.patience
+
+
+def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
+    cfg = NavigateConfig()
+    smooth = replace(cfg, control=replace(cfg.control, mode="velocity"))
+    terrain, reach = look_around(floor(), POSE, RADIUS_M, PlannerConfig())
+    for away_m, yaw_rad, there in ((0.1, 3.0, True), (0.2, 0.0, False), (0.3, 3.0, False)):
+        world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+        world.pose, world.seen = Pose(0.0, 0.0, yaw_rad), (terrain, reach)
+        field = march_from(terrain, np.array([[away_m, 0.0]]))
+        assert arrived(world, field, cfg) is there
+        assert not arrived(world, field, smooth)
+    assert arrived(world, march_from(terrain, POSE.xy), smooth)

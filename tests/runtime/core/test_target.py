@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime import navigate
+from runtime.core.geometry import seen_from_m
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
 from runtime.core.planner import PlannerConfig, look_around
@@ -27,7 +28,7 @@ from runtime.core.target import (
     standpoints,
     wants_other_side,
 )
-from runtime.core.types import Action, Ballot, Pose
+from runtime.core.types import Action, Ballot, Intrinsics, Pose
 from runtime.core.world import World
 
 CFG = TargetConfig()
@@ -154,6 +155,29 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
 def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
     semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
     assert choose(semantic, "chair", near, CFG) is semantic.instances[1]
+
+
+def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    ball = bed(Pose(0.0, 0.0, 0.0))
+    lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
+    for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
+        seen_from = seen_from_m(lens, MOUNT, high_m)
+        stands = standpoints(grid, terrain, reach, ball, "bed", CFG, seen_from)
+        away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
+        gaps = np.hypot(*away.T)
+        assert nearest_m - 0.03 < gaps.min()
+        assert 0.65 < gaps.max() < farthest_m + 0.03
+
+
+def test_how_far_away_a_thing_is_in_the_image():
+    lens = Intrinsics(fx=240.0, fy=240.0, cx=320.0, cy=240.0, width=640, height=480)
+    ahead = replace(MOUNT, x_m=0.1, z_m=0.9)  # its lowest ray falls by 45 degrees
+    assert seen_from_m(lens, ahead, 0.4) == pytest.approx(0.6)
+    assert seen_from_m(lens, ahead, 0.9) == seen_from_m(lens, ahead, 1.5) == 0.0
+    assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.4) < 0.5
+    assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.4) == math.inf
 
 
 # -- two looks ------------------------------------------------------------------------------------
