@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 torch = pytest.importorskip("torch")
 
 from models.errors import ModelError  # noqa: E402
-from models.train import data, finish, targets  # noqa: E402
+from models.train import average, data, finish, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou, room_loss  # noqa: E402
 from models.train.names import PATH, load_names  # noqa: E402
@@ -130,6 +131,19 @@ def test_a_checkpoint_resumes_and_exports(trainer: Trainer, tmp_path: Path) -> N
     (tmp_path / "bad.pt").write_bytes(b"nothing")
     with pytest.raises(ModelError, match="not a checkpoint"):
         load_network(tmp_path / "bad.pt")
+
+
+def test_the_mean_of_two_checkpoints(trainer: Trainer, tmp_path: Path) -> None:
+    one, two = Network(frozen=0), Network(frozen=0)
+    with torch.no_grad():
+        one.bias.fill_(1.0)
+        two.bias.fill_(2.0)
+    for name, network in (("a.pt", one), ("b.pt", two)):
+        torch.save({"average": network.state_dict()}, tmp_path / name)
+    command = [*map(str, (tmp_path / "a.pt", tmp_path / "b.pt")), "--out", str(tmp_path / "c.pt")]
+    assert CliRunner().invoke(average.main, [*command, "--share", "0.75"]).exit_code == 0
+    mixed, _ = load_network(tmp_path / "c.pt")
+    assert float(mixed.bias.detach()) == 1.75
 
 
 def test_features_of_frames_are_stored(frames: Path, trainer: Trainer) -> None:
