@@ -22,7 +22,7 @@ from models.train.trainer import Recipe
     "--processes",
     default=2,
     show_default=True,
-    help="Share every step; each takes a batch and a core: one with two threads sees half as much.",
+    help="They share every step; each takes a batch and a core.",
 )
 @click.option("--seed", default=1, show_default=True)
 @click.option(

@@ -1,6 +1,7 @@
 """The trainer on drawn frames: targets, augmentation, and a loss that falls."""
 
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -155,6 +156,23 @@ def test_features_of_frames_are_stored(frames: Path, trainer: Trainer) -> None:
     assert set(drawn) <= set(SHAPES)
     assert len(drawn) > 1
     assert len(features.regions) == len(features.label) == len(features.weight)
+
+
+def test_features_are_kept_until_the_checkpoint_changes(tmp_path: Path) -> None:
+    made = []
+
+    def make() -> finish.Features:
+        made.append(torch.full((1,), float(len(made))))
+        return finish.Features(*[made[-1]] * 6)
+
+    checkpoint = tmp_path / finish.CHECKPOINT
+    checkpoint.write_bytes(b"one")
+    first, again = (finish._kept(tmp_path, 1, 0, make) for _ in range(2))
+    assert len(made) == 1
+    assert float(first.room) == float(again.room) == 0.0
+    assert float(finish._kept(tmp_path, 2, 0, make).room) == 1.0  # more passes
+    os.utime(checkpoint, ns=(1, 1))
+    assert float(finish._kept(tmp_path, 2, 0, make).room) == 2.0
 
 
 def test_the_word_heads_learn_from_stored_features(trainer: Trainer) -> None:

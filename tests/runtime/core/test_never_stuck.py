@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from runtime import navigate
 from runtime.core.coverage import CoverageConfig, look, overlooked
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
@@ -13,7 +14,7 @@ from runtime.core.planner import PlannerConfig, look_around, march_from, survey
 from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
 from runtime.core.types import Action, Pose
-from runtime.core.world import Command, World
+from runtime.core.world import RESORTS, Command, World
 
 POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
 
@@ -194,3 +195,23 @@ def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
         assert arrived(world, field, cfg) is there
         assert not arrived(world, field, smooth)
     assert arrived(world, march_from(terrain, POSE.xy), smooth)
+
+
+def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
+    """It is worth no detour before everything else was tried."""
+    cfg = NavigateConfig()
+    world = World.begin("vase", ("vase",), (), POSE, 0, RADIUS_M, MapConfig())
+    world.map = floor()
+    faint = Instance(1, {"vase": -2.0}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE])
+    world.semantic.instances[1] = faint
+    world.given_up[:] = True  # no frontier is left
+    navigate.with_frontiers(world, cfg)
+    said = []
+    while not said or said[-1].mode == "look":
+        said.append(navigate._finish(world, cfg))
+        world.given_up[:] = True
+        navigate.with_frontiers(world, cfg)
+    assert [command.reason for command in said[:-1]] == list(RESORTS)
+    assert said[-1].reason.startswith("inspect vase 1")
+    world.semantic.instances.clear()
+    assert navigate._finish(world, cfg).mode == "stop"
