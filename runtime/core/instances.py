@@ -24,7 +24,7 @@ class SemanticsConfig:
     # toward the camera no further than half as far as the box is wide: what is nearer stands before
     before_share: float = 0.5
     before_m: float = 0.1  # at least
-    stray: float = 2.2  # times the median distance from its middle: cells beyond are not of it
+    stray: float = 2.4  # times the median distance from its middle: cells beyond are not of it
     min_points: int = 6
     associate_m: float = 0.6  # between a detection and the instance it is another view of
     other_name_m: float = 0.3  # that much nearer, when it was never called that before,
