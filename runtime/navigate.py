@@ -173,13 +173,13 @@ def _approach_target(
     another side, then stop or reject it."""
     away = functools.partial(target.on_foot_m, world.reach, cfg.target)
     standing = world.aim[1] if world.aim[0] in ("target", "side", "face") else None
-    instance = target.choose(world.semantic, world.goal, away, cfg.target, least, standing)
-    if instance is None:
-        return None
-    place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target
-    stands = target.standpoints(*place, world.seen_from_m(instance.high_m))
-    if not stands.any():
-        return None  # not reachable as far as the map goes: explore on
+    for instance in target.ranked(world.semantic, world.goal, away, cfg.target, least, standing):
+        place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target
+        stands = target.standpoints(*place, world.seen_from_m(instance.high_m))
+        if stands.any():
+            break
+    else:
+        return None  # none, or not reachable as far as the map goes: explore on
     again = target.wants_other_side(instance, world.goal, cfg.target)
     if again:
         stands = target.other_sides(*place)

@@ -94,13 +94,13 @@ def reject(instance: Instance, goal: str, cfg: TargetConfig) -> None:
     instances.reject(instance, goal, cfg.rejection_log_odds)
 
 
-def choose(
+def ranked(
     semantic: SemanticMap, goal: str, away: Callable[[Instance], float], cfg: TargetConfig,
     least: float | None = None, standing: int | None = None,
-) -> Instance | None:  # fmt: skip
-    """The instance to go to: the one that costs least to go to and, as likely as it is none, to
-    come back from. `away` says how far one is, m. `least` lowers the evidence asked for when there
-    is nothing else to do; `standing` is the instance that the robot is on its way to."""
+) -> list[Instance]:  # fmt: skip
+    """The instances worth going to, first the one that costs least to go to and, as likely as it is
+    none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
+    when there is nothing else to do; `standing` is the instance that the robot is on its way to."""
     bar = cfg.inspect_log_odds if least is None else least
     candidates = [
         i
@@ -115,7 +115,7 @@ def choose(
         kept_m = cfg.keep_m if i.id == standing else 0.0
         return away(i) + detour_m - kept_m, -i.odds[goal], i.id
 
-    return min(candidates, key=cost_m, default=None)
+    return sorted(candidates, key=cost_m)
 
 
 def on_foot_m(reach: Field, cfg: TargetConfig, instance: Instance) -> float:

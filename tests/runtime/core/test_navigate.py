@@ -1,12 +1,14 @@
 """The whole loop over a flat-land apartment: perceive, decide, act until it stops."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from apartment import MOUNT, TWO_ROOMS, Apartment
 
 from runtime import navigate
+from runtime.core import target
 from runtime.core.brief import compose, walking_distances
 from runtime.core.types import Action, Ballot, Brief, Decision, Pose, Vote
 from runtime.core.world import Command, World
@@ -106,6 +108,25 @@ def test_an_invisible_obstacle_does_not_trap_the_robot():
     x, y = world.visited_xy[-1]
     assert math.hypot(x - 2.0, y - 3.0) > 1.0
     assert there.collisions - world.collisions in (0, 1)  # the last step's is not perceived yet
+
+
+def test_a_target_with_nowhere_to_stand_does_not_hide_the_next(monkeypatch: pytest.MonkeyPatch):
+    there = home()
+    there.things = {"toilet": (4.0, 2.2, 0.3)}
+    world, commands, _ = search(there, "toilet", limit=13)
+    (near,) = world.semantic.instances.values()
+    assert commands[-1].toward_xy == near.xy
+    far = replace(
+        near,
+        id=99,
+        odds={"toilet": 0.9},
+        xy=(2.4, 2.2),
+        cells_xy=near.cells_xy - np.array([1.6, 0]),
+    )
+    world.semantic.instances[far.id] = far
+    stands = target.standpoints
+    monkeypatch.setattr(target, "standpoints", lambda *a: stands(*a) & (a[3] is not near))
+    assert navigate.act(world, CFG).toward_xy == far.xy
 
 
 def test_a_single_false_sighting_is_inspected_and_rejected():

@@ -9,7 +9,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.instances import Instance, SemanticsConfig, reject
 from runtime.core.recall import embedded, recall
 from runtime.core.semantics import SemanticMap
-from runtime.core.target import TargetConfig, choose, confirmed
+from runtime.core.target import TargetConfig, confirmed, ranked
 from runtime.core.types import Pose
 
 CFG, TARGET = SemanticsConfig(), TargetConfig()
@@ -40,7 +40,7 @@ def test_what_the_new_words_fit_best_becomes_a_candidate_that_must_be_seen_again
     memory = remembering(thing(1, "chair", 4.0), thing(2, "bed", 4.0))
     likeness = np.array([[0.3, 0.95, 0.01], [0.02, 0.1, 0.97]], np.float32)
     assert recall(memory, "beanbag", NAMES, likeness, CFG) == (1,)
-    found = choose(memory, "beanbag", near, TARGET)
+    (found,) = ranked(memory, "beanbag", near, TARGET)
     assert found is memory.instances[1]
     assert found.name == "beanbag"
     assert not confirmed(found, "beanbag", TARGET)
@@ -51,8 +51,7 @@ def test_what_was_called_that_already_needs_no_embedding_but_a_new_look():
     memory = remembering(thing(1, "bed", 5.0, ()))
     assert embedded(memory)[0] == ()
     assert recall(memory, "bed", NAMES, np.zeros((0, 3), np.float32), CFG) == ()
-    found = choose(memory, "bed", near, TARGET)
-    assert found is not None
+    (found,) = ranked(memory, "bed", near, TARGET)
     assert not confirmed(found, "bed", TARGET)
     found.remembered = False
     assert confirmed(found, "bed", TARGET)
@@ -64,9 +63,9 @@ def test_what_was_rejected_as_this_goal_stays_rejected_and_may_be_another():
     recall(memory, "beanbag", NAMES, sure, CFG)
     reject(memory.instances[1], "beanbag", -1.0)
     assert recall(memory, "beanbag", NAMES, sure, CFG) == ()
-    assert choose(memory, "beanbag", near, TARGET, least=-1.0) is None
+    assert ranked(memory, "beanbag", near, TARGET, least=-1.0) == []
     assert recall(memory, "chair", NAMES, np.array([[0.9, 0.1, 0.0]], np.float32), CFG) == (1,)
-    assert choose(memory, "chair", near, TARGET) is memory.instances[1]
+    assert ranked(memory, "chair", near, TARGET) == [memory.instances[1]]
 
 
 @given(st.floats(-3, 8), st.lists(st.floats(0, 1), min_size=3, max_size=3))

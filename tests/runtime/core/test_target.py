@@ -17,7 +17,6 @@ from runtime.core.planner import PlannerConfig, look_around
 from runtime.core.semantics import SemanticMap
 from runtime.core.target import (
     TargetConfig,
-    choose,
     confirmed,
     from_two_sides,
     judge,
@@ -25,6 +24,7 @@ from runtime.core.target import (
     no_other_side,
     on_foot_m,
     other_sides,
+    ranked,
     standpoints,
     wants_other_side,
 )
@@ -96,8 +96,8 @@ def test_the_target_costs_least_to_go_to_and_to_come_back_from(
     for id, value in enumerate(odds, 1):
         semantic.instances[id] = replace(bed(at(0, 1), odds=value), id=id)
     away = dict(enumerate(away_m, 1))
-    found = choose(semantic, "bed", lambda i: away[i.id], CFG, None, standing)
-    assert found is semantic.instances[chosen]
+    found = ranked(semantic, "bed", lambda i: away[i.id], CFG, None, standing)
+    assert [i.id for i in found] == [chosen, 3 - chosen]
 
 
 def test_how_far_it_is_on_foot_is_to_where_it_is_within_reach():
@@ -113,10 +113,10 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     thing = bed(at(0, 1), at(2, 1))
     semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
     semantic.instances[1] = thing
-    assert choose(semantic, "bed", near, CFG) is thing
+    assert ranked(semantic, "bed", near, CFG) == [thing]
     thing.odds["sofa"] = 5.0
-    assert choose(semantic, "bed", near, CFG) is None
-    assert choose(semantic, "sofa", near, CFG) is thing
+    assert ranked(semantic, "bed", near, CFG) == []
+    assert ranked(semantic, "sofa", near, CFG) == [thing]
 
 
 def rival(
@@ -148,13 +148,13 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
     name: str, cosine: float | None, low_m: float, high_m: float, chosen: bool
 ):
     semantic = rival(name, cosine, low_m, high_m)
-    found = choose(semantic, "chair", near, CFG)
-    assert found is (semantic.instances[1] if chosen else None)
+    found = ranked(semantic, "chair", near, CFG)
+    assert found == ([semantic.instances[1]] if chosen else [])
 
 
 def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
     semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
-    assert choose(semantic, "chair", near, CFG) is semantic.instances[1]
+    assert ranked(semantic, "chair", near, CFG) == [semantic.instances[1]]
 
 
 def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
