@@ -30,11 +30,18 @@ from models.train.trainer import Recipe
     type=click.Path(path_type=Path, exists=True),
     help="Checkpoint of an earlier run to begin with; default: ImageNet's weights.",
 )
+@click.option(
+    "--height",
+    default=1.0,
+    show_default=True,
+    help="Of the learning rate; 0.3 forgets less of what --start knows.",
+)
 def main(
-    data: Path, out: Path, minutes: float, batch: int, processes: int, seed: int, start: Path | None
-) -> None:
+    data: Path, out: Path, minutes: float, batch: int, processes: int, seed: int,
+    start: Path | None, height: float,
+) -> None:  # fmt: skip
     """Train, or go on training, the detector; checkpoints and log.csv go to OUT."""
-    recipe = Recipe(minutes=minutes, batch=batch, seed=seed)
+    recipe = Recipe(minutes=minutes, batch=batch, seed=seed, height=height)
     together(processes, functools.partial(take_part, data, out, recipe, start))
 
 

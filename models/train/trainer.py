@@ -37,6 +37,7 @@ class Recipe:
     batch: int = 8
     head_rate: float = 1.2e-3
     backbone_rate: float = 2e-4
+    height: float = 1.0  # factor of both rates
     weight_decay: float = 1e-4
     warmup_steps: int = 200
     average_decay: float = 0.998
@@ -91,10 +92,10 @@ class Trainer:
         return SMALL if self.done() < self.recipe.small_until else FULL
 
     def pace(self) -> float:
-        """Factor of the learning rate now, 1 at its height."""
+        """Factor of the learning rates now."""
         warm = min(1.0, (self.step + 1) / self.recipe.warmup_steps)
         done = self.done()
-        return warm * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * done)))
+        return self.recipe.height * warm * (0.02 + 0.98 * 0.5 * (1 + math.cos(math.pi * done)))
 
     @torch.no_grad()
     def _follow(self) -> None:

@@ -7,6 +7,7 @@ import sys
 import tomllib
 import zlib
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,13 @@ def test_held_out_categories_are_ignored_and_unseen_names_are_not_trained(frames
     unseen = {name for body in table["categories"].values() for name in body.get("unseen", ())}
     assert len(unseen) > 50
     assert not trained & (unseen | {n for many in table["held_out"].values() for n in many})
+
+
+def test_a_lower_height_lowers_the_rates(trainer: Trainer) -> None:
+    low = Trainer(trainer.network, trainer.names, replace(trainer.recipe, height=0.3))
+    assert low.pace() == pytest.approx(
+        0.3 * Trainer(trainer.network, trainer.names, trainer.recipe).pace()
+    )
 
 
 def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
