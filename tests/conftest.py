@@ -1,12 +1,16 @@
 """Shared by all tests: helper modules beside the tests that use them can be imported by name."""
 
+import os
 import sys
 from pathlib import Path
 
 from hypothesis import settings
 
-settings.register_profile("untimed", deadline=None)  # correctness tests do not time
-settings.load_profile("untimed")
+# Correctness tests do not time, and the same code gives the same verdict. New examples, and many:
+# HYPOTHESIS_PROFILE=explore scripts/test -m "not slow"
+settings.register_profile("repeatable", deadline=None, derandomize=True)
+settings.register_profile("explore", deadline=None, max_examples=1000)
+settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]
 sys.path[:0] = [str(Path(__file__).parent / part) for part in ("hil_sim", "models")]
