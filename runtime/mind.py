@@ -66,6 +66,8 @@ class LocalMind:
                 threads,
                 Path(models.detector_classes) if models.detector_classes else None,
             )
+            # Embedding hundreds of names takes a second: not while somebody waits for a vote.
+            self._detector.set_vocabulary(self._objects, self.rooms)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         if config.panel.experts:

@@ -15,7 +15,7 @@ from runtime.edge.reasoner import Reasoner
 from runtime.scored import Scored
 
 LOCAL, EMBEDDING = "local", "embedding"
-LOCAL_SHARE = 0.75
+LOCAL_SHARE = 0.6
 """Of the time left, that a model on the robot has while another rung is below it."""
 CLOUD_SHARE = 0.85
 

@@ -8,6 +8,7 @@ import pytest
 from mmproj import write_mmproj
 
 from models import store
+from models.text import TextEncoder
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.edge.clock import Deadline, SystemClock
@@ -76,6 +77,21 @@ def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
         other = configured(tmp_path, *CLOUD, "cloud.base_url='http://127.0.0.1:10/v1'")
         with pytest.raises(ConfigError, match="cloud: cannot change while the runtime runs"):
             mind.accept("toilet", other)
+
+
+def test_the_vocabulary_is_embedded_before_a_goal_waits_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    embedded: list[str] = []
+    alone = TextEncoder._embedded
+    monkeypatch.setattr(
+        TextEncoder, "_embedded", lambda self, text: embedded.append(text) or alone(self, text)
+    )
+    with LocalMind(configured(tmp_path, "panel.experts=[]"), SystemClock()) as mind:
+        before = len(embedded)
+        mind.accept("toilet", configured(tmp_path, "panel.experts=[]"))
+        assert before > 100
+        assert len(embedded) == before
 
 
 def test_what_was_seen_before_is_compared_with_the_goals_words(tmp_path: Path) -> None:
