@@ -25,6 +25,8 @@ class ConsensusConfig:
     weights: tuple[tuple[str, float], ...] = ()
     """For "weighted": by expert, how many metres of way a nat of its evidence is worth. Experts
     that abstain where nothing is above the bar say nothing here: set `experts.bar` to 0."""
+    detour_m: float = math.inf
+    """No vote can win a frontier that is so much farther away than the fallback's."""
     veto: int = 0  # frontiers that so many experts vote against are out; 0: none is
     seed: int = 0  # of the samples
 
@@ -86,6 +88,11 @@ class _Field:
         left = {id: d for id, d in self.distance_m.items() if id not in out}
         return replace(self, distance_m=left) if left else self
 
+    def within(self, detour_m: float) -> "_Field":
+        """Without the frontiers that no vote can win, since they are too far away."""
+        most = self.distance_m[self.fallback] + detour_m
+        return replace(self, distance_m={i: d for i, d in self.distance_m.items() if d <= most})
+
     def ranked(self, ids: Collection[int], rank: str) -> list[int]:
         """The best of `ids` first, as `consensus.rank` has it."""
         sign = -1 if rank == "farthest" else 1
@@ -127,7 +134,7 @@ def _outcome(
     votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
 ) -> tuple[int, str, frozenset[int]]:
     """The elected frontier, the rule, the chosen set."""
-    field = field.without(_vetoed(votes, cfg))
+    field = field.without(_vetoed(votes, cfg)).within(cfg.detour_m)
     if cfg.mode == "weighted":
         rule, chosen = _weighted(votes, field, cfg)
     elif cfg.mode in ("strict", "lenient"):
@@ -139,8 +146,8 @@ def _outcome(
 
 
 def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
-    """Whether the votes elect by themselves: False when the fallback would decide. Votes are taken
-    to be for reachable frontiers, as a brief lists no others."""
+    """Whether the experts agree: if not, the fallback decides. Votes are taken to be for reachable
+    frontiers, as a brief lists no others; how far those are is not asked (`detour_m`)."""
     if cfg.mode in ("strict", "lenient"):
         out = _vetoed(ballot.votes, cfg)
         sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
@@ -161,7 +168,10 @@ def settled(
     set of frontiers, or abstain) can change the frontier that `votes` elect. Exact, but where
     numbers count beside the sets ("weighted", a veto): there everyone is waited for."""
     field = _Field.of(frontiers, order)
-    if not pending or field is None or len(field.distance_m) == 1:
+    if not pending or field is None:
+        return True
+    field = field.within(cfg.detour_m)
+    if len(field.distance_m) == 1:
         return True
     if cfg.veto or cfg.mode == "weighted":
         return False

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from runtime.core import consensus
 from runtime.core.types import Decision, Vote
 
 REASON_MAX = 100  # characters of one expert's reason
@@ -44,6 +45,8 @@ def _no_agreement(decision: Decision) -> str:
         return f"no expert votes{beside}"
     if len(names) == 1:
         return f"{names[0]} votes alone{beside}"
+    if consensus.agree([frozenset(v.frontiers) for v in decision.ballot.votes])[1]:
+        return f"what {_listed(names)} agree on is too far away{beside}"
     return f"{_listed(names)} do not agree{beside}"
 
 

@@ -151,3 +151,15 @@ def test_what_would_have_been_without_each_expert(sets: list[frozenset[int]]):
 def test_pairs_need_not_be_the_same_pair():
     rule, chosen = agree([frozenset({1, 2}), frozenset({2, 3}), frozenset({3, 4})])
     assert (rule, chosen) == ("pairs", frozenset({2, 3}))
+
+
+@given(st.lists(SETS, max_size=4), st.floats(0, 6), st.permutations(range(1, 7)))
+def test_no_vote_costs_more_than_the_detour(sets: list[frozenset[int]], most: float, order):
+    cfg = ConsensusConfig(detour_m=most)
+    fallback = elect(ballot(), FRONTIERS, cfg, order=order).frontier
+    assert fallback == order[0]
+    winner = elect(ballot(*sets), FRONTIERS, cfg, order=order).frontier
+    assert (7 - winner) <= (7 - fallback) + most
+    near = [s & {f.id for f in FRONTIERS if f.distance_m <= 7 - fallback + most} for s in sets]
+    _, chosen = agree([s for s in near if s])
+    assert winner == (max(chosen) if chosen else fallback)

@@ -68,3 +68,11 @@ def test_nothing_to_choose_and_too_much_to_say():
     line = in_words(elect(Ballot((prose,)), FRONTIERS, ConsensusConfig(mode="lenient")))
     assert "…" in line
     assert len(line) < 220
+
+
+def test_an_agreement_on_what_is_too_far_away_is_told():
+    votes = (vote("o2f", 3), vote("r2f", 3))
+    decision = elect(Ballot(votes), FRONTIERS, ConsensusConfig(detour_m=1.0))
+    assert in_words(decision).startswith(
+        "frontier 1, the closest, as what o2f and r2f agree on is too far away"
+    )

@@ -1,6 +1,7 @@
 """`settled` against every vote that could still come, tried one by one."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations, product
 
 import numpy as np
@@ -49,7 +50,8 @@ def polls(draw, most: int):
     rank = draw(st.sampled_from(["nearest", "farthest"]))
     mode = draw(st.sampled_from(["strict", "lenient"]))
     order = tuple(draw(st.permutations(range(1, n + 1)))) if draw(st.booleans()) else ()
-    return frontiers, ConsensusConfig(rank=rank, mode=mode), order
+    detour_m = draw(st.sampled_from([float("inf"), 0.0, 1.0, 2.0]))
+    return frontiers, ConsensusConfig(rank=rank, mode=mode, detour_m=detour_m), order
 
 
 def ballots(draw, frontiers, experts: int) -> list[Vote]:
@@ -118,7 +120,8 @@ def test_agreed_means_that_the_fallback_is_not_needed(data, poll, cast: int):
     frontiers, cfg, _ = poll
     near = [frontier(f.id, min(f.distance_m, 9.0)) for f in frontiers]  # as in a brief
     ballot = Ballot(tuple(ballots(data.draw, near, cast)))
-    assert agreed(ballot, cfg) == (elect(ballot, near, cfg).rule != "closest")
+    anywhere = replace(cfg, detour_m=float("inf"))
+    assert agreed(ballot, cfg) == (elect(ballot, near, anywhere).rule != "closest")
 
 
 @pytest.mark.parametrize(("pending", "sure"), [(["o2f"], False), (["z"], True)])
