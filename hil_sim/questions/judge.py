@@ -19,17 +19,18 @@ from runtime.config import SEATED, Config, load
 from runtime.core import consensus
 from runtime.core.types import Ballot, Missing, Vote
 
-CONSENSUS, RANDOM = "consensus", "random"
+CONSENSUS, NEAR, RANDOM = "consensus", "consensus, 1 m", "random"
 METHODS: dict[str, tuple[str, ...]] = {
     **{name: SINGLE[name].settings for name in (
         "closest", "geometry", "single-llm", "majority-k3", "majority-k5", "o2f", "r2f", "sle",
         "o2f+r2f", "o2f+sle", "r2f+sle")},
     "lenient": ('consensus.mode="lenient"', CLOSEST),
     "consensus+geometry": SINGLE["rfnav"].settings,
+    NEAR: (*SINGLE["paper"].settings, "consensus.detour_m=1.0"),
     CONSENSUS: SINGLE["paper"].settings,
 }  # fmt: skip
-"""The runtime's settings for each row; `consensus` is the paper's rule, `consensus+geometry` the
-runtime as it is."""
+"""The runtime's settings for each row; `consensus` is the paper's rule, `NEAR` that where no vote
+wins what is more than a metre farther than the closest, `consensus+geometry` the runtime."""
 WEIGHTED = ('consensus.mode="weighted"', "experts.bar=0.0", CLOSEST)
 RIGHT_M = 0.25
 """A choice that costs no more than this over the best is right."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from hil_sim.evaluation.metrics import Figure, cell
 from hil_sim.questions.bank import CLEAN, Bank
-from hil_sim.questions.judge import CONDITIONS, CONSENSUS, RIGHT_M, SPOILT, Row, Table
+from hil_sim.questions.judge import CONDITIONS, CONSENSUS, NEAR, RIGHT_M, SPOILT, Row, Table
 from hil_sim.questions.statistics import Resampling
 from runtime.edge.journal import plain
 
@@ -16,9 +16,11 @@ CLOSEST = "closest"
 READING = (
     "Brackets are 95 % bootstrap intervals, whole layouts resampled; differences are paired by "
     "question, bold where the interval leaves out 0. A choice is right when it costs less than "
-    f"{RIGHT_M} m more than the best one, and the worst when no other costs more. `{CONSENSUS}` is "
-    f"the paper's rule, `{CONSENSUS}+geometry` the runtime as it is; `random` a frontier drawn "
-    "blindly, as its expectation; voted: the experts chose, and not what is fallen back on."
+    f"{RIGHT_M} m more than the best one, and the worst when no other costs more. `{CONSENSUS}` "
+    f"is the paper's rule, `{NEAR}` the same where no vote wins what is more than a metre farther "
+    f"than the closest (`consensus.detour_m`), `{CONSENSUS}+geometry` the runtime as it is; "
+    "`random` a frontier drawn blindly, as its expectation; voted: the experts chose, and not "
+    "what is fallen back on."
 )
 SPOILING = (
     "Wrong labels: each object goes by another's name with probability {wrong}. Missing objects: "

@@ -26,7 +26,8 @@ class ConsensusConfig:
     """For "weighted": by expert, how many metres of way a nat of its evidence is worth. Experts
     that abstain where nothing is above the bar say nothing here: set `experts.bar` to 0."""
     detour_m: float = math.inf
-    """No vote can win a frontier that is so much farther away than the fallback's."""
+    """No vote can win a frontier that is so much farther away than the fallback's. With weak models
+    1.0 costs least a decision (docs/experts.md); the paper's rule has no bound."""
     veto: int = 0  # frontiers that so many experts vote against are out; 0: none is
     seed: int = 0  # of the samples
 

@@ -10,7 +10,7 @@ from asked import moment
 
 from hil_sim.questions import report
 from hil_sim.questions.bank import CLEAN, Bank, Home, Question, questions_of
-from hil_sim.questions.judge import CONDITIONS, METHODS, RANDOM, Table, judge
+from hil_sim.questions.judge import CONDITIONS, METHODS, NEAR, RANDOM, Table, judge
 from hil_sim.questions.statistics import Resampling
 from hil_sim.questions.voting import Votes, at_random
 from runtime.config import EXPERTS, Config
@@ -82,7 +82,8 @@ def test_who_asks_nobody_goes_by_distance_or_by_gain() -> None:
 
 def test_experts_that_know_the_way_lose_nothing() -> None:
     table = judged(lambda expert, brief: vote(expert, [3]))
-    for method in set(METHODS) - {"closest", "geometry", "majority-k3", "majority-k5"}:
+    assert regret(table, NEAR) == 6.0  # 3 is too far away for it
+    for method in set(METHODS) - {NEAR, "closest", "geometry", "majority-k3", "majority-k5"}:
         row = table.rows[method][CLEAN]
         assert row.regret_m.tolist() == [0.0] * 4, method
         assert row.right.tolist() == row.voted.tolist() == [1.0] * 4
