@@ -177,6 +177,10 @@ def _check(config: Config) -> None:
     for key, value in positive.items():
         if not value > 0:
             raise ConfigError(f"{key}: is {value}, must be more than 0")
+    if not config.navigate.consensus.detour_m >= 0:
+        raise ConfigError(
+            f"consensus.detour_m: is {config.navigate.consensus.detour_m}, must be 0 or more"
+        )
 
 
 def _one_of(key: str, value: str, known: Iterable[str]) -> None:

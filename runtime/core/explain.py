@@ -46,7 +46,7 @@ def _no_agreement(decision: Decision) -> str:
     if len(names) == 1:
         return f"{names[0]} votes alone{beside}"
     if consensus.agree([frozenset(v.frontiers) for v in decision.ballot.votes])[1]:
-        return f"what {_listed(names)} agree on is too far away{beside}"
+        return f"what {_listed(names)} agree on is too far away or voted against{beside}"
     return f"{_listed(names)} do not agree{beside}"
 
 

@@ -35,6 +35,8 @@ def test_a_file_reaches_its_module_and_settings_win(tmp_path: Path):
         ("map=3", "map: must be a table"),
         ("panel.experts=['o2f','r2d2']", "panel.experts: unknown; did you mean r2f?"),
         ("consensus.rank=first", "consensus.rank: unknown"),
+        ("consensus.detour_m=-0.1", "consensus.detour_m: is -0.1, must be 0 or more"),
+        ("consensus.detour_m=nan", "consensus.detour_m: is nan, must be 0 or more"),
         ("map.resolution_m=0.0", "map.resolution_m: is 0.0, must be more than 0"),
         ("nonsense", "must be KEY=VALUE"),
     ],
