@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from hil_sim.furniture import box_of
+from hil_sim.generate.home import CLUTTERED
 from hil_sim.homes import REPLICA, open_scene
 from hil_sim.labels import LABELLED, View, labels, seen_room
 from hil_sim.quiet import hushed, keep_stdout_for_python
@@ -91,13 +92,15 @@ def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
-def homes(split: str, seed: int, frames: int, replicas: bool) -> list[str]:
+def homes(split: str, seed: int, frames: int, replicas: bool, cluttered: int = 0) -> list[str]:
     """Names of as many homes as `frames` need: the split's RoboTHOR replicas first where they are
-    asked for, then generated homes of seeds from `seed` on."""
+    asked for, then generated homes of seeds from `seed` on; and as many cluttered ones as
+    `cluttered` frames need, of the same seeds."""
     first = f"FloorPlan_{split.capitalize()}"
     found = [name for name in APARTMENTS if replicas and name.startswith(first)]
-    count = math.ceil(frames / FRAMES_A_HOME)
-    return [*found, *(f"{split}-{seed + i}" for i in range(count - len(found)))][:count]
+    count, more = math.ceil(frames / FRAMES_A_HOME), math.ceil(cluttered / FRAMES_A_HOME)
+    plain = [*found, *(f"{split}-{seed + i}" for i in range(count - len(found)))][:count]
+    return [*plain, *(f"{split}-{seed + i}{CLUTTERED}" for i in range(more))]
 
 
 def render(
@@ -173,13 +176,20 @@ def counts(coco: dict[str, Any]) -> dict[str, int]:
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First home.")
 @click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
 @click.option("--replicas", is_flag=True, help="The split's RoboTHOR replicas first.")
+@click.option(
+    "--cluttered",
+    default=0,
+    show_default=True,
+    type=click.IntRange(0),
+    help="So many frames more, of homes strewn with what homes seldom show.",
+)
 @click.option("--width", default=640, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--height", default=480, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
 def frames_command(
-    out: Path, frames: int, seed: int, split: str, replicas: bool, width: int, height: int,
-    workers: int, json_file: Path | None,
+    out: Path, frames: int, seed: int, split: str, replicas: bool, cluttered: int, width: int,
+    height: int, workers: int, json_file: Path | None,
 ) -> None:  # fmt: skip
     """Render labelled frames of generated homes and RoboTHOR replicas (COCO detection format).
 
@@ -187,7 +197,8 @@ def frames_command(
     Example: hil-sim frames --out frames/train --frames 5000 --split train --replicas
     A run that was interrupted goes on with the same command.
     """
-    coco = render(out, frames, homes(split, seed, frames, replicas), (width, height), workers)
+    names = homes(split, seed, frames, replicas, cluttered)
+    coco = render(out, frames + cluttered, names, (width, height), workers)
     found = counts(coco)
     for name, count in found.items():
         click.echo(f"{name:16} {count:6}")

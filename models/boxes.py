@@ -52,22 +52,30 @@ def suppress(
     index.
     """
     order = np.argsort(-scores, kind="stable")
-    iou = pairwise_iou(boxes[order], boxes[order])
-    limit = np.where(labels[order][:, None] == labels[order][None], overlap, across)
-    clash = iou > limit
+    ranked = boxes[order]
+    same = labels[order][:, None] == labels[order][None]
+    better, worse = np.nonzero(np.triu(same | (across < 1), 1))
+    limit = np.where(same[better, worse], overlap, across)
+    clash = _iou(ranked[better], ranked[worse]) > limit
     alive = np.ones(len(order), np.bool_)
-    for i in range(len(order)):
+    # By rank of the better one, so that whether it is alive is settled when its turn comes.
+    for i, j in zip(better[clash].tolist(), worse[clash].tolist(), strict=True):
         if alive[i]:
-            alive[i + 1 :] &= ~clash[i, i + 1 :]
+            alive[j] = False
     return order[alive]
 
 
 def pairwise_iou(a: Floats, b: Floats) -> Floats:
     """(N, 4), (M, 4) corners -> (N, M)."""
-    low = np.maximum(a[:, None, :2], b[None, :, :2])
-    high = np.minimum(a[:, None, 2:], b[None, :, 2:])
+    return _iou(a[:, None], b[None])
+
+
+def _iou(a: Floats, b: Floats) -> Floats:
+    """(..., 4), (..., 4) corners -> (...), shapes broadcast."""
+    low = np.maximum(a[..., :2], b[..., :2])
+    high = np.minimum(a[..., 2:], b[..., 2:])
     shared = np.clip(high - low, 0, None).prod(-1)
-    area_a = (a[:, 2:] - a[:, :2]).prod(-1)
-    area_b = (b[:, 2:] - b[:, :2]).prod(-1)
-    iou: Floats = shared / np.maximum(area_a[:, None] + area_b[None] - shared, 1e-9)
+    area_a = (a[..., 2:] - a[..., :2]).prod(-1)
+    area_b = (b[..., 2:] - b[..., :2]).prod(-1)
+    iou: Floats = shared / np.maximum(area_a + area_b - shared, 1e-9)
     return iou

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from models.boxes import suppress
 from models.errors import ModelError
 
-MIN_SCORE = 0.02
+MIN_SCORE = 0.01
 SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.5, 0.8
 MAX_DETECTIONS = 100
 

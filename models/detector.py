@@ -167,7 +167,7 @@ class OpenDetector:
 
     def named(self, view: View, cosines: Floats) -> RawDetections:
         """Detections, given the (K, C) cosines of a view's regions with each class."""
-        likeliest = np.argsort(-cosines, axis=1, kind="stable")[:, :NAMES]
+        likeliest = _best(cosines, NAMES)
         labels = likeliest.reshape(-1).astype(np.int32)
         place = np.repeat(np.arange(len(cosines)), likeliest.shape[1])
         scores = self.score(view.objectness[place], cosines[place, labels])
@@ -187,6 +187,12 @@ class OpenDetector:
         p = np.clip(objectness * word, 1e-6, 1 - 1e-6)
         odds = self.gain * np.log(p / (1 - p)) + self.shift
         return np.asarray(1 / (1 + np.exp(-odds)), np.float32)
+
+
+def _best(values: Floats, count: int) -> NDArray[np.int64]:
+    """(K, C) -> (K, min(count, C)) columns of each row's largest values."""
+    count = min(count, values.shape[1])
+    return np.argpartition(-values, count - 1, axis=1)[:, :count]
 
 
 def _softmax(logits: Floats) -> Floats:

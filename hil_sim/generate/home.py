@@ -8,6 +8,7 @@ import random
 from collections import Counter
 
 from hil_sim.furniture import hex_colour
+from hil_sim.generate.clutter import strew
 from hil_sim.generate.floorplan import Plan, polygon_of
 from hil_sim.generate.furnisher import Furnisher
 from hil_sim.generate.layouts import FEWEST, MOST, LayoutError, draw_plan
@@ -15,23 +16,28 @@ from hil_sim.generate.recipes import furnish, lacks
 from hil_sim.generate.valid import problems
 from hil_sim.scene import Room, Scene, contains
 
-ATTEMPTS, ROOM_ATTEMPTS = 20, 8
+CLUTTERED = "-cluttered"
+ATTEMPTS, ROOM_ATTEMPTS = 60, 8
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#f2ead8", "#e8e8e6", "#d9dfe2")
 WOOD = ("#b58a5b", "#8a5f3c", "#caa472", "#6b4a31", "#a77b52", "#d6b98c")
 TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")
 
 
-def generate(seed: int, split: str = "train", rooms: int | None = None) -> Scene:
+def generate(
+    seed: int, split: str = "train", rooms: int | None = None, cluttered: bool = False
+) -> Scene:
     """The home of this seed: the same seed gives the same home, with `problems` none.
 
-    `rooms`: 4 to 9, hallway included; None lets the seed choose. LayoutError if it cannot be.
+    `rooms`: 4 to 9, hallway included; None lets the seed choose. `cluttered`: with things strewn
+    about that homes seldom show. LayoutError if it cannot be.
     """
     name = f"{split}-{seed}" + (f"-rooms{rooms}" if rooms is not None else "")
     count = draw_rooms(seed, split) if rooms is None else rooms
-    rng = random.Random(f"{split}/{seed}")
+    rng = random.Random(f"{split}/{seed}" + ("/cluttered" if cluttered else ""))
+    name += CLUTTERED if cluttered else ""
     found = [""]
     for _ in range(ATTEMPTS):
-        scene = _draw(rng, name, split, count)
+        scene = _draw(rng, name, split, count, cluttered)
         found = [*_lacking(scene), *problems(scene)]
         if not found:
             return scene
@@ -43,7 +49,7 @@ def draw_rooms(seed: int, split: str, low: int = FEWEST, high: int = MOST) -> in
     return random.Random(f"{split}/{seed}/rooms").randint(low, high)
 
 
-def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:
+def _draw(rng: random.Random, name: str, split: str, rooms: int, cluttered: bool) -> Scene:
     plan = draw_plan(rng, rooms)
     height = round(rng.uniform(2.4, 2.8), 2)
     home = Furnisher(rng, plan, split, height)
@@ -54,6 +60,8 @@ def _draw(rng: random.Random, name: str, split: str, rooms: int) -> Scene:
             if not left or not lacks(room.kind, {obj.category for obj in home.here}):
                 break
             home.clear()
+        if cluttered:
+            strew(home)
     home.drop_unreachable()
     return Scene(
         name=name,

@@ -43,8 +43,8 @@ class Looked:
 
 
 def look(detector: OpenDetector, truth: Truth, encoder: TextEncoder, rooms: list[str]) -> Looked:
-    """Run the network on every frame once. Regions are kept in half precision: 1,000 frames of 100
-    take 80 MB."""
+    """Run the network on every frame once. Regions are kept in half precision: 1,000 frames of 300
+    take 240 MB."""
     rows = encoder.embed(truth.categories)
     detector.set_vocabulary([(c,) for c in truth.categories], rooms)
     views, likeliest, cosines, found = [], [], [], []

@@ -26,6 +26,9 @@ size it has there by networks that take smaller ones."""
 KEEP_FRACTION = 0.3
 """A box of which a crop leaves less than this becomes an ignore region."""
 
+SCARCE = 0.03
+"""A category that fewer of the frames show than this is shown again (`repeated`)."""
+
 NOISE_SLACK = 128
 UNLEARNED = -1
 
@@ -75,6 +78,17 @@ def read_frames(
     if not frames:
         raise ModelError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
     return list(frames.values())
+
+
+def repeated(frames: Sequence[Labelled], rng: np.random.Generator) -> list[Labelled]:
+    """The frames, those with a scarce category several times over: sqrt(SCARCE / its share of the
+    frames) times on average, by the scarcest that a frame shows (Gupta et al. 2019)."""
+    shown = [np.unique(frame.labels[~frame.ignore]) for frame in frames]
+    found = np.bincount(np.concatenate(shown))
+    times = np.sqrt(np.maximum(1.0, SCARCE * len(frames) / np.maximum(found, 1)))
+    wanted = np.array([times[labels].max(initial=1.0) for labels in shown])
+    counts = np.floor(wanted + rng.random(len(frames))).astype(int)
+    return [frame for frame, count in zip(frames, counts, strict=True) for _ in range(count)]
 
 
 def _rows(table: Any) -> list[dict[str, Any]]:

@@ -28,7 +28,8 @@ from models.train.graph import halve, simplified
 from models.train.network import Network
 from models.train.quantise import quantise
 
-CANDIDATES = 100
+CANDIDATES = 300
+"""Some eight locations answer for one object: with 100, small things in full rooms are left out."""
 OPSET = 17
 FORMAT = "rf-nav-detector/1"
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")

@@ -18,7 +18,7 @@ from torch import Tensor
 from models import store
 from models.errors import ModelError
 from models.text import TextEncoder
-from models.train.data import Batch, Labelled, batches, read_frames
+from models.train.data import Batch, Labelled, batches, read_frames, repeated
 from models.train.export import load_network
 from models.train.losses import background, gather, room_loss, view_loss, word_loss
 from models.train.memory import keep_memory
@@ -188,7 +188,9 @@ def main(data: Path, out: Path, passes: int, seed: int) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
     names = load_names(TextEncoder(store.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
-    frames = read_frames(data, names.categories, names.held_out)
+    frames = repeated(
+        read_frames(data, names.categories, names.held_out), np.random.default_rng(seed)
+    )
     features = _kept(
         out, passes, seed, lambda: collect(network, frames, names, passes, seed, click.echo)
     )

@@ -13,7 +13,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from models.train.data import FULL, SMALL, Batch, batches, read_frames
+from models.train.data import FULL, SMALL, Batch, batches, read_frames, repeated
 from models.train.losses import Losses, loss
 from models.train.names import Embed, Names, load_names
 from models.train.network import Network
@@ -163,9 +163,10 @@ def train(
         say(f"resumed at step {trainer.step}, {trainer.spent_s / 60:.1f} min spent")
     while trainer.done() < 1:
         frames = read_frames(data, trainer.names.categories, trainer.names.held_out)
-        say(f"epoch {trainer.epoch}: {len(frames)} frames")
+        shown = repeated(frames, trainer.rng)
+        say(f"epoch {trainer.epoch}: {len(frames)} frames, {len(shown)} with those shown again")
         source = batches(
-            team.share(frames), trainer.names.rooms, recipe.batch, trainer.rng, trainer.size
+            team.share(shown), trainer.names.rooms, recipe.batch, trainer.rng, trainer.size
         )
         for losses in _steps(trainer, source):
             if team.leads and trainer.step % LOG_EVERY == 0:

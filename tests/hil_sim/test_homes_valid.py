@@ -17,6 +17,7 @@ from hil_sim.generate.floorplan import Rect
 from hil_sim.generate.home import generate
 from hil_sim.generate.layouts import LayoutError, count_kinds, draw_plan
 from hil_sim.generate.valid import problems
+from hil_sim.homes import open_scene
 from hil_sim.scene import Door, Scene, SceneObject, contains, scene_to_json
 
 SPLITS = ("train", "val")
@@ -41,6 +42,21 @@ def test_200_homes_have_no_problems_and_as_many_rooms_as_asked(homes: list[Scene
     for home in homes:
         assert problems(home) == [], home.name
         assert f"rooms{len(home.rooms)}" in home.name
+
+
+def test_cluttered_homes_are_good_and_show_what_others_seldom_do(homes: list[Scene]) -> None:
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        rows = [(seed, "train", None, True) for seed in range(12)]
+        strewn = list(pool.map(generate, *zip(*rows, strict=True)))
+    for home in strewn:
+        assert problems(home) == [], home.name
+        assert home.name.endswith("-cluttered")
+    seldom = {"fork", "backpack", "game console", "vacuum cleaner", "printer", "dishwasher"}
+    plain = Counter(o.category for home in homes[:SEEDS] for o in home.objects)
+    found = Counter(o.category for home in strewn for o in home.objects)
+    for name in seldom:
+        assert found[name] / len(strewn) > 3 * plain[name] / SEEDS, name
+    assert open_scene("train-3-cluttered") == strewn[3]
 
 
 def test_goals_occur_regularly(homes: list[Scene]) -> None:

@@ -16,7 +16,7 @@ CELLS = 16 + 4 + 1
 METADATA = {
     "format": "rf-nav-detector/1",
     "value.scale": "20.0",
-    "value.bias": "-12.0",
+    "value.bias": "-14.0",
     "value.room_scale": "10.0",
 }
 VOCABULARY = (("sofa", "couch"), ("toilet",))

@@ -66,6 +66,25 @@ def test_held_out_categories_are_ignored_and_unseen_names_are_not_trained(frames
     assert not trained & (unseen | {n for many in table["held_out"].values() for n in many})
 
 
+def test_frames_with_a_scarce_category_are_shown_again() -> None:
+    def frame(name: str, *labels: int, ignore: bool = False) -> data.Labelled:
+        boxes = np.zeros((len(labels), 4), np.float32)
+        return data.Labelled(
+            Path(name), boxes, np.array(labels, np.int64), np.full(len(labels), ignore), ""
+        )
+
+    common = [frame(f"common{i}", 0) for i in range(396)]
+    scarce = [frame(f"scarce{i}", 0, 1) for i in range(3)]
+    frames = [*common, *scarce, frame("hidden", 2, ignore=True)]
+    rng = np.random.default_rng(0)
+    drawn = [[f.path.name for f in data.repeated(frames, rng)] for _ in range(50)]
+    # Category 1 is in 3 of 400 frames where 12 would be common: twice each, on average exactly.
+    counts = [sum(name.startswith("scarce") for name in names) for names in drawn]
+    assert counts == [6] * 50
+    assert all(names.count("hidden") == 1 for names in drawn)
+    assert all(len(names) == 396 + 6 + 1 for names in drawn)
+
+
 def test_a_lower_height_lowers_the_rates(trainer: Trainer) -> None:
     low = Trainer(trainer.network, trainer.names, replace(trainer.recipe, height=0.3))
     assert low.pace() == pytest.approx(
