@@ -1,5 +1,9 @@
 """A child process that never outlives the harness, and whose last words are kept in a file."""
 
+import ctypes
+import multiprocessing
+import os
+import signal
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -12,6 +16,16 @@ if sys.platform == "linux":
     ctypes.CDLL(None).prctl(1, signal.SIGKILL)
 os.execv(sys.argv[1], sys.argv[1:])
 """
+
+
+def end_with_parent() -> None:
+    """Let Linux send this process of `multiprocessing` SIGTERM when its parent dies, and now if it
+    is dead."""
+    parent = multiprocessing.parent_process()
+    if sys.platform == "linux" and parent is not None:
+        ctypes.CDLL(None).prctl(1, signal.SIGTERM)
+        if os.getppid() != parent.pid:
+            os.kill(os.getpid(), signal.SIGTERM)
 
 
 def spawn(arguments: Sequence[str], log: Path) -> subprocess.Popen[bytes]:

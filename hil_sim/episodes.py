@@ -6,7 +6,8 @@ Sampled by seed, or read from a suite: a JSON file (`rf-nav-suite/1`) that lists
 import json
 import math
 import random
-from collections.abc import Callable
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -121,11 +122,22 @@ def load_suite(name_or_path: str | Path) -> tuple[Episode, ...]:
     rows = data.get("episodes")
     if not isinstance(rows, list) or not rows:
         raise SceneError(f"{path}: episodes: a list with at least one episode is needed")
-    return tuple(_episode(row, f"{path}: episodes[{i}]") for i, row in enumerate(rows))
+    episodes = tuple(_episode(row, f"{path}: episodes[{i}]") for i, row in enumerate(rows))
+    _check_ids(episodes, path)
+    return episodes
+
+
+def _check_ids(episodes: Sequence[Episode], path: Path) -> None:
+    """Results are kept by id."""
+    count = Counter(episode.id for episode in episodes)
+    twice = [id for id, times in count.items() if times > 1]
+    if twice:
+        raise SceneError(f"{path}: two episodes have the id {twice[0]!r}; give each one of its own")
 
 
 def save_suite(episodes: tuple[Episode, ...], path: Path, note: str = "") -> None:
     """Write a suite, one episode a line, with a note for people."""
+    _check_ids(episodes, path)
     rows = ",\n".join(f"    {json.dumps(asdict(episode))}" for episode in episodes)
     said = f'  "note": {json.dumps(note)},\n' if note else ""
     text = f'{{\n  "format": "{FORMAT}",\n{said}  "episodes": [\n{rows}\n  ]\n}}\n'

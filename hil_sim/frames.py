@@ -120,7 +120,7 @@ def render(
         try:
             for job in as_completed(jobs):
                 bar.update(min(job.result(), frames - bar.n))
-        except KeyboardInterrupt:
+        except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     coco = collect(out, names, frames, size)

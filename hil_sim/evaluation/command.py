@@ -11,7 +11,7 @@ import click
 from hil_sim.episodes import Episode, load_suite
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
 from hil_sim.evaluation.metrics import table
-from hil_sim.evaluation.results import Results, errors, stages
+from hil_sim.evaluation.results import Results, errors, sole, stages
 from hil_sim.evaluation.worker import Settings, protocol_for
 from hil_sim.faults import parse_faults
 from hil_sim.methods import SINGLE, method_named
@@ -52,14 +52,16 @@ KNOWN = f"{', '.join(SINGLE)}, oracle-perception, oracle-perception/METHOD, orac
 def eval_command(**given: Any) -> None:
     """Drive every episode of a suite with each method and print the table.
 
-    Finished episodes are kept in OUT: after Ctrl-C the same command goes on where it was.
+    Finished episodes are kept in OUT: after Ctrl-C, or SIGTERM, the same command goes on where it
+    was.
     `hil-sim report OUT` makes tables and figures of them.
     """
     evaluation = _evaluation(given)
-    claim(evaluation)
-    results = Results(evaluation.settings.out)
-    began_s = time.monotonic()
-    complete = run(evaluation, results)
+    with sole(evaluation.settings.out):
+        claim(evaluation)
+        results = Results(evaluation.settings.out, mend=True)
+        began_s = time.monotonic()
+        complete = run(evaluation, results)
     _print(evaluation, results, given["seed"], time.monotonic() - began_s)
     if given["json_file"] is not None:
         figures = plain(report(evaluation, results, given["seed"]))

@@ -2,11 +2,13 @@
 
 import hashlib
 import json
+import signal
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
+from importlib.resources import files
 from typing import Any
 
 from tqdm import tqdm
@@ -19,6 +21,9 @@ from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
 from hil_sim.link import HarnessError
 from runtime.edge.journal import plain
+
+MANIFEST = files("models") / "manifest.toml"
+"""Checksums of all models' files: other weights are another configuration."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,7 @@ def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
     failures: list[str] = []
     done = 0
     with (
+        _sigterm_as_interrupt(),
         tqdm(total=total, initial=total - todo, unit="episode", disable=None) as bar,
         _workers(evaluation, jobs, target) as messages,
     ):
@@ -71,6 +77,20 @@ def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
         more = f" (and {len(failures) - 1} more)" if len(failures) > 1 else ""
         raise HarnessError(failures[0] + more)
     return True
+
+
+@contextmanager
+def _sigterm_as_interrupt() -> Iterator[None]:
+    """A polite `kill` is Ctrl-C: workers and their runtimes are ended, what is finished is kept."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def plan(evaluation: Evaluation, results: Results) -> list[Job]:
@@ -167,6 +187,7 @@ def claim(evaluation: Evaluation) -> None:
         "tilt": settings.tilt,
         "seed": settings.seed,
         "realtime": settings.realtime,
+        "models": _digest(MANIFEST.read_text(encoding="utf-8")),
     }
     path = settings.out / RUN_FILE
     try:

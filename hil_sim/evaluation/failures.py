@@ -3,9 +3,9 @@
 The rule, for an episode that is no success; the first that holds:
 1. error: it ended in an error of the runtime or of the harness;
 2. detection: it stopped for something that is no instance of the goal (`claim` "false");
-3. planning: it stopped for an instance (`claim` "true") outside of where that counts, or believed
-   in one on the way (`believed_at`) and did not end there;
-4. detection: the goal was in view (`seen_at`) and was never believed in;
+3. planning: it stopped for an instance (`claim` "true") outside of where that counts, or made for
+   one on the way (`believed_at`) and did not end there;
+4. detection: the goal was in view (`seen_at`) and never made for;
 5. exploration: the goal was never in view.
 In view is 200 pixels of a 640x480 frame within 5 m, by the true segmentation.
 """

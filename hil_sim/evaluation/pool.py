@@ -60,7 +60,7 @@ def _start(job: Job, settings: Settings, target: Work, running: Running) -> None
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         process.start()
+        running[ours] = (process, job)  # before an interrupt can come: it will be ended
     finally:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     theirs.close()
-    running[ours] = (process, job)

@@ -38,8 +38,8 @@ INTERVALS = (
 )
 RULE = (
     "Detection: it stopped for something else, or had the goal in view (200 pixels within 5 m) and "
-    "never believed in it. Planning: it believed in an instance, or stopped for one, and did not "
-    "end where that counts. Exploration: the goal was never in view. The rule is in "
+    "never made for it. Planning: it made for an instance, or stopped for one, and did not end "
+    "where that counts. Exploration: the goal was never in view. The rule is in "
     "`hil_sim/evaluation/failures.py`."
 )
 

@@ -1,32 +1,55 @@
 """Finished episodes on disk: nothing that was finished is ever lost."""
 
+import fcntl
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
 from hil_sim.episode_run import EpisodeResult
 from hil_sim.episodes import Episode
+from hil_sim.link import HarnessError
 from hil_sim.methods import METHODS
 
 RUN_FILE = "run.json"
 RESULTS_FILE, SUITE_FILE, TIMES_FILE = "episodes.jsonl", "suite.json", "times.jsonl"
+LOCK_FILE = ".lock"
 FRAMES = ("rendered", "recalled")
 """Counts that stand among the wall times, since they depend on what ran together."""
 
 
-class Results:
-    """Finished episodes in OUT/episodes.jsonl, one line each, the last of an episode counts."""
+@contextmanager
+def sole(out: Path) -> Iterator[None]:
+    """OUT, made if need be, for one writer at a time; HarnessError while it has another."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        file = (out / LOCK_FILE).open("w")
+    except OSError as error:
+        raise HarnessError(f"{out}: cannot be written ({error.strerror})") from error
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise HarnessError(
+                f"{out}: in use by another `hil-sim eval`; wait for it or choose another --out"
+            ) from None
+        yield
 
-    def __init__(self, out: Path) -> None:
+
+class Results:
+    """Finished episodes in OUT/episodes.jsonl, one line each, the last of an episode counts. Who
+    writes (`mend`) has OUT to himself (`sole`), and takes away a line that was never finished."""
+
+    def __init__(self, out: Path, mend: bool = False) -> None:
         self._path = out / RESULTS_FILE
         self.by_key: dict[tuple[str, str], EpisodeResult] = {}
         if self._path.is_file():
             for line in self._path.read_text(encoding="utf-8").splitlines(keepends=True):
                 if line.endswith("\n"):  # a torn line was never finished
                     self._keep(EpisodeResult.from_json(json.loads(line)))
-                else:
+                elif mend:
                     self._cut(len(line.encode()))
 
     def add(self, result: EpisodeResult) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.assets import Assets
+from hil_sim.child import end_with_parent
 from hil_sim.episode_run import EpisodeResult, run_episode
 from hil_sim.episodes import Episode, check_start
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
@@ -103,8 +104,10 @@ Send = Callable[[Message], None]
 
 
 def work(job: Job, settings: Settings, parent: Connection) -> None:
-    """The process's main function; ends early on SIGTERM, taking its runtime along."""
+    """The process's main function; ends early on SIGTERM, taking its runtime along, and when its
+    parent has died, however."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    end_with_parent()
     keep_stdout_for_python()
     try:
         drive(job, settings, parent.send)

@@ -31,13 +31,15 @@ SCARCE = 0.03
 
 NOISE_SLACK = 128
 UNLEARNED = -1
+"""The label of what is of a held-out category, which is ignored."""
 
 Image = NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
 class Labelled:
-    """One frame: boxes (N, 4) px corners, labels (N,) category indices, ignore (N,) bool."""
+    """One frame: boxes (N, 4) px corners, labels (N,) category indices or UNLEARNED, ignore (N,)
+    bool."""
 
     path: Path
     boxes: NDArray[np.float32]
@@ -116,7 +118,7 @@ def _labelled(path: Path, row: dict[str, Any], index: dict[str, int]) -> Labelle
     return Labelled(
         path=path,
         boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
-        labels=np.maximum(labels, 0),
+        labels=labels,
         ignore=np.array([bool(m["ignore"]) for m in marks], np.bool_) | (labels == UNLEARNED),
         room=str(row.get("room") or ""),
     )
@@ -152,8 +154,10 @@ def augment(
         move[0] *= -1
         move[0, 2] += size[0]
     fill = tuple(int(v) for v in rng.integers(60, 180, 3))
+    pixels = move.copy()  # boxes are of edges, pixels of middles: half a pixel apart
+    pixels[:, 2] += 0.5 * move[:, :2].sum(axis=1) - 0.5
     image = np.asarray(
-        cv2.warpAffine(image, move, size, flags=cv2.INTER_LINEAR, borderValue=fill),
+        cv2.warpAffine(image, pixels, size, flags=cv2.INTER_LINEAR, borderValue=fill),
         np.uint8,
     )
     boxes, visible = _moved(frame.boxes, move, size)

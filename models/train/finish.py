@@ -25,7 +25,7 @@ from models.train.memory import keep_memory
 from models.train.names import Names, load_names
 from models.train.network import Network
 from models.train.targets import assign, make_grid
-from models.train.trainer import CHECKPOINT
+from models.train.trainer import CHECKPOINT, save
 
 FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
@@ -82,7 +82,7 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
     for labels, ignore in zip(batch.labels, batch.ignore, strict=True):
         seen = torch.unique(labels[~ignore])  # type: ignore[no-untyped-call]
         row = torch.zeros(len(compare))
-        row[labels[ignore]] = torch.nan
+        row[labels[ignore & (labels >= 0)]] = torch.nan
         row[(compare[seen] == 0).any(0)] = torch.nan
         row[seen] = 1.0
         rows.append(row)
@@ -175,7 +175,7 @@ def _kept(out: Path, passes: int, seed: int, make: Callable[[], Features]) -> Fe
         if kept.pop("of") == known:
             return Features(**kept)
     features = make()
-    torch.save({"of": known, **vars(features)}, path)
+    save(path, {"of": known, **vars(features)})
     return features
 
 
@@ -194,9 +194,8 @@ def main(data: Path, out: Path, passes: int, seed: int) -> None:
     features = _kept(
         out, passes, seed, lambda: collect(network, frames, names, passes, seed, click.echo)
     )
-    torch.save(
-        {"average": finish(network, features, names, seed, click.echo).state_dict()}, out / FINISHED
-    )
+    done = finish(network, features, names, seed, click.echo)
+    save(out / FINISHED, {"average": done.state_dict()})
 
 
 if __name__ == "__main__":

@@ -2,6 +2,7 @@
 step goes by the mean of their gradients."""
 
 import os
+import signal
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -67,6 +68,8 @@ def together(count: int, work: Callable[[Team], None]) -> None:
 
 
 def _join(rank: int, count: int, meeting: str, work: Callable[[Team], None]) -> None:
+    # torch has Linux send SIGINT when the parent dies; jobs in a shell's background ignore it.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ["GLOO_SOCKET_IFNAME"] = "lo"
     distributed.init_process_group("gloo", init_method=meeting, rank=rank, world_size=count)
     try:

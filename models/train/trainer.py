@@ -108,7 +108,7 @@ class Trainer:
                 mine[key].copy_(value)
 
     def save(self, path: Path) -> None:
-        """Write everything; the old file stays whole until the new one is."""
+        """Write everything."""
         state = {
             "network": self.network.state_dict(),
             "average": self.average.state_dict(),
@@ -119,9 +119,7 @@ class Trainer:
             "epoch": self.epoch,
             "spent_s": self.spent_s,
         }
-        partial = path.with_suffix(".partial")
-        torch.save(state, partial)
-        partial.replace(path)
+        save(path, state)
 
     def restore(self, path: Path) -> None:
         """Go on from a file that `save` wrote."""
@@ -132,6 +130,13 @@ class Trainer:
         self.step, self.epoch = state["step"], state["epoch"]
         self.spent_s = state["spent_s"]
         self.rng = np.random.default_rng((self.recipe.seed, self.team.rank, self.step))
+
+
+def save(path: Path, state: dict[str, Any]) -> None:
+    """Write a checkpoint; the old file stays whole until the new one is."""
+    partial = path.with_suffix(".partial")
+    torch.save(state, partial)
+    partial.replace(path)
 
 
 def train(

@@ -1,7 +1,7 @@
 """Object instances: one for each thing, whatever a view called it; evidence fused over views."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -72,11 +72,14 @@ class Instance:
     embedding_sum: F32 = field(default_factory=lambda: _NO_EMBEDDING)  # (D,) of views, by score
     best_score: float = 0.0
     range_m: float = math.inf  # of the nearest view
-    views: list[Pose] = field(default_factory=list)  # poses that count as distinct views
+    views: list[Pose] = field(default_factory=list)  # distinct poses that it was seen from
+    # by name: the distinct poses whose view spoke for it, and those whose view spoke against it
+    backing: dict[str, list[Pose]] = field(default_factory=dict)
+    doubts: dict[str, list[Pose]] = field(default_factory=dict)
+    near_m: dict[str, float] = field(default_factory=dict)  # range of the nearest that spoke for it
     rejections: dict[str, int] = field(default_factory=dict)  # as a target of that name
     since: dict[str, int] = field(default_factory=dict)  # the first view after the rejection
     looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
-    remembered: bool = False  # from an earlier search, and not seen again yet
 
     @property
     def name(self) -> str:
@@ -104,8 +107,13 @@ class Instance:
         return self.embedding_sum / np.float32(norm) if norm > 0 else _NO_EMBEDDING
 
     def views_as(self, name: str) -> list[Pose]:
-        """The distinct views that count for a name: those since it was last rejected as that."""
+        """From where it was seen, whatever it was called, since it was last rejected as that."""
         return self.views[self.since.get(name, 0) :]
+
+    def forget_evidence(self, name: str) -> None:
+        """What was seen of it speaks neither for nor against that name any more."""
+        for table in (self.backing, self.doubts, self.near_m):
+            table.pop(name, None)
 
 
 def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
@@ -129,6 +137,7 @@ def reject(instance: Instance, name: str, odds_each: float) -> None:
     instance.rejections[name] = count
     instance.odds[name] = min(instance.odds.get(name, 0.0), count * odds_each)
     instance.since[name] = len(instance.views)
+    instance.forget_evidence(name)
     instance.looks.clear()
 
 
@@ -140,7 +149,8 @@ def fuse(
     pose: Pose,
     cfg: SemanticsConfig,
 ) -> Instance:
-    """Add a sighting to the instance that it is another view of, or to a new one."""
+    """Add a sighting to the instance that it is another view of, or to a new one. What else that
+    was ever called is left to `uncalled`: one place may have two names in one image."""
     ordered = np.sort(sighting.points.T, axis=1)
     x, y, z_m = (float(v) for v in _middle(ordered))
     xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
@@ -156,14 +166,21 @@ def fuse(
         instance.embedding_sum = _joined(instance.embedding_sum, seen.embedding_sum)
     instance.range_m = min(instance.range_m, sighting.range_m)
     instance.best_score = max(instance.best_score, sighting.score)
-    instance.remembered = False
+    if _is_new(instance, pose, instance.views_as(sighting.name), cfg):
+        instance.views.append(pose)
     step = logit(sighting.score) - logit(cfg.neutral_score)
-    weight = view_weight(instance, sighting.name, pose, cfg, remember=True)
-    add(instance, sighting.name, weight * max(-cfg.max_step, min(cfg.max_step, step)), cfg)
-    for other in instance.odds:
-        if other != sighting.name:  # it was seen, and not called that
-            add(instance, other, -weight * cfg.miss_step, cfg)
+    if step > 0:
+        nearest_m = instance.near_m.get(sighting.name, math.inf)
+        instance.near_m[sighting.name] = min(nearest_m, sighting.range_m)
+    weigh(instance, sighting.name, max(-cfg.max_step, min(cfg.max_step, step)), pose, cfg)
     return instance
+
+
+def uncalled(instance: Instance, names: Collection[str], pose: Pose, cfg: SemanticsConfig) -> None:
+    """It was in view and had these names, or none: that speaks against all others it ever had."""
+    for name in instance.odds:
+        if name not in names:
+            weigh(instance, name, -cfg.miss_step, pose, cfg)
 
 
 def _widen(
@@ -254,21 +271,29 @@ def alike(a: Instance, b: Instance, cell_m: float, cfg: SemanticsConfig) -> bool
     return min(lengths) >= cfg.same_size_share * max(lengths)
 
 
-def view_weight(
-    instance: Instance, name: str, pose: Pose, cfg: SemanticsConfig, remember: bool
-) -> float:
-    """1 for a view from a new place or direction, little for one more from where it was seen."""
+def weigh(instance: Instance, name: str, step: float, pose: Pose, cfg: SemanticsConfig) -> None:
+    """What a view from `pose` says for a name, or against it (`step`, log-odds): all of it from a
+    new place or direction, little for one more of the kind from where there was one."""
+    backing = instance.backing.setdefault(name, [])
+    doubts = instance.doubts.setdefault(name, [])
+    earlier, mine = (backing, backing) if step > 0 else ([*backing, *doubts], doubts)
+    if _is_new(instance, pose, earlier, cfg):
+        mine.append(pose)
+    else:
+        step *= cfg.repeat_weight
+    add(instance, name, step, cfg)
+
+
+def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose], cfg: SemanticsConfig) -> bool:
+    """Whether a view is from another place, or in another direction, than all earlier ones."""
     bearing = math.atan2(instance.xy[1] - pose.y_m, instance.xy[0] - pose.x_m)
-    for view in instance.views_as(name):
-        moved = math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m)
-        if moved >= cfg.new_view_m:
+    for view in earlier:
+        if math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m) >= cfg.new_view_m:
             continue
-        earlier = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
-        if abs(wrap_angle(bearing - earlier)) < cfg.new_view_rad:
-            return cfg.repeat_weight
-    if remember:
-        instance.views.append(pose)
-    return 1.0
+        before = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
+        if abs(wrap_angle(bearing - before)) < cfg.new_view_rad:
+            return False
+    return True
 
 
 def add(instance: Instance, name: str, step: float, cfg: SemanticsConfig) -> None:

@@ -32,8 +32,9 @@ def recall(
     instance has to be seen again. What was rejected as this goal before stays rejected.
     """
     for instance in semantic.instances.values():
-        instance.remembered = True
         instance.looks.clear()
+        for name in instance.odds:
+            instance.forget_evidence(name)
     found = []
     for instance, row in zip(embedded(semantic)[0], likeness, strict=True):
         if goal in instance.rejections or names[int(row.argmax())] != goal:

@@ -1,7 +1,7 @@
 """The semantic map: object instances with fused evidence, and room types per cell."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -17,9 +17,8 @@ from runtime.core.instances import (
     Instance,
     SemanticsConfig,
     Sighting,
-    add,
     fuse,
-    view_weight,
+    uncalled,
 )
 from runtime.core.map import NavigationMap, polygon_mask
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
@@ -115,18 +114,24 @@ def place(
     cfg: SemanticsConfig,
 ) -> None:
     """Fuse one image's detections and its room type into the map."""
-    seen = set()
+    called: dict[int, set[str]] = {}
     for sighting in locate(obs, detections, semantic.names, mount, cfg):
         new_id = semantic.next_id
         instance = fuse(semantic.instances, new_id, grid.frame, sighting, obs.pose, cfg)
         semantic.next_id += instance.id == new_id
-        seen.add(instance.id)
-    _miss(semantic, obs, mount, seen, cfg)
+        called.setdefault(instance.id, set()).add(sighting.name)
+    for id, names in called.items():
+        uncalled(semantic.instances[id], names, obs.pose, cfg)
+    _miss(semantic, obs, mount, called, cfg)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline, cfg)
 
 
 def _miss(
-    semantic: SemanticMap, obs: Observation, mount: Mount, seen: set[int], cfg: SemanticsConfig
+    semantic: SemanticMap,
+    obs: Observation,
+    mount: Mount,
+    seen: Container[int],
+    cfg: SemanticsConfig,
 ) -> None:
     """Lower what should be in plain view and was not detected."""
     unseen = [i for i in semantic.instances.values() if i.id not in seen]
@@ -143,10 +148,7 @@ def _miss(
         patch = patch[patch > 0]
         if patch.size == 0 or float(np.median(patch)) < z[n] - 0.6:
             continue  # hidden
-        instance = unseen[n]
-        weight = view_weight(instance, instance.name, obs.pose, cfg, remember=False)
-        for name in instance.odds:
-            add(instance, name, -weight * cfg.miss_step, cfg)
+        uncalled(unseen[n], (), obs.pose, cfg)
 
 
 def _credit_room(

@@ -39,20 +39,20 @@ class TargetConfig:
 
 
 def confirmed(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
-    """Whether the instance is believed to be the goal: enough evidence, from two directions, and
-    some of it of this search."""
+    """Whether the instance is believed to be the goal: enough evidence, from two directions."""
     return supported(instance, goal, cfg) and from_two_sides(instance, goal, cfg)
 
 
 def supported(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
-    """Whether the evidence would do, wherever it was seen from."""
-    return not instance.remembered and instance.odds.get(goal, -math.inf) >= cfg.confirm_log_odds
+    """Whether the evidence would do, wherever it was seen from: some of it is of this search."""
+    enough = instance.odds.get(goal, -math.inf) >= cfg.confirm_log_odds
+    return enough and bool(instance.backing.get(goal))
 
 
 def from_two_sides(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
-    """Whether two views of it truly differ: in bearing, or one is much nearer than the other. What
-    looks like the goal by chance seldom does so twice."""
-    views = instance.views_as(goal)
+    """Whether two views that spoke for it truly differ: in bearing, or one is much nearer than the
+    other. What looks like the goal by chance seldom does so twice."""
+    views = instance.backing.get(goal, ())
     if len(views) < cfg.confirm_views:
         return False
     ranges = [math.dist(view.xy, instance.xy) for view in views]
@@ -68,7 +68,7 @@ def judge(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) -> bool:
     first look is looked at from another side while something speaks for it, and after that
     rejected."""
     sole = len(instance.looks) > 1 and supported(instance, goal, cfg)
-    if instance.range_m <= cfg.seen_m and (sole or confirmed(instance, goal, cfg)):
+    if _from_near(instance, goal, cfg) and (sole or confirmed(instance, goal, cfg)):
         return True
     if instance.looks or instance.odds[goal] < cfg.inspect_log_odds:
         reject(instance, goal, cfg)
@@ -85,8 +85,13 @@ def no_other_side(instance: Instance, goal: str, pose: Pose, cfg: TargetConfig) 
 
 
 def wants_other_side(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
-    """Whether it was faced once and is neither believed nor rejected."""
-    return len(instance.looks) == 1 and not confirmed(instance, goal, cfg)
+    """Whether it was faced once and is neither believed, from near, nor rejected."""
+    certain = confirmed(instance, goal, cfg) and _from_near(instance, goal, cfg)
+    return len(instance.looks) == 1 and not certain
+
+
+def _from_near(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
+    return instance.near_m.get(goal, math.inf) <= cfg.seen_m
 
 
 def reject(instance: Instance, goal: str, cfg: TargetConfig) -> None:

@@ -4,6 +4,8 @@ import importlib
 import json
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Iterator
@@ -18,7 +20,7 @@ from hil_sim.__main__ import cli, main
 from hil_sim.episodes import Episode, Start
 from hil_sim.evaluation.evaluate import Evaluation, claim, plan, report, run, summaries
 from hil_sim.evaluation.metrics import table
-from hil_sim.evaluation.results import Results, stages
+from hil_sim.evaluation.results import Results, sole, stages
 from hil_sim.evaluation.worker import Settings
 from hil_sim.link import HarnessError
 
@@ -100,14 +102,15 @@ def interruptible() -> Iterator[None]:
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_ctrl_c_leaves_finished_work(worker: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_and_kill_leave_finished_work(worker: Any, tmp_path: Path, how: int) -> None:
     def interrupt() -> None:
         until_s = time.monotonic() + 90
         while time.monotonic() < until_s:
             if (tmp_path / "episodes.jsonl").is_file() and len(Results(tmp_path).by_key) >= 2:
                 break
             time.sleep(0.02)
-        os.kill(os.getpid(), signal.SIGINT)
+        os.kill(os.getpid(), how)
 
     thread = threading.Thread(target=interrupt)
     thread.start()
@@ -132,7 +135,53 @@ def test_a_torn_last_line_is_cut_off(worker: Any, tmp_path: Path) -> None:
     whole = path.read_text()
     path.write_text(whole + '{"episode": "e9", "me')
     assert Results(tmp_path).by_key == results.by_key
+    assert path.read_text() != whole  # a reader leaves what another may be writing
+    assert Results(tmp_path, mend=True).by_key == results.by_key
     assert path.read_text() == whole
+
+
+def test_an_output_folder_has_one_writer(tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    with sole(out), pytest.raises(HarnessError, match="out: in use by another"), sole(out):
+        pass
+    with sole(out):
+        pass
+    (tmp_path / "file").touch()
+    with pytest.raises(HarnessError, match="cannot be written"), sole(tmp_path / "file" / "x"):
+        pass
+
+
+WORKER = """
+import multiprocessing, os, sys, time
+from hil_sim.child import end_with_parent
+
+def work():
+    end_with_parent()
+    print(os.getpid(), flush=True)
+    time.sleep(60)
+
+if __name__ == "__main__":
+    multiprocessing.get_context("spawn").Process(target=work).start()
+    time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="asks Linux")
+def test_a_worker_does_not_outlive_its_parent(tmp_path: Path) -> None:
+    (tmp_path / "parent.py").write_text(WORKER)
+    with subprocess.Popen(
+        [sys.executable, str(tmp_path / "parent.py")], stdout=subprocess.PIPE, text=True,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
+    ) as parent:  # fmt: skip
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        parent.kill()
+    until_s = time.monotonic() + 30
+    while Path(f"/proc/{child}/cmdline").is_file() and time.monotonic() < until_s:
+        if not Path(f"/proc/{child}/cmdline").read_text():  # ended, and not yet reaped
+            break
+        time.sleep(0.05)
+    assert time.monotonic() < until_s
 
 
 def test_jobs_are_of_one_scene_and_fill_the_workers(worker: Any, tmp_path: Path) -> None:

@@ -146,6 +146,8 @@ def test_a_suite_survives_saving_and_bad_ones_are_named(tmp_path) -> None:  # ty
     episodes = tuple(sampled(seed) for seed in range(3))
     save_suite(episodes, tmp_path / "s.json")
     assert load_suite(tmp_path / "s.json") == episodes
+    with pytest.raises(SceneError, match=r"t.json: two episodes have the id .*; give each one of"):
+        save_suite((episodes[0], episodes[0]), tmp_path / "t.json")
     with pytest.raises(SceneError, match="suite nope: unknown; known: "):
         load_suite("nope")
     (tmp_path / "s.json").write_text('{"format": "rf-nav-suite/1", "episodes": [{"id": "a"}]}')

@@ -220,22 +220,34 @@ def test_the_word_heads_learn_from_stored_features(trainer: Trainer) -> None:
     assert float((seen[room == 1, 3].mean() - seen[room == 0, 3].mean()).detach()) > 0.1
 
 
-def test_augmented_boxes_stay_on_their_objects(tmp_path: Path) -> None:
-    image = np.full((320, 416, 3), 255, np.uint8)
-    image[100:200, 150:300] = 0
-    frame = data.Labelled(
-        tmp_path,
-        np.array([[150, 100, 300, 200]], np.float32),
-        np.array([0]),
-        np.array([False]),
-        "",
-    )
-    for seed in range(20):
-        out, boxes, _, ignore = data.augment(image, frame, np.random.default_rng(seed))
-        if len(boxes) and not ignore[0]:
-            x0, y0, x1, y1 = boxes[0].round().astype(int)
-            inside = out[y0 + 4 : y1 - 4, x0 + 4 : x1 - 4]
-            assert inside.std(axis=(0, 1)).max() < 25, seed
+def test_augmented_boxes_stay_on_their_objects(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(data, "_photograph", lambda image, rng: image)
+    image = np.full((480, 640, 3), 255, np.uint8)
+    image[150:300, 230:460] = 0
+    boxes = np.array([[230, 150, 460, 300]], np.float32)
+    frame = data.Labelled(tmp_path, boxes, np.array([0]), np.array([False]), "")
+    off = []
+    for seed in range(40):
+        out, (box, *_), *_ = data.augment(image, frame, np.random.default_rng(seed))
+        dark = 1 - out[..., 0] / 255.0
+        middle = ((box[:2] + box[2:]) / 2).astype(int)
+        # The middle of what is dark along a line; what fills the rest of a frame that was made
+        # smaller is grey, but far from the object.
+        for line, low, high in (
+            (dark[middle[1]], box[0], box[2]),
+            (dark[:, middle[0]], box[1], box[3]),
+        ):
+            first = int(low) - 3
+            around = line[max(0, first) : int(high) + 4]
+            assert around.sum() == pytest.approx(high - low, abs=0.8), seed
+            if first > 0 and high + 3 < len(line):
+                centre = (np.arange(len(around)) + 0.5 + first) @ around / around.sum()
+                off.append(float(centre - (low + high) / 2))
+    assert len(off) > 30
+    assert max(map(abs, off)) < 0.4
+    assert abs(np.mean(off)) < 0.05
 
 
 def test_unfinished_annotations_are_left_out(frames: Path, tmp_path: Path) -> None:

@@ -18,8 +18,10 @@ from runtime.core.instances import (
     reject,
     shares,
     size_m,
+    uncalled,
     without_strays,
 )
+from runtime.core.target import TargetConfig, confirmed, supported
 from runtime.core.types import Pose
 
 CFG = SemanticsConfig()
@@ -164,6 +166,43 @@ def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
     assert len(thing.views_as("chair")) == 1
     reject(thing, "chair", -1.0)
     assert thing.odds["chair"] == -2.0
+
+
+def test_a_view_that_calls_it_something_else_is_no_second_look():
+    instances = seen(*((box("chair", 2, 0), around(2, 0, 0.0)) for _ in range(6)))
+    thing = instances[1]
+    assert supported(thing, "chair", TargetConfig())
+    other_side = around(2, 0, 1.5)
+    fuse(instances, 9, FRAME, box("armchair", 2, 0, score=0.4), other_side, CFG)
+    uncalled(thing, ("armchair",), other_side, CFG)
+    assert len(thing.views) == 2
+    assert thing.name == "chair"
+    assert not confirmed(thing, "chair", TargetConfig())
+    fuse(instances, 9, FRAME, box("chair", 2, 0), other_side, CFG)
+    assert confirmed(thing, "chair", TargetConfig())
+
+
+def test_two_names_of_one_view_both_count_and_a_third_loses():
+    thing = seen((box("pot", 2, 0), HERE))[1]
+    before = thing.odds["pot"]
+    views = [around(2, 0, 0.8 * k) for k in range(4)]
+    for view in views:
+        for name, score in (("cup", 0.9), ("mug", 0.89)):
+            fuse({1: thing}, 9, FRAME, box(name, 2, 0, score=score), view, CFG)
+        uncalled(thing, ("cup", "mug"), view, CFG)
+    assert thing.odds["cup"] == pytest.approx(thing.odds["mug"])
+    assert thing.odds["mug"] == pytest.approx(4 * CFG.max_step)
+    assert thing.odds["pot"] < before
+
+
+@given(st.integers(1, 30))
+def test_a_place_from_where_it_is_missed_speaks_against_it_once(frames: int):
+    thing = seen((box("chair", 2, 0), HERE))[1]
+    before = thing.odds["chair"]
+    for _ in range(frames):
+        uncalled(thing, (), around(2, 0, 2.0), CFG)
+    rest = (frames - 1) * CFG.repeat_weight
+    assert thing.odds["chair"] == pytest.approx(before - CFG.miss_step * (1 + rest))
 
 
 @given(st.floats(0.0, 1.0))

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
-from runtime.core.instances import Instance, SemanticsConfig, reject
+from runtime.core.instances import Instance, SemanticsConfig, reject, weigh
 from runtime.core.recall import embedded, recall
 from runtime.core.semantics import SemanticMap
 from runtime.core.target import TargetConfig, confirmed, ranked
@@ -53,7 +53,9 @@ def test_what_was_called_that_already_needs_no_embedding_but_a_new_look():
     assert recall(memory, "bed", NAMES, np.zeros((0, 3), np.float32), CFG) == ()
     (found,) = ranked(memory, "bed", near, TARGET)
     assert not confirmed(found, "bed", TARGET)
-    found.remembered = False
+    weigh(found, "bed", 0.1, VIEWS[0], CFG)
+    assert not confirmed(found, "bed", TARGET)  # of this search there is one view
+    weigh(found, "bed", 0.1, VIEWS[1], CFG)
     assert confirmed(found, "bed", TARGET)
 
 

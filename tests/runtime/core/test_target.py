@@ -43,7 +43,9 @@ def at(bearing_rad: float, range_m: float) -> Pose:
 
 def bed(*views: Pose, odds: float = 4.0, range_m: float = 1.0) -> Instance:
     cells = np.array([[SPOT[0] + 0.025, SPOT[1] + 0.025]])
-    return Instance(1, {"bed": odds}, SPOT, 0.4, cells, range_m=range_m, views=list(views))
+    thing = Instance(1, {"bed": odds}, SPOT, 0.4, cells, range_m=range_m, views=list(views))
+    thing.backing, thing.near_m = {"bed": list(views)}, {"bed": range_m}
+    return thing
 
 
 @given(
@@ -212,6 +214,7 @@ def test_what_was_only_seen_from_afar_is_not_stopped_at():
     thing = bed(at(0, 4), at(1.0, 2.5), range_m=2.5)
     assert confirmed(thing, "bed", CFG)
     assert not judge(thing, "bed", at(0, 1), CFG)
+    assert wants_other_side(thing, "bed", CFG)  # where it may be seen from near
     assert not judge(thing, "bed", at(0, 1), CFG)
     assert thing.rejections == {"bed": 1}
 
@@ -223,7 +226,7 @@ def test_three_looks_always_end_it(odds: float, second_side: list[bool]):
         if judge(thing, "bed", at(0, 1), CFG) or thing.rejections:
             return
         if other:
-            thing.views.append(at(1.0, 1.0))
+            thing.backing["bed"].append(at(1.0, 1.0))
     raise AssertionError("neither believed nor rejected")
 
 
