@@ -5,6 +5,7 @@ hundred epochs of stored features in a minute.
 """
 
 import copy
+import math
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -48,16 +49,19 @@ class Features:
 
 @torch.no_grad()
 def collect(
-    network: Network, frames: Sequence[Labelled], names: Names, passes: int, seed: int,
+    network: Network, frames: Sequence[Labelled], names: Names, passes: float, seed: int,
     say: Callable[[str], None],
 ) -> Features:  # fmt: skip
-    """Features of every frame, augmented anew in each pass; the network is in eval mode."""
+    """Features of every frame, augmented anew in each pass, the last of which may be of a part of
+    them, drawn at random; the network is in eval mode."""
     rng = np.random.default_rng(seed)
     parts: list[tuple[Tensor, ...]] = []
-    for number in range(passes):
-        for batch in batches(frames, names.rooms, BATCH, rng):
+    for number in range(math.ceil(passes)):
+        count = round(min(1.0, passes - number) * len(frames))
+        chosen = [frames[i] for i in rng.permutation(len(frames))[:count]]
+        for batch in batches(chosen, names.rooms, BATCH, rng):
             parts.append((*_of_batch(network, batch), _present(batch, names.compare)))
-        say(f"features: pass {number + 1} of {passes}")
+        say(f"features: pass {number + 1} of {passes:g}")
     return Features(*(torch.cat(column) for column in zip(*parts, strict=True)))
 
 
@@ -167,7 +171,7 @@ def _descend(
             say(f"{what}: step {step} loss {float(loss.detach()):.4f}")
 
 
-def _kept(out: Path, passes: int, seed: int, make: Callable[[], Features]) -> Features:
+def _kept(out: Path, passes: float, seed: int, make: Callable[[], Features]) -> Features:
     """The features as OUT/features.pt has them, if it is of the checkpoint as it is."""
     path, known = out / FEATURES, [(out / CHECKPOINT).stat().st_mtime_ns, passes, seed]
     if path.is_file():
@@ -182,9 +186,9 @@ def _kept(out: Path, passes: int, seed: int, make: Callable[[], Features]) -> Fe
 @click.command(epilog="Example:  python -m models.train.finish --data frames/train --out out/train")
 @click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--out", type=click.Path(path_type=Path, exists=True), required=True)
-@click.option("--passes", default=2, show_default=True, help="Augmented passes over the frames.")
+@click.option("--passes", default=2.0, show_default=True, help="Augmented passes over the frames.")
 @click.option("--seed", default=1, show_default=True)
-def main(data: Path, out: Path, passes: int, seed: int) -> None:
+def main(data: Path, out: Path, passes: float, seed: int) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
     names = load_names(TextEncoder(store.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
