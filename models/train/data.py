@@ -1,10 +1,11 @@
 """Frames as `hil-sim frames` writes them (COCO detection JSON), and their augmentation."""
 
+import contextlib
 import functools
 import json
 import queue
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -239,7 +240,7 @@ def batches(
     count: int,
     rng: np.random.Generator,
     size: Callable[[], tuple[int, int]] = lambda: FULL,
-) -> Iterator[Batch]:
+) -> Generator[Batch]:
     """One pass in random order, prepared ahead in a thread; the last short batch is dropped.
 
     `size` is asked anew for every batch.
@@ -259,13 +260,15 @@ def batches(
         except BaseException as error:  # noqa: BLE001 raised again where the batch is awaited
             ready.put(error)
 
-    threading.Thread(target=produce, daemon=True).start()
+    producer = threading.Thread(target=produce, daemon=True)
+    producer.start()
     try:
         while (item := ready.get()) is not None:
             if isinstance(item, BaseException):
                 raise item
             yield item
     finally:
-        stopped.set()
-        while not ready.empty():
-            ready.get_nowait()
+        stopped.set()  # a thread that works while the process ends may abort it
+        while producer.is_alive():
+            with contextlib.suppress(queue.Empty):
+                ready.get(timeout=0.05)

@@ -118,10 +118,12 @@ def finish(
         room = room_loss(out, seen, features.room[at], names.draw_rooms(rng))
         return room + view_weight * views()
 
+    whole = torch.ones_like(names.compare)  # what is nearly alike is told apart here, too
+
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
         parts = features.regions[at], features.label[at], features.weight[at]
-        return word_loss(out, *parts, names.draw(rng), names.compare)
+        return word_loss(out, *parts, names.draw(rng), whole)
 
     heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
     _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)

@@ -1,5 +1,6 @@
 """The training loop: a schedule in wall time, an average of the weights, checkpoints to resume."""
 
+import contextlib
 import copy
 import csv
 import math
@@ -173,13 +174,14 @@ def train(
         source = batches(
             team.share(shown), trainer.names.rooms, recipe.batch, trainer.rng, trainer.size
         )
-        for losses in _steps(trainer, source):
-            if team.leads and trainer.step % LOG_EVERY == 0:
-                _log(out / "log.csv", trainer, losses, say)
-            if team.leads and trainer.step % SAVE_EVERY == 0:
-                trainer.save(checkpoint)
-            if trainer.done() >= 1:
-                break
+        with contextlib.closing(source):
+            for losses in _steps(trainer, source):
+                if team.leads and trainer.step % LOG_EVERY == 0:
+                    _log(out / "log.csv", trainer, losses, say)
+                if team.leads and trainer.step % SAVE_EVERY == 0:
+                    trainer.save(checkpoint)
+                if trainer.done() >= 1:
+                    break
         trainer.epoch += 1
         if team.leads:
             trainer.save(checkpoint)

@@ -38,6 +38,7 @@ class SemanticsConfig:
     miss_step: float = 0.5  # of log-odds that a view without the object costs
     miss_range_m: tuple[float, float] = (1.2, 4.0)  # where not seeing an object means something
     repeat_weight: float = 0.15  # of a view that is no new one
+    cut_weight: float = 0.3  # of a view cut off at a side of the image: easily taken for another
     new_view_m: float = 0.4
     new_view_rad: float = math.radians(20.0)
     nearer: float = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
@@ -56,6 +57,7 @@ class Sighting:
     embedding: F32  # (D,) unit, or (0,)
     points: F64  # (N, 3) m in the map frame
     range_m: float  # from the camera, along its axis
+    cut: bool = False  # at the left or right edge of the image
 
 
 @dataclass
@@ -172,15 +174,18 @@ def fuse(
     if step > 0:
         nearest_m = instance.near_m.get(sighting.name, math.inf)
         instance.near_m[sighting.name] = min(nearest_m, sighting.range_m)
-    weigh(instance, sighting.name, max(-cfg.max_step, min(cfg.max_step, step)), pose, cfg)
+    step = max(-cfg.max_step, min(cfg.max_step, step))
+    weigh(instance, sighting.name, step * (cfg.cut_weight if sighting.cut else 1.0), pose, cfg)
     return instance
 
 
-def uncalled(instance: Instance, names: Collection[str], pose: Pose, cfg: SemanticsConfig) -> None:
+def uncalled(
+    instance: Instance, names: Collection[str], pose: Pose, cfg: SemanticsConfig, cut: bool = False
+) -> None:
     """It was in view and had these names, or none: that speaks against all others it ever had."""
     for name in instance.odds:
         if name not in names:
-            weigh(instance, name, -cfg.miss_step, pose, cfg)
+            weigh(instance, name, -cfg.miss_step * (cfg.cut_weight if cut else 1.0), pose, cfg)
 
 
 def _widen(

@@ -23,6 +23,9 @@ from runtime.core.instances import (
 from runtime.core.map import NavigationMap, polygon_mask
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
 
+EDGE_PX = 2.0
+"""A box that ends so near to the image's edge is cut off by it."""
+
 
 @dataclass
 class SemanticMap:
@@ -91,8 +94,15 @@ def locate(
             continue
         name = names[int(detections.labels[i])]
         embedding = detections.embeddings[i]
-        found.append(Sighting(name, float(detections.scores[i]), embedding, points, near))
+        cut = _cut(detections.boxes_px[i], obs.depth_m.shape[1])
+        found.append(Sighting(name, float(detections.scores[i]), embedding, points, near, cut))
     return found
+
+
+def _cut(box_px: F32, width_px: int) -> bool:
+    """Whether a box ends at the left or right edge of the image; at the bottom most things that are
+    near do."""
+    return bool(box_px[0] < EDGE_PX or box_px[2] > width_px - EDGE_PX)
 
 
 def _surface_m(patch: F32, cfg: SemanticsConfig) -> float:
@@ -115,13 +125,16 @@ def place(
 ) -> None:
     """Fuse one image's detections and its room type into the map."""
     called: dict[int, set[str]] = {}
+    whole: set[int] = set()
     for sighting in locate(obs, detections, semantic.names, mount, cfg):
         new_id = semantic.next_id
         instance = fuse(semantic.instances, new_id, grid.frame, sighting, obs.pose, cfg)
         semantic.next_id += instance.id == new_id
         called.setdefault(instance.id, set()).add(sighting.name)
+        if not sighting.cut:
+            whole.add(instance.id)
     for id, names in called.items():
-        uncalled(semantic.instances[id], names, obs.pose, cfg)
+        uncalled(semantic.instances[id], names, obs.pose, cfg, cut=id not in whole)
     _miss(semantic, obs, mount, called, cfg)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline, cfg)
 

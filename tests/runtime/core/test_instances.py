@@ -1,6 +1,7 @@
 """Instances: what is one thing and what is two, what it is called, how large it is."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -193,6 +194,15 @@ def test_two_names_of_one_view_both_count_and_a_third_loses():
     assert thing.odds["cup"] == pytest.approx(thing.odds["mug"])
     assert thing.odds["mug"] == pytest.approx(4 * CFG.max_step)
     assert thing.odds["pot"] < before
+
+
+def test_what_is_cut_off_at_a_side_says_less_for_a_name_and_against_others():
+    toilet, other = seen((box("toilet", 2, 0), HERE))[1], around(2, 0, 2.0)
+    before = toilet.odds["toilet"]
+    fuse({1: toilet}, 9, FRAME, replace(box("bathtub", 2, 0), cut=True), other, CFG)
+    uncalled(toilet, ("bathtub",), other, CFG, cut=True)
+    assert toilet.odds["bathtub"] == pytest.approx(CFG.cut_weight * CFG.max_step)
+    assert toilet.odds["toilet"] == pytest.approx(before - CFG.cut_weight * CFG.miss_step)
 
 
 @given(st.integers(1, 30))

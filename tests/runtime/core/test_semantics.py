@@ -1,6 +1,7 @@
 """Instances: whose footprint is believed, and what a box whose middle shows something else says."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -68,3 +69,12 @@ def test_depth_that_the_detector_knows_is_believed_over_the_middle_of_the_box():
     assert math.hypot(*hidden.xy) == pytest.approx(1.0, abs=0.1)
     known = mapped(seen(Pose(0, 0, 0), 3.0, known=3.0, core=1.0))
     assert math.hypot(*known.xy) == pytest.approx(3.0, abs=0.1)
+
+
+@pytest.mark.parametrize(("left", "whole"), [(65.0, True), (0.5, False), (129.0, False)])
+def test_a_box_at_a_side_of_the_image_is_a_part_of_something(left: float, whole: bool):
+    obs, detections = seen(Pose(0, 0, 0), 3.0)
+    box = np.array([[left, 48, left + 30, 72]], np.float32)
+    instance = mapped((obs, replace(detections, boxes_px=box)))
+    weight = 1.0 if whole else CFG.cut_weight
+    assert instance.log_odds == pytest.approx(weight * CFG.max_step)
