@@ -151,8 +151,8 @@ def fuse(
     pose: Pose,
     cfg: SemanticsConfig,
 ) -> Instance:
-    """Add a sighting to the instance that it is another view of, or to a new one. What else that
-    was ever called is left to `uncalled`: one place may have two names in one image."""
+    """Join a sighting to the instance that it is another view of, or to a new one. What it says for
+    names is left to `called` and `uncalled`: one place may have two names in one image."""
     ordered = np.sort(sighting.points.T, axis=1)
     x, y, z_m = (float(v) for v in _middle(ordered))
     xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
@@ -170,13 +170,17 @@ def fuse(
     instance.best_score = max(instance.best_score, sighting.score)
     if _is_new(instance, pose, instance.views_as(sighting.name), cfg):
         instance.views.append(pose)
+    return instance
+
+
+def called(instance: Instance, sighting: Sighting, pose: Pose, cfg: SemanticsConfig) -> None:
+    """It was called that, the surest name that this image has for it."""
     step = logit(sighting.score) - logit(cfg.neutral_score)
     if step > 0:
         nearest_m = instance.near_m.get(sighting.name, math.inf)
         instance.near_m[sighting.name] = min(nearest_m, sighting.range_m)
     step = max(-cfg.max_step, min(cfg.max_step, step))
     weigh(instance, sighting.name, step * (cfg.cut_weight if sighting.cut else 1.0), pose, cfg)
-    return instance
 
 
 def uncalled(

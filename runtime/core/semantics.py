@@ -17,6 +17,7 @@ from runtime.core.instances import (
     Instance,
     SemanticsConfig,
     Sighting,
+    called,
     fuse,
     uncalled,
 )
@@ -124,18 +125,20 @@ def place(
     cfg: SemanticsConfig,
 ) -> None:
     """Fuse one image's detections and its room type into the map."""
-    called: dict[int, set[str]] = {}
+    names: dict[int, set[str]] = {}
     whole: set[int] = set()
     for sighting in locate(obs, detections, semantic.names, mount, cfg):
         new_id = semantic.next_id
         instance = fuse(semantic.instances, new_id, grid.frame, sighting, obs.pose, cfg)
         semantic.next_id += instance.id == new_id
-        called.setdefault(instance.id, set()).add(sighting.name)
+        if instance.id not in names:  # the surest of an image comes first, and speaks alone
+            called(instance, sighting, obs.pose, cfg)
+        names.setdefault(instance.id, set()).add(sighting.name)
         if not sighting.cut:
             whole.add(instance.id)
-    for id, names in called.items():
-        uncalled(semantic.instances[id], names, obs.pose, cfg, cut=id not in whole)
-    _miss(semantic, obs, mount, called, cfg)
+    for id, those in names.items():
+        uncalled(semantic.instances[id], those, obs.pose, cfg, cut=id not in whole)
+    _miss(semantic, obs, mount, names, cfg)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline, cfg)
 
 

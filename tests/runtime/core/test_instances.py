@@ -13,6 +13,7 @@ from runtime.core.instances import (
     Instance,
     SemanticsConfig,
     Sighting,
+    called,
     footprint,
     fuse,
     logit,
@@ -56,8 +57,16 @@ def box(
 def seen(*sightings: tuple[Sighting, Pose]) -> dict[int, Instance]:
     instances: dict[int, Instance] = {}
     for n, (sighting, pose) in enumerate(sightings):
-        fuse(instances, n + 1, FRAME, sighting, pose, CFG)
+        look(instances, n + 1, sighting, pose)
     return instances
+
+
+def look(instances: dict[int, Instance], id: int, sighting: Sighting, pose: Pose) -> Instance:
+    """What one image with one sighting does."""
+    instance = fuse(instances, id, FRAME, sighting, pose, CFG)
+    called(instance, sighting, pose, CFG)
+    uncalled(instance, (sighting.name,), pose, CFG, cut=sighting.cut)
+    return instance
 
 
 def around(x: float, y: float, angle_rad: float, range_m: float = 2.0) -> Pose:
@@ -155,7 +164,7 @@ def test_the_fused_embedding_is_the_views_mean_by_score(views: list[tuple[float,
 def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
     chair = [(box("chair", 2, 0), around(2, 0, 0.6 * k)) for k in range(3)]
     instances = seen(*chair)
-    fuse(instances, 9, FRAME, box("armchair", 2, 0), around(2, 0, 3.0), CFG)
+    look(instances, 9, box("armchair", 2, 0), around(2, 0, 3.0))
     thing = instances[1]
     before = thing.odds["armchair"]
     reject(thing, "chair", -1.0)
@@ -163,7 +172,7 @@ def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
     assert thing.odds["armchair"] == before
     assert thing.views_as("chair") == []
     assert len(thing.views_as("armchair")) == 4
-    fuse(instances, 9, FRAME, box("chair", 2, 0), around(2, 0, 0.0), CFG)
+    look(instances, 9, box("chair", 2, 0), around(2, 0, 0.0))
     assert len(thing.views_as("chair")) == 1
     reject(thing, "chair", -1.0)
     assert thing.odds["chair"] == -2.0
@@ -174,33 +183,18 @@ def test_a_view_that_calls_it_something_else_is_no_second_look():
     thing = instances[1]
     assert supported(thing, "chair", TargetConfig())
     other_side = around(2, 0, 1.5)
-    fuse(instances, 9, FRAME, box("armchair", 2, 0, score=0.4), other_side, CFG)
-    uncalled(thing, ("armchair",), other_side, CFG)
+    look(instances, 9, box("armchair", 2, 0, score=0.4), other_side)
     assert len(thing.views) == 2
     assert thing.name == "chair"
     assert not confirmed(thing, "chair", TargetConfig())
-    fuse(instances, 9, FRAME, box("chair", 2, 0), other_side, CFG)
+    look(instances, 9, box("chair", 2, 0), other_side)
     assert confirmed(thing, "chair", TargetConfig())
-
-
-def test_two_names_of_one_view_both_count_and_a_third_loses():
-    thing = seen((box("pot", 2, 0), HERE))[1]
-    before = thing.odds["pot"]
-    views = [around(2, 0, 0.8 * k) for k in range(4)]
-    for view in views:
-        for name, score in (("cup", 0.9), ("mug", 0.89)):
-            fuse({1: thing}, 9, FRAME, box(name, 2, 0, score=score), view, CFG)
-        uncalled(thing, ("cup", "mug"), view, CFG)
-    assert thing.odds["cup"] == pytest.approx(thing.odds["mug"])
-    assert thing.odds["mug"] == pytest.approx(4 * CFG.max_step)
-    assert thing.odds["pot"] < before
 
 
 def test_what_is_cut_off_at_a_side_says_less_for_a_name_and_against_others():
     toilet, other = seen((box("toilet", 2, 0), HERE))[1], around(2, 0, 2.0)
     before = toilet.odds["toilet"]
-    fuse({1: toilet}, 9, FRAME, replace(box("bathtub", 2, 0), cut=True), other, CFG)
-    uncalled(toilet, ("bathtub",), other, CFG, cut=True)
+    look({1: toilet}, 9, replace(box("bathtub", 2, 0), cut=True), other)
     assert toilet.odds["bathtub"] == pytest.approx(CFG.cut_weight * CFG.max_step)
     assert toilet.odds["toilet"] == pytest.approx(before - CFG.cut_weight * CFG.miss_step)
 

@@ -78,3 +78,32 @@ def test_a_box_at_a_side_of_the_image_is_a_part_of_something(left: float, whole:
     instance = mapped((obs, replace(detections, boxes_px=box)))
     weight = 1.0 if whole else CFG.cut_weight
     assert instance.log_odds == pytest.approx(weight * CFG.max_step)
+
+
+def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing():
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig())
+    semantic = SemanticMap.empty(("mug", "cup", "pot"), (), grid.frame)
+    names = (("mug", 0), ("cup", 1), ("pot", 2))
+
+    def show(y_m: float, *scored: tuple[int, float]) -> dict[str, float]:
+        """One box, called that (label, score), from a pose beside the others."""
+        obs, one = seen(Pose(0, y_m, math.atan2(-y_m, 3.0)), 3.0)
+        both = replace(
+            one,
+            boxes_px=np.repeat(one.boxes_px, len(scored), 0),
+            scores=np.array([score for _, score in scored], np.float32),
+            labels=np.array([label for label, _ in scored], np.int32),
+            embeddings=np.ones((len(scored), 1), np.float32),
+        )
+        place(semantic, grid, obs, both, OUTLINE, Mount(), CFG)
+        assert len(semantic.instances) == 1
+        return {name: semantic.instances[1].odds.get(name, 0.0) for name, _ in names}
+
+    first = show(0.0, (2, 0.5))
+    second = show(0.8, (0, 0.9), (1, 0.89))
+    assert second["mug"] == pytest.approx(CFG.max_step)
+    assert second["cup"] == 0.0
+    assert second["pot"] == pytest.approx(first["pot"] - CFG.miss_step)
+    third = show(-0.8, (0, 0.88), (1, 0.9))
+    assert third["cup"] == pytest.approx(CFG.max_step)
+    assert third["mug"] == second["mug"]
