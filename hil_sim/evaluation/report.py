@@ -123,6 +123,9 @@ def section(
                       tables.differences(runs, base, seed)]  # fmt: skip
     if len(parts) == 2:
         parts.append(tables.outcomes(folder.runs, seed))
+        first = next((name for name in folder.runs if name.endswith(GROUPS[0][1][0])), None)
+        if first is not None and len(folder.runs) > 1:
+            parts.append(tables.differences(folder.runs, first, seed))
     parts += _remarks(folder)
     if before is not None:
         parts += ["### Before and after", tables.progress(folder.runs, before.runs, seed)]
