@@ -90,6 +90,18 @@ def test_true_labels_are_in_the_title(tmp_path: Path) -> None:
     ]
 
 
+def test_experts_with_true_labels_stand_beside_the_closest_frontier(tmp_path: Path) -> None:
+    folder = tmp_path / "labels"
+    claim(Evaluation("labels", EPISODES, (), 2, Settings(folder)))
+    results = Results(folder)
+    for method in ("oracle-perception/closest", "oracle-perception/o2f"):
+        for episode in EPISODES:
+            results.add(result(method, episode, method.endswith("o2f")))
+    text = section(read_folder(folder), 0, [])
+    assert "| oracle-perception/closest minus |" in text
+    assert "| oracle-perception/o2f | 10 | **-100.0 [-100.0, -100.0]** |" in text
+
+
 def test_one_command_makes_the_document_and_keeps_prose(out: Path, tmp_path: Path) -> None:
     page = tmp_path / "docs" / "results.md"
     page.parent.mkdir()
