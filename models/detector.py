@@ -170,7 +170,7 @@ class OpenDetector:
         likeliest = _best(cosines, NAMES)
         labels = likeliest.reshape(-1).astype(np.int32)
         place = np.repeat(np.arange(len(cosines)), likeliest.shape[1])
-        scores = self.score(view.objectness[place], cosines[place, labels])
+        scores = self.score(view.objectness[place], cosines[place, labels]).astype(np.float32)
         kept = select(view.boxes_px[place], scores, labels, across=1.0)
         boxes, regions = view.boxes_px[place[kept]], view.regions[place[kept]]
         return RawDetections(
@@ -181,12 +181,13 @@ class OpenDetector:
         """(R,) probabilities of the room types."""
         return _softmax(self._rooms @ view.scene * self._room_scale)
 
-    def score(self, objectness: Floats, cosines: Floats) -> Floats:
-        """(N,) objectness in 0..1 and (N,) cosines with a word -> (N,) calibrated scores."""
-        word = 1 / (1 + np.exp(-(cosines * self._scale + self._bias)))
+    def score(self, objectness: Floats, cosines: Floats) -> NDArray[np.float64]:
+        """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores. In
+        double precision what is very likely still differs from what is even more so."""
+        word = 1 / (1 + np.exp(-(cosines.astype(np.float64) * self._scale + self._bias)))
         p = np.clip(objectness * word, 1e-6, 1 - 1e-6)
         odds = self.gain * np.log(p / (1 - p)) + self.shift
-        return np.asarray(1 / (1 + np.exp(-odds)), np.float32)
+        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
 
 
 def _best(values: Floats, count: int) -> NDArray[np.int64]:

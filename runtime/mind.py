@@ -23,7 +23,7 @@ from models.vocabulary import load_vocabulary
 from models.words import ClassText
 from runtime.config import Config, ModelsConfig
 from runtime.core import consensus, experts
-from runtime.core.types import F32, U8, Ballot, Brief, Detections, Vote
+from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.edge.clock import Clock, Deadline
 from runtime.edge.cloud import Bill, Cloud
 from runtime.edge.memo import ScoreFile, default_path
@@ -188,11 +188,11 @@ class LocalMind:
             del self._seen[next(iter(self._seen))]
         return raw
 
-    def likeness(self, embeddings: F32) -> F32:
+    def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
         the goal's classes, by the detector's own calibration, were it seen as surely as can be."""
         if not isinstance(self._detector, OpenDetector):
-            return np.zeros((len(embeddings), len(self._classes)), np.float32)
+            return np.zeros((len(embeddings), len(self._classes)))
         cosines = ClassText(self._classes, self._encoder).similarity(embeddings)
         return self._detector.score(np.ones_like(cosines), cosines)
 

@@ -17,7 +17,7 @@ from runtime.core.explain import in_words
 from runtime.core.inventory import inventory
 from runtime.core.recall import embedded, recall
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import F32, U8, Action, Brief, Decision, Detections, Observation
+from runtime.core.types import F32, F64, U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.world import Command, World
 from runtime.edge.bus import Bus
 from runtime.edge.journal import Journal, write_map
@@ -43,7 +43,7 @@ class Mind(Protocol):
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Objects that are on the map by now: score them in the background."""
 
-    def likeness(self, embeddings: F32) -> F32:
+    def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
         the classes of the goal accepted last."""
 
@@ -162,7 +162,7 @@ class Search:
         world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
         self.world = world
         things, rows = embedded(world.semantic)
-        likeness = mind.likeness(rows) if things else np.zeros((0, len(names)), np.float32)
+        likeness = mind.likeness(rows) if things else np.zeros((0, len(names)))
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
         known = [i for i in world.semantic.instances.values() if goal in i.odds]

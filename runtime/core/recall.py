@@ -6,7 +6,7 @@ import numpy as np
 
 from runtime.core.instances import Instance, SemanticsConfig, logit
 from runtime.core.semantics import SemanticMap
-from runtime.core.types import F32
+from runtime.core.types import F32, F64
 
 
 def embedded(semantic: SemanticMap) -> tuple[tuple[Instance, ...], F32]:
@@ -20,7 +20,7 @@ def recall(
     semantic: SemanticMap,
     goal: str,
     names: Sequence[str],
-    likeness: F32,
+    likeness: F64,
     cfg: SemanticsConfig,
 ) -> tuple[int, ...]:
     """Give the `embedded` instances evidence for a new goal, in place; returns the ids of those
