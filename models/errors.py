@@ -1,5 +1,8 @@
 """The one error of this package; the composition root maps it to the program's own."""
 
+import sys
+from collections.abc import Callable
+
 
 class ModelError(Exception):
     """A model file, name or class list that cannot be used. One line: place, fault, remedy."""
@@ -7,3 +10,14 @@ class ModelError(Exception):
 
 class OverdueError(ModelError):
     """A model had not answered in the time it was given."""
+
+
+def told(main: Callable[[], object]) -> None:
+    """Run the command of the module that was started; its ModelError is one line and status 2."""
+    try:
+        main()
+    except ModelError as error:
+        spec = sys.modules["__main__"].__spec__
+        name = spec.name.removesuffix(".__main__") if spec else sys.argv[0]
+        print(f"{name}: {error}", file=sys.stderr)
+        raise SystemExit(2) from None

@@ -6,7 +6,6 @@ are fitted on the frames of --dev and reported on those of --data.
 """
 
 import json
-import sys
 from pathlib import Path
 
 import click
@@ -14,7 +13,7 @@ import cv2
 
 from models import store
 from models.detector import open_detector
-from models.errors import ModelError
+from models.errors import told
 from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure
 from models.evaluation.report import markdown
@@ -59,8 +58,4 @@ def main(
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.evaluate: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

@@ -26,7 +26,7 @@ from models import store
 from models.boxes import letterbox
 from models.detections import Detector
 from models.detector import OpenDetector, View, open_detector
-from models.errors import ModelError
+from models.errors import ModelError, told
 from models.session import open_session
 from models.text import TextEncoder
 from models.vocabulary import load_vocabulary
@@ -146,8 +146,4 @@ def main(path: Path, threads: int) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.evaluation.cost: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

@@ -1,12 +1,11 @@
 """`python -m models.train --data DIR --out DIR`: train the detector on rendered frames."""
 
 import functools
-import sys
 from pathlib import Path
 
 import click
 
-from models.errors import ModelError
+from models.errors import told
 from models.train.memory import keep_memory
 from models.train.part import take_part
 from models.train.team import together
@@ -47,8 +46,4 @@ def main(
 
 if __name__ == "__main__":
     keep_memory()
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

@@ -4,13 +4,12 @@ A run that starts with another's weights and forgets some of what that knew has 
 their mean (Wortsman et al. 2022).
 """
 
-import sys
 from pathlib import Path
 
 import click
 import torch
 
-from models.errors import ModelError
+from models.errors import told
 from models.train.export import load_network
 
 FILE = click.Path(path_type=Path, exists=True)
@@ -31,8 +30,4 @@ def main(earlier: Path, later: Path, share: float, out: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.average: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

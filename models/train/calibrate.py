@@ -5,13 +5,12 @@ What `models.evaluate` then reports of the file as it is, it has reported as "re
 
 import hashlib
 import json
-import sys
 from pathlib import Path
 
 import click
 import onnx
 
-from models.errors import ModelError
+from models.errors import ModelError, told
 from models.train.export import FORMAT, write_values
 
 
@@ -53,8 +52,4 @@ def main(path: Path, report: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.calibrate: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

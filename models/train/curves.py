@@ -1,12 +1,11 @@
 """`python -m models.train.curves OUT`: the losses of a run, from its log.csv, as a picture."""
 
 import csv
-import sys
 from pathlib import Path
 
 import click
 
-from models.errors import ModelError
+from models.errors import ModelError, told
 
 PARTS = ("objectness", "box", "words", "room")
 SMOOTH = 25
@@ -58,8 +57,4 @@ def main(out: Path) -> None:
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.curves: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

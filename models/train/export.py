@@ -8,7 +8,6 @@ images must agree, before rounding to 8 bits.
 
 import hashlib
 import pickle
-import sys
 import warnings
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,7 +20,7 @@ import torch
 from onnx import helper
 from torch import Tensor, nn
 
-from models.errors import ModelError
+from models.errors import ModelError, told
 from models.session import open_session
 from models.train.data import FULL
 from models.train.graph import halve, simplified
@@ -186,8 +185,4 @@ def main(
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.export: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

@@ -6,7 +6,6 @@ hundred epochs of stored features in a minute.
 
 import copy
 import math
-import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ import torch
 from torch import Tensor
 
 from models import store
-from models.errors import ModelError
+from models.errors import told
 from models.text import TextEncoder
 from models.train.data import Batch, Labelled, batches, read_frames, repeated
 from models.train.export import load_network
@@ -206,8 +205,4 @@ def main(data: Path, out: Path, passes: float, seed: int) -> None:
 
 if __name__ == "__main__":
     keep_memory()
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.finish: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)

@@ -4,7 +4,6 @@ Each size is exported in single precision and in 8 bits, judged on the same fram
 """
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import cv2
 
 from models import store
 from models.detector import open_detector
-from models.errors import ModelError
+from models.errors import ModelError, told
 from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure
 from models.evaluation.truth import read_truth, read_words
@@ -86,8 +85,4 @@ def main(
 
 
 if __name__ == "__main__":
-    try:
-        main()
-    except ModelError as error:
-        print(f"models.train.trade: {error}", file=sys.stderr)
-        raise SystemExit(2) from None
+    told(main)
