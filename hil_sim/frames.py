@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from tqdm import tqdm
 
 from hil_sim.furniture import box_of
-from hil_sim.generate.home import CLUTTERED
+from hil_sim.generate.home import CLUTTERED, VARIED
 from hil_sim.homes import REPLICA, open_scene
 from hil_sim.labels import LABELLED, View, labels, seen_room
 from hil_sim.quiet import hushed, keep_stdout_for_python
@@ -37,7 +37,8 @@ HFOV_RAD = math.radians(79)
 
 def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int:
     """Render one home into out/images and write its shard; returns the number of frames. A
-    replica's views get no room type: those of its rooms are only inferred from the furniture."""
+    replica's views get no room type, those of its rooms are only inferred from the furniture; nor
+    do those of cluttered and varied homes, whose furniture says little of it."""
     keep_stdout_for_python()
     with hushed():
         from hil_sim.assets import Assets
@@ -46,6 +47,7 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
     cv2.setNumThreads(1)
     scene, rng = open_scene(name), random.Random(f"frames/{name}")
     boxes, rows = [box_of(obj) for obj in scene.objects], []
+    plain = not name.startswith(REPLICA) and not name.endswith((CLUTTERED, VARIED))
     with World(scene, Assets(), "auto", Appearance()) as world:
         for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
             pitch = rng.uniform(-PITCH_RAD, PITCH_RAD)
@@ -56,7 +58,7 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
             rgb = photograph(rng, frame.rgb)
             cv2.imwrite(str(out / "images" / image), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
-            room = "" if name.startswith(REPLICA) else seen_room(scene, view, frame.depth_m)
+            room = seen_room(scene, view, frame.depth_m) if plain else ""
             objects = [vars(label) for label in found]
             rows.append({"file_name": image, "room": room, "objects": objects})
     shard = _shard(out, name)
@@ -92,15 +94,19 @@ def photograph(rng: random.Random, rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
-def homes(split: str, seed: int, frames: int, replicas: bool, cluttered: int = 0) -> list[str]:
+def homes(
+    split: str, seed: int, frames: int, replicas: bool, cluttered: int = 0, varied: int = 0
+) -> list[str]:
     """Names of as many homes as `frames` need: the split's RoboTHOR replicas first where they are
-    asked for, then generated homes of seeds from `seed` on; and as many cluttered ones as
-    `cluttered` frames need, of the same seeds."""
+    asked for, then generated homes of seeds from `seed` on; and as many cluttered and varied ones
+    as `cluttered` and `varied` frames need, of the same seeds."""
     first = f"FloorPlan_{split.capitalize()}"
     found = [name for name in APARTMENTS if replicas and name.startswith(first)]
-    count, more = math.ceil(frames / FRAMES_A_HOME), math.ceil(cluttered / FRAMES_A_HOME)
+    count = math.ceil(frames / FRAMES_A_HOME)
     plain = [*found, *(f"{split}-{seed + i}" for i in range(count - len(found)))][:count]
-    return [*plain, *(f"{split}-{seed + i}{CLUTTERED}" for i in range(more))]
+    for kind, more in ((CLUTTERED, cluttered), (VARIED, varied)):
+        plain += [f"{split}-{seed + i}-{kind}" for i in range(math.ceil(more / FRAMES_A_HOME))]
+    return plain
 
 
 def render(
@@ -183,13 +189,20 @@ def counts(coco: dict[str, Any]) -> dict[str, int]:
     type=click.IntRange(0),
     help="So many frames more, of homes strewn with what homes seldom show.",
 )
+@click.option(
+    "--varied",
+    default=0,
+    show_default=True,
+    type=click.IntRange(0),
+    help="So many frames more, of homes whose furniture no other home has.",
+)
 @click.option("--width", default=640, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--height", default=480, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
 def frames_command(
-    out: Path, frames: int, seed: int, split: str, replicas: bool, cluttered: int, width: int,
-    height: int, workers: int, json_file: Path | None,
+    out: Path, frames: int, seed: int, split: str, replicas: bool, cluttered: int, varied: int,
+    width: int, height: int, workers: int, json_file: Path | None,
 ) -> None:  # fmt: skip
     """Render labelled frames of generated homes and RoboTHOR replicas (COCO detection format).
 
@@ -197,8 +210,8 @@ def frames_command(
     Example: hil-sim frames --out frames/train --frames 5000 --split train --replicas
     A run that was interrupted goes on with the same command.
     """
-    names = homes(split, seed, frames, replicas, cluttered)
-    coco = render(out, frames + cluttered, names, (width, height), workers)
+    names = homes(split, seed, frames, replicas, cluttered, varied)
+    coco = render(out, frames + cluttered + varied, names, (width, height), workers)
     found = counts(coco)
     for name, count in found.items():
         click.echo(f"{name:16} {count:6}")

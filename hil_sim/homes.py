@@ -5,13 +5,13 @@ from pathlib import Path
 
 from hil_sim.scene import Scene, SceneError, known_scenes, load_scene
 
-_GENERATED = re.compile(r"(train|val)-(\d+)(?:-rooms(\d+))?(-cluttered)?")
+_GENERATED = re.compile(r"(train|val)-(\d+)(?:-rooms(\d+))?(?:-(cluttered|varied))?")
 REPLICA = "FloorPlan_"
 
 
 def open_scene(name_or_path: str | Path) -> Scene:
-    """`maple`, `path/home.json`, `val-17`, `val-17-rooms7` or `val-17-cluttered` (generated),
-    `FloorPlan_Val1_1` (RoboTHOR). SceneError says what there is."""
+    """`maple`, `path/home.json`, `val-17`, `val-17-rooms7`, `train-17-cluttered` or
+    `train-17-varied` (generated), `FloorPlan_Val1_1` (RoboTHOR). SceneError says what there is."""
     name = str(name_or_path)
     if name in known_scenes() or name.endswith(".json"):
         return load_scene(name_or_path)
@@ -19,8 +19,8 @@ def open_scene(name_or_path: str | Path) -> Scene:
     if generated:
         from hil_sim.generate.home import generate
 
-        split, seed, rooms, cluttered = generated.groups()
-        return generate(int(seed), split, int(rooms) if rooms else None, bool(cluttered))
+        split, seed, rooms, kind = generated.groups()
+        return generate(int(seed), split, int(rooms) if rooms else None, kind or "")
     if name.startswith(REPLICA):
         from hil_sim.robothor.scenes import robothor_scene
 

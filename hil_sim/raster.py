@@ -36,8 +36,8 @@ void main() {
 _FRAGMENT = """
 #version 330
 uniform sampler2D texels; uniform sampler2DShadow shadows;
-uniform vec3 tint, light_way, light_colour; uniform int id;
-uniform float ambient, diffuse, share, slack;
+uniform vec3 tint, paint, light_way, light_colour; uniform int id;
+uniform float ambient, diffuse, share, slack, painted;
 in vec2 skin; in vec3 place; in vec4 shade;
 layout(location = 0) out vec4 colour; layout(location = 1) out int owner;
 void main() {
@@ -46,6 +46,8 @@ void main() {
     float clear = lambert < 0.5 ? 0.0 : texture(shadows, shade.xyz * 0.5 + 0.5 - vec3(0, 0, slack));
     lambert *= 1.0 - share * (1.0 - clear);
     vec3 flesh = texture(texels, skin).rgb * tint;
+    float grey = dot(flesh, vec3(0.299, 0.587, 0.114));
+    flesh = mix(flesh, paint * (0.45 + 0.9 * grey), painted);
     colour = vec4(flesh * (lambert * diffuse * light_colour + ambient), 1.0);
     owner = id;
 }"""
@@ -53,6 +55,7 @@ _DARK = "#version 330\nvoid main() {}"
 
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
+Colour = tuple[float, float, float]  # RGB, 0..1
 
 
 class RasterError(RfNavError):
@@ -67,7 +70,8 @@ class _Item:
     dark: Any  # VertexArray of the shadow pass
     texture: Any
     model: F64  # (4, 4)
-    tint: tuple[float, float, float]
+    tint: Colour
+    paint: Colour | None
     owner: int
     sphere: tuple[F64, float]  # of the mesh: centre (3,), radius
 
@@ -116,10 +120,12 @@ class Raster:
         position_m: tuple[float, float, float] = (0.0, 0.0, 0.0),
         yaw_rad: float = 0.0,
         scale: tuple[float, float, float] = (1.0, 1.0, 1.0),
-        tint: tuple[float, float, float] = (1.0, 1.0, 1.0),
+        tint: Colour = (1.0, 1.0, 1.0),
         owner: int = NOTHING,
+        paint: Colour | None = None,
     ) -> int:
-        """Put an OBJ that we wrote, with its MTL's texture, into the scene; returns its number."""
+        """Put an OBJ that we wrote, with its MTL's texture, into the scene; returns its number. The
+        texture is multiplied by `tint`; of `paint` it only makes lighter and darker."""
         if obj not in self._meshes:
             self._meshes[obj] = self._upload(obj)
         vertices, index, centre, radius = self._meshes[obj]
@@ -132,6 +138,7 @@ class Raster:
             self._texture(obj),
             model,
             tint,
+            paint,
             owner,
             (centre, radius * max(scale)),
         )
@@ -184,6 +191,7 @@ class Raster:
                 continue
             program["model"].write(_bytes(item.model))
             program["tint"], program["id"] = item.tint, item.owner + 1
+            program["paint"], program["painted"] = item.paint or item.tint, bool(item.paint)
             item.texture.use(0)
             item.triangles.render()
         return self._read(target, size, colour)

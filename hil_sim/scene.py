@@ -91,7 +91,8 @@ class SceneObject:
     """A placed object. `position_m` is the centre of its footprint, z that of its underside.
 
     `size_m` is width (local x), depth (local y), height; None takes the catalogue's size.
-    `tint` "#rrggbb" multiplies the mesh's colours.
+    `tint` "#rrggbb" multiplies the mesh's colours; `paint` takes their place, lighter or darker as
+    they are.
     """
 
     id: str
@@ -101,6 +102,7 @@ class SceneObject:
     yaw_rad: float = 0.0
     size_m: tuple[float, float, float] | None = None
     tint: str | None = None
+    paint: str | None = None
 
 
 @dataclass(frozen=True)
@@ -341,7 +343,7 @@ def _room(node: _Node) -> Room:
 
 
 def _object(node: _Node) -> SceneObject:
-    node.only("id", "category", "mesh", "position_m", "yaw_rad", "size_m", "tint")
+    node.only("id", "category", "mesh", "position_m", "yaw_rad", "size_m", "tint", "paint")
     size = node.triple("size_m") if node.get("size_m") is not None else None
     if size is not None and min(size) <= 0:
         node.fail("size_m", f"is {list(size)}, every side must be more than 0")
@@ -353,6 +355,7 @@ def _object(node: _Node) -> SceneObject:
         yaw_rad=node.number("yaw_rad", 0.0),
         size_m=size,
         tint=node.optional_text("tint"),
+        paint=node.optional_text("paint"),
     )
 
 

@@ -316,6 +316,7 @@ class World:
         top = obj.position_m[2] + mesh.size_m[2] * scale[2]
         solid = top > 2 * BODY_CLEARANCE_M and obj.position_m[2] < BODY_HEIGHT_M
         tint = rgb_of(obj.tint) if obj.tint else (1.0, 1.0, 1.0)
+        paint = rgb_of(obj.paint) if obj.paint else None
         for part in mesh.parts:
             shape = -1
             if solid:
@@ -328,11 +329,12 @@ class World:
                 )
             visual = -1
             if self._raster is not None:
-                self._raster.add(part.obj, obj.position_m, obj.yaw_rad, scale, tint, index)
+                pose = obj.position_m, obj.yaw_rad
+                self._raster.add(part.obj, *pose, scale, tint, index, paint)
                 if not solid:
                     continue
             else:
-                visual = self._visual(self._alias(part.obj, scale), tint, scale)
+                visual = self._visual(self._alias(part.obj, scale), paint or tint, scale)
             body = self._body(visual, shape, obj.position_m, obj.yaw_rad)
             self._owner[body] = index
             if solid:

@@ -21,6 +21,12 @@ LARGE = (
 )  # fmt: skip
 """Both: what fewer than some 250 of 6,000 frames of furnished homes show, and hard goals."""
 SMALL_A_ROOM, LARGE_A_ROOM = 12, 5
+SEATS = (
+    "armchair", "bed", "chair", "coffee table", "desk", "dresser", "ottoman", "plant", "sofa",
+    "stool", "television", "toilet", "wardrobe",
+)  # fmt: skip
+"""The larger goals, and what is taken for them."""
+SEATS_A_ROOM = 3
 FLOOR_SHARE = 0.25
 """Of the small things that lie on the floor where a top would do."""
 
@@ -33,6 +39,12 @@ def strew(home: Furnisher) -> None:
     for name in rng.sample(SMALL, SMALL_A_ROOM):
         if rng.random() < FLOOR_SHARE or not _lay(home, find(home, name, on="table")):
             _stand(home, find(home, name))
+
+
+def seat(home: Furnisher) -> None:
+    """Furniture that need not fit the type of the room, before what does."""
+    for name in home.rng.sample(SEATS, SEATS_A_ROOM):
+        _stand(home, find(home, name))
 
 
 def _lay(home: Furnisher, mesh: Mesh | None) -> bool:

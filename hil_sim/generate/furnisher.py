@@ -30,6 +30,9 @@ YAW = {"south": math.pi, "east": -math.pi / 2, "north": 0.0, "west": math.pi / 2
 PASSABLE_M = 0.03
 """What is no higher than this is driven over."""
 BODY_M = 0.9
+OWN, STRETCH, PAINTED = 0.5, (0.85, 1.18), 0.4
+"""Of a varied home: how often it uses a mesh of its own, by what a side of its furniture is longer,
+how often that is painted over."""
 HELD_OUT = 0.5
 """How often a val home uses a mesh kept out of train homes, where there is one."""
 TINTED = frozenset(
@@ -38,6 +41,10 @@ TINTED = frozenset(
      "other", "pillow", "towel", "bowl", "mug", "book")
 )  # fmt: skip
 """What comes in any colour."""
+PAINTABLE = TINTED | frozenset(
+    ("backpack", "box", "bucket", "cup", "curtain", "kettle", "laundry basket", "ottoman", "plate",
+     "rug", "shelving unit", "side table", "stove", "toilet", "tv stand")
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -53,9 +60,10 @@ class Furnisher:
     """A home being furnished: what stands where, and whether the floor still connects."""
 
     def __init__(
-        self, rng: random.Random, plan: Plan, split: str = "train", high_m: float = 2.4
-    ) -> None:
-        self.rng, self.split, self.high_m = rng, split, high_m
+        self, rng: random.Random, plan: Plan, split: str = "train", high_m: float = 2.4,
+        varied: bool = False,
+    ) -> None:  # fmt: skip
+        self.rng, self.split, self.high_m, self.varied = rng, split, high_m, varied
         self.objects: list[SceneObject] = []
         self.names: dict[str, str] = {}
         """What an object was placed as ("counter", "tv stand", ...), by id."""
@@ -100,19 +108,24 @@ class Furnisher:
         del self.objects[count:]
 
     def pick(self, category: str, only: tuple[str, ...] = (), longest: float = 9.0) -> Mesh | None:
-        """A random mesh of the category for this split, its size varied by up to 10 %."""
+        """A random mesh of the category for this split, its size varied by up to 10 %; in a varied
+        home each side by up to a quarter."""
         meshes = [m for m in furniture().get(category, ()) if not only or m.id in only]
         held_out = [m for m in meshes if m.split == "val"]
         if self.split == "val" and held_out and self.rng.random() < HELD_OUT:
             meshes = held_out
         else:
-            meshes = [m for m in meshes if m.split != "val"]
+            own = [m for m in meshes if m.split == "varied"]
+            meshes = [m for m in meshes if m.split == "train"]
+            if self.varied and own and self.rng.random() < OWN:
+                meshes = own
         if not meshes:
             return None
         fitting = [m for m in meshes if max(m.size_m[:2]) <= longest]
         mesh = self.rng.choice(fitting or sorted(meshes, key=lambda m: max(m.size_m[:2]))[:1])
         scale = self.rng.uniform(0.92, 1.08)
-        w, d, h = (round(side * scale * self.rng.uniform(0.97, 1.03), 3) for side in mesh.size_m)
+        stretch = STRETCH if self.varied else (0.97, 1.03)
+        w, d, h = (round(side * scale * self.rng.uniform(*stretch), 3) for side in mesh.size_m)
         return replace(mesh, size_m=(w, d, h))
 
     def spot(
@@ -155,6 +168,7 @@ class Furnisher:
             yaw_rad=box.yaw,
             size_m=mesh.size_m,
             tint=self._tint(mesh),
+            paint=self._paint(mesh) if self.varied else None,
         )
         if box.z1 > PASSABLE_M:
             self._boxes.append(box)
@@ -225,6 +239,14 @@ class Furnisher:
         strong = self.rng.random() < 0.4
         saturation = self.rng.uniform(0.25, 0.75) if strong else self.rng.uniform(0.0, 0.25)
         return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.6, 1.0))
+
+    def _paint(self, mesh: Mesh) -> str | None:
+        if mesh.category not in PAINTABLE or self.rng.random() >= PAINTED:
+            return None
+        strong = self.rng.random() < 0.3
+        hue = self.rng.random() if strong else self.rng.gauss(0.09, 0.03) % 1.0  # of wood and cloth
+        saturation = self.rng.uniform(0.3, 0.9) if strong else self.rng.uniform(0.0, 0.5)
+        return hex_colour(hue, saturation, self.rng.uniform(0.15, 1.0))
 
 
 def _front(box: Box, depth: float) -> Box:

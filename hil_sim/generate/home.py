@@ -8,7 +8,7 @@ import random
 from collections import Counter
 
 from hil_sim.furniture import hex_colour
-from hil_sim.generate.clutter import strew
+from hil_sim.generate.clutter import seat, strew
 from hil_sim.generate.floorplan import Plan, polygon_of
 from hil_sim.generate.furnisher import Furnisher
 from hil_sim.generate.layouts import FEWEST, MOST, LayoutError, draw_plan
@@ -16,28 +16,27 @@ from hil_sim.generate.recipes import furnish, lacks
 from hil_sim.generate.valid import problems
 from hil_sim.scene import Room, Scene, contains
 
-CLUTTERED = "-cluttered"
+CLUTTERED, VARIED = "cluttered", "varied"
 ATTEMPTS, ROOM_ATTEMPTS = 60, 8
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#f2ead8", "#e8e8e6", "#d9dfe2")
 WOOD = ("#b58a5b", "#8a5f3c", "#caa472", "#6b4a31", "#a77b52", "#d6b98c")
 TILES = ("#d8d4cb", "#bfc3c4", "#9aa0a3", "#e6e2da", "#777c80", "#c9b9a3")
 
 
-def generate(
-    seed: int, split: str = "train", rooms: int | None = None, cluttered: bool = False
-) -> Scene:
+def generate(seed: int, split: str = "train", rooms: int | None = None, kind: str = "") -> Scene:
     """The home of this seed: the same seed gives the same home, with `problems` none.
 
-    `rooms`: 4 to 9, hallway included; None lets the seed choose. `cluttered`: with things strewn
-    about that homes seldom show. LayoutError if it cannot be.
+    `rooms`: 4 to 9, hallway included; None lets the seed choose. `kind`: "cluttered", with things
+    strewn about that homes seldom show, or "varied", with furniture of shapes, proportions and
+    colours that no other home has. LayoutError if it cannot be.
     """
     name = f"{split}-{seed}" + (f"-rooms{rooms}" if rooms is not None else "")
     count = draw_rooms(seed, split) if rooms is None else rooms
-    rng = random.Random(f"{split}/{seed}" + ("/cluttered" if cluttered else ""))
-    name += CLUTTERED if cluttered else ""
+    rng = random.Random(f"{split}/{seed}" + (f"/{kind}" if kind else ""))
+    name += f"-{kind}" if kind else ""
     found = [""]
     for _ in range(ATTEMPTS):
-        scene = _draw(rng, name, split, count, cluttered)
+        scene = _draw(rng, name, split, count, kind)
         found = [*_lacking(scene), *problems(scene)]
         if not found:
             return scene
@@ -49,18 +48,20 @@ def draw_rooms(seed: int, split: str, low: int = FEWEST, high: int = MOST) -> in
     return random.Random(f"{split}/{seed}/rooms").randint(low, high)
 
 
-def _draw(rng: random.Random, name: str, split: str, rooms: int, cluttered: bool) -> Scene:
+def _draw(rng: random.Random, name: str, split: str, rooms: int, kind: str) -> Scene:
     plan = draw_plan(rng, rooms)
     height = round(rng.uniform(2.4, 2.8), 2)
-    home = Furnisher(rng, plan, split, height)
+    home = Furnisher(rng, plan, split, height, varied=kind == VARIED)
     for room in plan.rooms:
         for left in reversed(range(ROOM_ATTEMPTS)):
             home.enter(room)
+            if kind == VARIED:
+                seat(home)
             furnish(home, room.kind)
             if not left or not lacks(room.kind, {obj.category for obj in home.here}):
                 break
             home.clear()
-        if cluttered:
+        if kind == CLUTTERED:
             strew(home)
     home.drop_unreachable()
     return Scene(

@@ -168,7 +168,8 @@ def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObj
         mesh, turn = "builtin:box", 0
     else:
         held_out = scene.startswith("FloorPlan_Val")
-        pool = [m for m in furniture()[category] if held_out or m.split == "train"]
+        splits = ("train", "val") if held_out else ("train",)
+        pool = [m for m in furniture()[category] if m.split in splits]
         if carries and thing.type in SUPPORTS:
             pool = [m for m in pool if m.top] or pool
         mesh, turn = _fitting(rng, pool, box, thing.type in FRONTED)

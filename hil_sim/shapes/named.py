@@ -1,19 +1,24 @@
-"""Meshes of simple geometry, for what no catalogue has, by name; each comes in six variants."""
+"""Meshes of simple geometry, for what no catalogue has, by name; most come in six variants."""
 
 from collections.abc import Callable
 from functools import partial
 
 from hil_sim.shapes import (
+    armchairs,
     bathroom,
+    beds,
     bins,
+    chairs,
     decor,
     food,
     furniture,
     goals,
+    greens,
     lamps,
     machines,
     screens,
     small,
+    sofas,
     sport,
     storage,
     toys,
@@ -37,6 +42,8 @@ from hil_sim.shapes.primitives import (
 )
 
 VARIANTS = 6
+OWN = {"armchair": 8, "bed": 8, "chair": 14, "plant": 8, "sofa": 10}
+"""How many variants there are of what only varied homes show."""
 HELD_OUT = (4, 5)
 """Variants that no training home shows, in categories with fewer than three catalogue meshes."""
 
@@ -124,11 +131,13 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "alarm_clock": goals.alarm_clock,
     "apple": goals.apple,
     "aquarium": toys.aquarium,
+    "armchair": armchairs.armchair,
     "backpack": sport.backpack,
     "baseball_bat": goals.baseball_bat,
     "baseball_bat_standing": goals.baseball_bat_standing,
     "basketball": goals.basketball,
     "bathmat": bathmat,
+    "bed": beds.bed,
     "bench": furniture.bench,
     "blender": machines.blender,
     "book": small.book,
@@ -144,6 +153,7 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "candle": small.candle,
     "cd": small.cd,
     "cell_phone": small.cell_phone,
+    "chair": chairs.chair,
     "clock": decor.clock,
     "clothes_rack": furniture.clothes_rack,
     "coffee_machine": machines.coffee_machine,
@@ -187,6 +197,7 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "picture": picture,
     "pillow": decor.pillow,
     "pillow_upright": decor.pillow_upright,
+    "plant": greens.plant,
     "plate": vessels.plate,
     "plunger": bathroom.plunger,
     "pot": vessels.pot,
@@ -203,6 +214,7 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "side_table": storage.side_table,
     "soap_bottle": bathroom.soap_bottle,
     "soccer_ball": sport.soccer_ball,
+    "sofa": sofas.sofa,
     "speaker": screens.speaker,
     "spoon": food.spoon,
     "spray_bottle": goals.spray_bottle,
@@ -236,6 +248,10 @@ SHAPES: dict[str, Callable[[int], Part]] = {
 
 BUILTINS: dict[str, Callable[[], Part]] = {
     **{name: partial(shape, 0) for name, shape in SHAPES.items()},
-    **{f"{n}.{k}": partial(shape, k) for n, shape in SHAPES.items() for k in range(VARIANTS)},
+    **{
+        f"{name}.{k}": partial(shape, k)
+        for name, shape in SHAPES.items()
+        for k in range(OWN.get(name, VARIANTS))
+    },
 }
 """NAME is variant 0, NAME.K is variant K."""

@@ -105,12 +105,29 @@ def test_replicas_come_first_and_stay_in_their_split() -> None:
     assert homes("train", 7, 2 * FRAMES_A_HOME, replicas=False) == ["train-7", "train-8"]
 
 
+def test_cluttered_and_varied_homes_come_last() -> None:
+    names = homes("train", 3, 1, False, cluttered=FRAMES_A_HOME + 1, varied=1)
+    assert names == ["train-3", "train-3-cluttered", "train-4-cluttered", "train-3-varied"]
+
+
 def test_a_photograph_repeats_by_seed_and_keeps_its_shape() -> None:
     rgb = np.full((32, 48, 3), 128, np.uint8)
     one, two = photograph(Random(1), rgb), photograph(Random(1), rgb)
     assert one.dtype == np.uint8
     assert one.shape == rgb.shape
     assert (one == two).all()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Assets().present, reason="the furniture is not in the cache")
+def test_only_a_home_furnished_by_type_teaches_room_types(tmp_path: Path) -> None:
+    names = homes("train", 3, 1, False, cluttered=1, varied=1)
+    coco = render(tmp_path, 3 * FRAMES_A_HOME, names, SIZE, workers=2)
+    rooms = {image["file_name"].rsplit("-", 1)[0]: set() for image in coco["images"]}
+    for image in coco["images"]:
+        rooms[image["file_name"].rsplit("-", 1)[0]].add(image["room"])
+    assert len(rooms["train-3"]) > 1
+    assert rooms["train-3-cluttered"] == rooms["train-3-varied"] == {""}
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ def test_200_homes_have_no_problems_and_as_many_rooms_as_asked(homes: list[Scene
 
 def test_cluttered_homes_are_good_and_show_what_others_seldom_do(homes: list[Scene]) -> None:
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
-        rows = [(seed, "train", None, True) for seed in range(12)]
+        rows = [(seed, "train", None, "cluttered") for seed in range(12)]
         strewn = list(pool.map(generate, *zip(*rows, strict=True)))
     for home in strewn:
         assert problems(home) == [], home.name
@@ -57,6 +57,25 @@ def test_cluttered_homes_are_good_and_show_what_others_seldom_do(homes: list[Sce
     for name in seldom:
         assert found[name] / len(strewn) > 3 * plain[name] / SEEDS, name
     assert open_scene("train-3-cluttered") == strewn[3]
+
+
+def test_varied_homes_are_good_and_have_furniture_that_no_other_has(homes: list[Scene]) -> None:
+    with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
+        rows = [(seed, "train", None, "varied") for seed in range(12)]
+        varied = list(pool.map(generate, *zip(*rows, strict=True)))
+    for home in varied:
+        assert problems(home) == [], home.name
+    own = {m.id for meshes in furniture().values() for m in meshes if m.split == "varied"}
+    assert own & {o.mesh for home in varied for o in home.objects}
+    assert not own & {o.mesh for home in homes for o in home.objects}
+    assert any(o.paint for home in varied for o in home.objects)
+    assert not any(o.paint for home in homes for o in home.objects)
+    usual = {m.id: m.size_m for meshes in furniture().values() for m in meshes}
+    shapes = [(s[0] / u[0]) / (s[2] / u[2]) for home in varied for o in home.objects
+              if (s := o.size_m) and (u := usual[o.mesh])]  # fmt: skip
+    assert min(shapes) < 0.8
+    assert max(shapes) > 1.25
+    assert open_scene("train-3-varied") == varied[3]
 
 
 def test_goals_occur_regularly(homes: list[Scene]) -> None:

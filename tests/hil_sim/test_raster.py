@@ -75,6 +75,20 @@ def test_depth_colour_and_owner_of_two_sizes_of_one_mesh(tmp_path: Path):
 
 
 @needs_egl
+def test_paint_takes_the_place_of_a_colour_and_keeps_light_and_dark(tmp_path: Path):
+    with Raster() as raster:
+        for owner, grey in enumerate((40, 220)):
+            cube = written(tmp_path, f"cube{owner}", CUBE, (grey, grey, 200))  # BGR: red
+            place = (4.0, 1.2 - 2.4 * owner, 0.0), 0.0, (0.5, 0.5, 0.5)
+            raster.add(cube, *place, owner=owner, paint=(0.1, 0.2, 0.8))
+        rgb, _, owners = look(raster)
+    dark, light = (rgb[owners == owner].mean(axis=0) for owner in (0, 1))
+    for painted in (dark, light):
+        assert painted[2] > 3 * painted[0]
+    assert light[2] > 1.2 * dark[2]
+
+
+@needs_egl
 def test_a_thing_throws_a_shadow_on_the_floor_and_moves_with_it(tmp_path: Path):
     floor, cube = (
         written(tmp_path, "floor", FLOOR, (200, 200, 200)),
