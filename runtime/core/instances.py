@@ -19,7 +19,13 @@ class SemanticsConfig:
     """[semantics]"""
 
     stride: int = 4  # every n-th pixel of a box is projected
-    core_share: float = 0.6  # of a box's width and height, where its depth is read
+    core_share: float = 0.6  # of a box's width and height, where its depth is read,
+    near_quantile: float = 0.3  # of the depths there: the nearest substantial surface
+    edge_m: float = 0.1  # between two neighbours' depths, from which on surfaces meet there,
+    edge_share: float = 0.05  # or that share of the depth
+    floor_m: float = 0.05  # what is lower is floor, and of no surface
+    within_share: float = 0.9  # a surface with less of it than this in a box goes on beyond it,
+    span_share: float = 0.1  # then one is the object's that does not, and spans so much of the box
     cluster_m: float = 0.35  # points this close in depth to the core belong to the object
     # toward the camera no further than half as far as the box is wide: what is nearer stands before
     before_share: float = 0.5

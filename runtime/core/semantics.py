@@ -22,6 +22,7 @@ from runtime.core.instances import (
     uncalled,
 )
 from runtime.core.map import NavigationMap, polygon_mask
+from runtime.core.surfaces import distance_m, segment
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
 
 EDGE_PX = 2.0
@@ -73,6 +74,7 @@ def locate(
     offset, focal_px = cfg.stride // 2, obs.intrinsics.fx
     depth = np.nan_to_num(obs.depth_m[offset :: cfg.stride, offset :: cfg.stride], posinf=0.0)
     offset_m = np.array([mount.x_m, mount.y_m, mount.z_m])
+    label, size = segment(depth, depth * table.up + np.float32(mount.z_m), cfg)
     found = []
     for i in np.argsort(-detections.scores, kind="stable"):
         box = (detections.boxes_px[i] - offset) / cfg.stride
@@ -80,7 +82,7 @@ def locate(
         rows, cols = slice(max(0, y0), max(0, y1) + 1), slice(max(0, x0), max(0, x1) + 1)
         patch = depth[rows, cols]
         known = float(detections.depths_m[i]) if detections.depths_m.size else None
-        near = _surface_m(patch, cfg) if known is None else known
+        near = distance_m(patch, label[rows, cols], size, cfg) if known is None else known
         width_m = float(detections.boxes_px[i, 2] - detections.boxes_px[i, 0]) * near / focal_px
         before_m = min(cfg.cluster_m, max(cfg.before_m, cfg.before_share * width_m))
         keep = (patch > 0) & (patch > near - before_m) & (patch < near + cfg.cluster_m)
@@ -90,7 +92,7 @@ def locate(
         axes = (table.forward, table.left, table.up)
         base = np.stack([z * axis[rows, cols][keep] for axis in axes], axis=1)
         points = base_to_map(base + offset_m, obs.pose)
-        points = points[(points[:, 2] > 0.05) & (points[:, 2] < 2.2)]
+        points = points[(points[:, 2] > cfg.floor_m) & (points[:, 2] < 2.2)]
         if len(points) < cfg.min_points:
             continue
         name = names[int(detections.labels[i])]
@@ -104,15 +106,6 @@ def _cut(box_px: F32, width_px: int) -> bool:
     """Whether a box ends at the left or right edge of the image; at the bottom most things that are
     near do."""
     return bool(box_px[0] < EDGE_PX or box_px[2] > width_px - EDGE_PX)
-
-
-def _surface_m(patch: F32, cfg: SemanticsConfig) -> float:
-    """(h, w) depth, m -> how far the nearest substantial surface in the middle of the box is."""
-    h, w = patch.shape
-    dy, dx = int(h * (1 - cfg.core_share) / 2), int(w * (1 - cfg.core_share) / 2)
-    core = patch[dy : h - dy, dx : w - dx]
-    core = core[core > 0]
-    return float(np.quantile(core, 0.3)) if core.size else 0.0
 
 
 def place(
