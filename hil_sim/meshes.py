@@ -96,7 +96,7 @@ def builtin(name: str, store: Path) -> Mesh:
 
     if name not in BUILTINS:
         raise CatalogError(
-            f"builtin:{name}: unknown; known are {', '.join(sorted(SHAPES))}; each as NAME.0 to 5"
+            f"builtin:{name}: unknown; known are {', '.join(sorted(SHAPES))}; each as NAME.0, ..."
         )
     soups = BUILTINS[name]()
     _stand(soups, None)

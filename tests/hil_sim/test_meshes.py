@@ -144,8 +144,8 @@ def test_every_builtin_stands_on_the_floor(name: str, tmp_path: Path):
 
 
 def test_unknown_meshes_say_what_there_is(tmp_path: Path):
-    with pytest.raises(CatalogError, match=r"builtin:sofa: unknown; known are .*television"):
-        Assets(tmp_path).mesh("builtin:sofa")
+    with pytest.raises(CatalogError, match=r"builtin:throne: unknown; known are .*television"):
+        Assets(tmp_path).mesh("builtin:throne")
     with pytest.raises(CatalogError, match="run `hil-sim assets pull`"):
         Assets(tmp_path).mesh("Scopia#sofa")
     with pytest.raises(CatalogError, match=r"none\.obj: no such mesh"):
