@@ -13,9 +13,9 @@ from models.evaluation.truth import Marks, Truth
 
 COVERED_IOU = 0.3
 """From which overlap with an ignored object of its class a detection is neither right nor wrong."""
-FALSE_SEEN = 5.0
+FALSE_SEEN = 4.0
 """The operating threshold is the lowest with at most as many false "target seen" per 1,000 frames
-that show no target."""
+that show no target: a fifth less than the 5 wanted, since it has to hold in other homes."""
 PRIOR = 1.0
 """How many detections' worth a calibration is drawn to what it is: a few tell little."""
 STEPS = np.round(np.arange(0.1, 1.0, 0.01), 2)
