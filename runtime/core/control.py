@@ -97,6 +97,26 @@ def follow(
     return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
 
 
+def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
+    """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
+    the most clearance. The robot came here, so one is wider than the map says."""
+    half_turns = round(math.pi / cfg.turn_rad)
+    best, turns = -1.0, 0
+    for turn in sorted(range(-half_turns + 1, half_turns + 1), key=abs):
+        heading = pose.yaw_rad + turn * cfg.turn_rad
+        reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)[1:, None]
+        points = pose.xy + reach * np.array([math.cos(heading), math.sin(heading)])
+        cells = terrain.frame.cells(points)
+        if ((cells < 0) | (cells >= terrain.frame.shape)).any():
+            continue
+        clearance = float(terrain.clearance_m[cells[:, 0], cells[:, 1]].min())
+        if clearance > best:
+            best, turns = clearance, turn
+    if turns == 0:
+        return Action.MOVE_FORWARD
+    return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
+
+
 def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
     """The turn that brings the heading closer to `toward_rad`; None when no turn would."""
     error = wrap_angle(toward_rad - pose.yaw_rad)

@@ -13,7 +13,6 @@ from runtime.core.types import Action, Observation
 from runtime.core.world import Command, Progress, World
 
 NEARER_M = 0.05  # what counts as having come closer
-UNWEDGE = Action.TURN_LEFT  # when no heading can be driven: turn until one can, or patience ends
 
 
 def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
@@ -68,7 +67,16 @@ def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Acti
         return Action.MOVE_FORWARD, course
     pose, radius_m = world.pose, cfg.robot.radius_m
     action = control.follow(world.terrain, field, pose, radius_m, cfg.control)
-    return action or UNWEDGE, course
+    return action or _unwedge(world, cfg), course
+
+
+def _unwedge(world: World, cfg: NavigateConfig) -> Action:
+    """When no heading can be driven: turn until one can; after a whole turn in vain squeeze out."""
+    turns = math.tau / cfg.control.turn_rad
+    progress = world.progress.get(world.aim)
+    if progress is None or progress.idle <= turns:
+        return Action.TURN_LEFT
+    return control.squeeze(world.terrain, world.pose, cfg.control)
 
 
 def arrived(world: World, field: planner.Field, cfg: NavigateConfig) -> bool:

@@ -4,17 +4,18 @@ is gone to before the search ends."""
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from runtime import navigate
 from runtime.core.coverage import CoverageConfig, look, overlooked
 from runtime.core.instances import Instance
 from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.motion import arrived, dithers, stalled
+from runtime.core.motion import arrived, dithers, drive, stalled
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
 from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
 from runtime.core.types import Action, Pose
-from runtime.core.world import RESORTS, Command, World
+from runtime.core.world import RESORTS, Command, Progress, World
 
 POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
 
@@ -55,6 +56,32 @@ def test_a_wedged_robot_is_let_through_a_gap_a_cell_too_tight():
     assert area_m2(plain.arrival_m) < 1.5
     _, reach = look_around(grid, POSE, RADIUS_M, cfg)
     assert area_m2(reach.arrival_m) > 10.0
+
+
+def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
+    """The map leaves no heading: a ring right around the robot, a little wider behind it."""
+    grid, cfg = floor(), NavigateConfig()
+    x, y = axes(grid)
+    ring = (np.hypot(x, y) > 0.24) & (np.hypot(x, y) < 0.6)
+    grid.evidence[ring & ~((x < 0) & (np.abs(y) < 0.11))] = 10
+    grid.changed()
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
+    field = march_from(world.terrain, np.array([2.0, 0.0]))
+    world.aim = "frontier", 1
+    actions = []
+    for step in range(20):
+        world.progress[world.aim] = Progress(idle=float(step))
+        action, _ = drive(world, field, cfg)
+        actions.append(action)
+        if action is Action.MOVE_FORWARD:
+            break
+        yaw = world.pose.yaw_rad + (1 if action is Action.TURN_LEFT else -1) * cfg.control.turn_rad
+        world.pose = replace(world.pose, yaw_rad=yaw)
+    assert actions[:13] == [Action.TURN_LEFT] * 13
+    assert actions[-1] is Action.MOVE_FORWARD
+    assert len(actions) <= cfg.explore.patience - 4  # before the aim is given up
+    assert np.cos(world.pose.yaw_rad) == pytest.approx(-1.0, abs=0.01)
 
 
 def test_as_a_last_resort_gaps_may_be_a_little_too_tight_everywhere():
