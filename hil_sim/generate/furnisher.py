@@ -45,6 +45,7 @@ PAINTABLE = TINTED | frozenset(
     ("backpack", "box", "bucket", "cup", "curtain", "kettle", "laundry basket", "ottoman", "plate",
      "rug", "shelving unit", "side table", "stove", "toilet", "tv stand")
 )  # fmt: skip
+"""What a varied home may paint over."""
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ def _wing(cloth: Rgb, wood: Rgb) -> Part:
         *leaning([ball((0.5, 0.1, 0.62), (0, 0, 0), shade(cloth, 1.06), 8, 16, 0.4)], 0.18, 0.4, 9),
     ]
     for s in (-1, 1):
-        flank = np.array([[(s * x, y + 0.0, z) for _, y, z in wing] for x in (0.26, 0.33)])
+        flank = np.array([[(s * x, y, z) for _, y, z in wing] for x in (0.26, 0.33)])
         parts += leaning([swept(flank, cloth)], 0.24, 0.6, 9)
         parts += [
             padded((0.1, 0.62, 0.32), (s * 0.31, -0.06, 0.25), cloth, 0.03),

@@ -1,5 +1,7 @@
 """Meshes of beds, each variant a type of its own; the head is at the back."""
 
+from functools import partial
+
 from hil_sim.shapes.primitives import (
     CREAM,
     DARK_WOOD,
@@ -126,13 +128,14 @@ def _day(k: int, wood: Rgb) -> Part:
 
 def bed(k: int) -> Part:
     """Single, double with a foot board, queen, low platform, bars, bunk, day bed, box spring."""
-    return [
-        lambda: _wooden(0.92, k, PALE_WOOD, 0.85, 0.5),
-        lambda: _wooden(1.42, k, DARK_WOOD, 1.05, 0.65),
-        lambda: _upholstered(1.62, k, GREY, 1.3),
-        lambda: _wooden(1.6, k, OAK, 0.6, 0.0),
-        lambda: _barred(1.4, k, IRON),
-        lambda: _bunk(k, WOOD),
-        lambda: _day(k, WHITE),
-        lambda: _upholstered(1.82, k, LINEN, 1.05),
-    ][k % 8]()
+    return pick(
+        k,
+        partial(_wooden, 0.92, k, PALE_WOOD, 0.85, 0.5),
+        partial(_wooden, 1.42, k, DARK_WOOD, 1.05, 0.65),
+        partial(_upholstered, 1.62, k, GREY, 1.3),
+        partial(_wooden, 1.6, k, OAK, 0.6, 0.0),
+        partial(_barred, 1.4, k, IRON),
+        partial(_bunk, k, WOOD),
+        partial(_day, k, WHITE),
+        partial(_upholstered, 1.82, k, LINEN, 1.05),
+    )()

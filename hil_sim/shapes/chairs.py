@@ -1,5 +1,7 @@
 """Meshes of chairs, each variant a type of its own; they look along -y."""
 
+from functools import partial
+
 from hil_sim.shapes.primitives import (
     CREAM,
     DARK_WOOD,
@@ -17,6 +19,7 @@ from hil_sim.shapes.primitives import (
     box,
     cylinder,
     moved,
+    pick,
     shade,
     tube,
 )
@@ -164,19 +167,20 @@ def _low(seat: Rgb, metal: Rgb) -> Part:
 
 def chair(k: int) -> Part:
     """Ladder, panel, spindle, two upholstered, two office, two shell, folding, cantilever, cafe."""
-    return [
-        lambda: _framed(WOOD, WOOD, 0.98, "ladder"),
-        lambda: _framed(WHITE, WHITE, 0.88, "panel"),
-        lambda: _framed(DARK_WOOD, DARK_WOOD, 0.92, "spindles", w=0.46),
-        lambda: _dining(LINEN, OAK, 1.02),
-        lambda: _dining(NAVY, BLACK, 0.9),
-        lambda: _office(CHARCOAL, BLACK, 1.05, True),
-        lambda: _office(TEAL, shade(TEAL, 0.8), 0.9, False),
-        lambda: _shell(WHITE, PALE_WOOD, False),
-        lambda: _shell(MUSTARD, CHROME, True),
-        lambda: _folding(OAK),
-        lambda: _cantilever(COGNAC, CHROME),
-        lambda: _low(RED, IRON),
-        lambda: _framed(WALNUT, CREAM, 0.86, "panel", arms=True, w=0.5),
-        lambda: _framed(ASH, GREY, 1.1, "ladder", arms=True),
-    ][k % 14]()
+    return pick(
+        k,
+        partial(_framed, WOOD, WOOD, 0.98, "ladder"),
+        partial(_framed, WHITE, WHITE, 0.88, "panel"),
+        partial(_framed, DARK_WOOD, DARK_WOOD, 0.92, "spindles", w=0.46),
+        partial(_dining, LINEN, OAK, 1.02),
+        partial(_dining, NAVY, BLACK, 0.9),
+        partial(_office, CHARCOAL, BLACK, 1.05, True),
+        partial(_office, TEAL, shade(TEAL, 0.8), 0.9, False),
+        partial(_shell, WHITE, PALE_WOOD, False),
+        partial(_shell, MUSTARD, CHROME, True),
+        partial(_folding, OAK),
+        partial(_cantilever, COGNAC, CHROME),
+        partial(_low, RED, IRON),
+        partial(_framed, WALNUT, CREAM, 0.86, "panel", arms=True, w=0.5),
+        partial(_framed, ASH, GREY, 1.1, "ladder", arms=True),
+    )()

@@ -1,6 +1,7 @@
 """Meshes of plants in pots, each variant a kind of its own."""
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from hil_sim.shapes.primitives import (
     cylinder,
     lathe,
     moved,
+    pick,
     tube,
     turned,
 )
@@ -135,13 +137,14 @@ def _orchid(pot: Rgb) -> Part:
 
 def plant(k: int) -> Part:
     """Palm, broad leaves, cactus, fern, snake plant, succulents, small tree, orchid."""
-    return [
-        lambda: _palm(CLAY),
-        lambda: _broad(WHITE),
-        lambda: _cactus(TEAL),
-        lambda: _fern(GREY),
-        lambda: _snake(CREAM),
-        lambda: _succulents(WOOD),
-        lambda: _bush(DARK),
-        lambda: _orchid(WHITE),
-    ][k % 8]()
+    return pick(
+        k,
+        partial(_palm, CLAY),
+        partial(_broad, WHITE),
+        partial(_cactus, TEAL),
+        partial(_fern, GREY),
+        partial(_snake, CREAM),
+        partial(_succulents, WOOD),
+        partial(_bush, DARK),
+        partial(_orchid, WHITE),
+    )()

@@ -121,10 +121,8 @@ def couch(
         parts += _back_row(inner, backs or n, cloth, SEAT_M - 0.02, d / 2 - 0.27, h - SEAT_M + 0.02)
     else:
         parts.append(padded((w, back, h - low), (0, (d - back) / 2, low), cloth, round_m))
-        parts += moved(
-            _back_row(inner, backs or n, cloth, SEAT_M, d / 2 - 0.23, h - SEAT_M - 0.05, 0.1, 6),
-            (0, 0, 0),
-        )
+        tall = h - SEAT_M - 0.05
+        parts += _back_row(inner, backs or n, cloth, SEAT_M, d / 2 - 0.23, tall, 0.1, 6)
     for i, colour in enumerate(cushions):
         side = (-1, 1)[i % 2]
         x = side * (inner / 2 - 0.26 - 0.2 * (i // 2))

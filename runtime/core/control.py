@@ -2,6 +2,7 @@
 benchmark protocols, or a velocity for a differential drive."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -80,10 +81,8 @@ def follow(
     the one whose next step ends nearest to them. None when no heading can be driven."""
     here = field.at(pose.x_m, pose.y_m)
     best: tuple[float, int, int] | None = None
-    half_turns = round(math.pi / cfg.turn_rad)
-    turnings = range(-half_turns + 1, half_turns + 1)
-    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
-    arrivals = _after_step(terrain, field, pose, headings, radius_m, cfg)
+    turnings = _turnings(cfg)
+    arrivals = _after_step(terrain, field, _step(pose, turnings, cfg), radius_m, cfg)
     for turns, arrival in zip(turnings, arrivals, strict=True):
         if arrival >= here + 2 * cfg.forward_m:
             continue
@@ -91,30 +90,39 @@ def follow(
         best = min(best, cost) if best else cost
     if best is None:
         return None
-    turns = -best[2]
-    if turns == 0:
-        return Action.MOVE_FORWARD
-    return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
+    return _begin(-best[2])
 
 
 def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
     """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
     the most clearance. The robot came here, so one is wider than the map says."""
+    turnings = sorted(_turnings(cfg), key=abs)
+    cells = terrain.frame.cells(_step(pose, turnings, cfg)[:, 1:])
+    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
+    least = np.full(len(turnings), -1.0)
+    least[inside] = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]].min(axis=1)
+    return _begin(turnings[int(least.argmax())])
+
+
+def _turnings(cfg: ControlConfig) -> range:
+    """All headings that a whole number of turns reaches, as that number; left is positive."""
     half_turns = round(math.pi / cfg.turn_rad)
-    best, turns = -1.0, 0
-    for turn in sorted(range(-half_turns + 1, half_turns + 1), key=abs):
-        heading = pose.yaw_rad + turn * cfg.turn_rad
-        reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)[1:, None]
-        points = pose.xy + reach * np.array([math.cos(heading), math.sin(heading)])
-        cells = terrain.frame.cells(points)
-        if ((cells < 0) | (cells >= terrain.frame.shape)).any():
-            continue
-        clearance = float(terrain.clearance_m[cells[:, 0], cells[:, 1]].min())
-        if clearance > best:
-            best, turns = clearance, turn
+    return range(-half_turns + 1, half_turns + 1)
+
+
+def _begin(turns: int) -> Action:
+    """The first action of so many turns and a step."""
     if turns == 0:
         return Action.MOVE_FORWARD
     return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
+
+
+def _step(pose: Pose, turnings: Sequence[int], cfg: ControlConfig) -> F64:
+    """(H, samples + 1, 2) m: points along one step after each number of turns."""
+    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
+    reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
+    along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+    return np.asarray(pose.xy + reach[None, :, None] * along[:, None], np.float64)
 
 
 def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
@@ -126,15 +134,12 @@ def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
 
 
 def _after_step(
-    terrain: Terrain, field: Field, pose: Pose, headings: F64, radius_m: float, cfg: ControlConfig
+    terrain: Terrain, field: Field, points: F64, radius_m: float, cfg: ControlConfig
 ) -> F64:
-    """(H,) headings -> (H,) arrival time at the end of one step along each; inf where the body
+    """(H, N, 2) points along steps -> (H,) arrival time at the end of each; inf where the body
     would touch."""
-    reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
-    along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
-    points = pose.xy + reach[None, :, None] * along[:, None]
     fits = _fits(terrain, points, radius_m + cfg.margin_m)
-    ends = np.full(len(headings), np.inf)
+    ends = np.full(len(points), np.inf)
     rows, cols = field.frame.cells(points[fits, -1]).T
     ends[fits] = field.arrival_m[rows, cols]
     return ends
