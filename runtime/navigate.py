@@ -251,7 +251,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     what = RESORTS[world.resorts]
     world.resorts += 1
     if world.resorts == 1:
-        world.given_up[:] = False
+        world.given_up[:], world.map.dead_end[:] = False, False
     with_frontiers(world, cfg)
     return Command(Action.TURN_LEFT, "look", None, what, course=Spin(cfg.control.look_radps))
 

@@ -44,6 +44,7 @@ class NavigationMap:
     evidence: (R, C) int16, > 0 speaks for an obstacle, < 0 for floor. swept: (R, C) seen through
     or driven over. bumped: (R, C) obstacles met by touch, kept whatever the camera says. driven:
     (R, C) 1 where the body's centre has passed: the way back, however tight it looks later.
+    dead_end: (R, C) where no step led on, whatever the clearance says: no way to plan through.
     """
 
     frame: GridFrame
@@ -52,6 +53,7 @@ class NavigationMap:
     swept: Mask
     bumped: Mask
     driven: NDArray[np.uint8]
+    dead_end: Mask
     last_xy: tuple[float, float] | None = None
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
     _stale: Window | None = field(default=None, repr=False)  # of the views
@@ -71,6 +73,7 @@ class NavigationMap:
             np.zeros((n, n), bool),
             np.zeros((n, n), bool),
             np.zeros((n, n), np.uint8),
+            np.zeros((n, n), bool),
         )
         grid.drive_over(pose, radius_m, cfg)
         return grid
@@ -162,6 +165,11 @@ class NavigationMap:
                 cv2.circle(self.driven, (col, row), 5, 0, -1)  # not a way any more
         self.changed()
 
+    def close(self, pose: Pose, radius_m: float) -> None:
+        """No step led on from here: nothing is planned through this place any more."""
+        disc, window = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
+        self.dead_end[window] |= disc
+
     def grow(self, xy: F64, margin_m: float) -> tuple[int, int, int, int] | None:
         """Enlarge the grid so that (x, y) keeps `margin_m` to each side; existing cells keep their
         place in the map frame. Returns the padding (top, bottom, left, right), or None."""
@@ -175,7 +183,7 @@ class NavigationMap:
         pad = ((top, bottom), (left, right))
         self.evidence = np.pad(self.evidence, pad)
         self.swept, self.bumped = np.pad(self.swept, pad), np.pad(self.bumped, pad)
-        self.driven = np.pad(self.driven, pad)
+        self.driven, self.dead_end = np.pad(self.driven, pad), np.pad(self.dead_end, pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
             f.y0_m - top * f.resolution_m,

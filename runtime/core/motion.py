@@ -71,11 +71,13 @@ def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Acti
 
 
 def _unwedge(world: World, cfg: NavigateConfig) -> Action:
-    """When no heading can be driven: turn until one can; after a whole turn in vain squeeze out."""
+    """When no heading can be driven: turn until one can. After a whole turn in vain squeeze out;
+    nothing is planned through here any more."""
     turns = math.tau / cfg.control.turn_rad
     progress = world.progress.get(world.aim)
     if progress is None or progress.idle <= turns:
         return Action.TURN_LEFT
+    world.map.close(world.pose, cfg.planner.dead_end_m)
     return control.squeeze(world.terrain, world.pose, cfg.control)
 
 

@@ -24,6 +24,7 @@ class PlannerConfig:
     comfort_m: float = 0.20  # further clearance that planning pays for, without insisting on it
     slowest: float = 0.25  # relative speed right at an obstacle
     escape_m: float = 0.35  # around the robot, cells that are free pass as traversable
+    dead_end_m: float = 0.10  # around a place from which no step led on, closed from outside
     pocket_m2: float = 1.5  # a robot that can reach no more than this is wedged
     squeeze_m: tuple[float, ...] = (0.7, 1.2)  # around a wedged robot, in turn,
     squeeze_slack_m: float = 0.07  # gaps may be this much too tight: maps err by a cell
@@ -87,7 +88,8 @@ def survey(
     squeeze_m: float = 0.0, slack_m: float = 0.0,
 ) -> Terrain:  # fmt: skip
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
-    the body would graze something: it is there already and must be able to leave. Within
+    the body would graze something: it is there already and must be able to leave; so do those of a
+    dead end that it stands in, while others are closed. Within
     `squeeze_m` free cells count as clear although they are too tight by `slack_m`."""
     rows, cols = grid.known_window()
     r, f = grid.frame.resolution_m, grid.frame
@@ -111,6 +113,9 @@ def survey(
         np.maximum(patch, np.float32(hard), out=patch, where=tight)
     passable = free & (clearance >= hard)
     window, near = _near(frame, pose, cfg.escape_m)
+    passable[window] |= near & free[window]
+    passable &= ~grid.dead_end[rows, cols]
+    window, near = _near(frame, pose, cfg.dead_end_m + frame.resolution_m)
     passable[window] |= near & free[window]
     ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)
     speed = np.float32(cfg.slowest) + np.float32(1 - cfg.slowest) * ease

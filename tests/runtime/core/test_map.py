@@ -103,6 +103,7 @@ def test_growing_keeps_every_cell_in_its_place(x: float, y: float):
     assert grid.frame.contains(*grid.frame.cell(x - 5.9, y - 5.9))
     assert grid.frame.contains(*grid.frame.cell(x + 5.9, y + 5.9))
     assert grid.evidence.shape == grid.swept.shape == grid.bumped.shape == grid.frame.shape
+    assert grid.driven.shape == grid.dead_end.shape == grid.frame.shape
 
 
 @settings(max_examples=25, deadline=None)

@@ -1,6 +1,7 @@
 """A wedged robot gets out, what stands on a table can be reached, and what was seen only from afar
 is gone to before the search ends."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -82,6 +83,39 @@ def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
     assert actions[-1] is Action.MOVE_FORWARD
     assert len(actions) <= cfg.explore.patience - 4  # before the aim is given up
     assert np.cos(world.pose.yaw_rad) == pytest.approx(-1.0, abs=0.01)
+
+
+def test_a_way_that_no_step_leads_along_is_planned_no_more_until_all_is_tried_again():
+    """A gap 0.25 m wide that counts as driven: the way back, too tight for any whole step. Another
+    way of the same length as wide as a door is left."""
+    grid, cfg = floor(), NavigateConfig()
+    x, y = axes(grid)
+    wall = (x > 0.2) & (x < 0.6) & ~(np.abs(y) < 0.125) & ~(np.abs(y - 2.0) < 0.45)
+    grid.evidence[wall] = 10
+    grid.driven[(x > 0.0) & (x < 1.0) & (np.abs(y) < 0.08)] = 1
+    grid.changed()
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world.map = grid
+
+    def left_m(pose: Pose) -> float:
+        world.pose, world.seen = pose, look_around(grid, pose, RADIUS_M, cfg.planner)
+        field = march_from(world.terrain, np.array([1.2, 0.0]), unhurried=False)
+        return field.at(pose.x_m, pose.y_m)
+
+    before, inside = Pose(-0.3, 0.0, 0.0), Pose(0.3, 0.0, 0.0)
+    straight_m = left_m(before)
+    left_m(inside)
+    world.aim, world.progress["frontier", 1] = ("frontier", 1), Progress(idle=13.0)
+    drive(world, march_from(world.terrain, np.array([0.35, 2.5])), cfg)  # no heading leads there
+    assert not grid.dead_end[grid.frame.cell(-0.3, 0.0)]
+    assert math.isfinite(left_m(inside))  # it can leave, whatever the side
+    around_m = left_m(before)
+    assert math.isfinite(around_m)
+    assert around_m > straight_m + 2.0
+    world.frontiers, world.resorts = (), 0
+    navigate._finish(world, cfg)
+    assert world.resorts == 1
+    assert left_m(before) == straight_m
 
 
 def test_as_a_last_resort_gaps_may_be_a_little_too_tight_everywhere():
