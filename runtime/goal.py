@@ -10,6 +10,7 @@ from runtime.core.types import F32
 from runtime.errors import ConfigError
 
 LONGEST = 80  # characters of a goal
+KIN = 0.05  # of cosine, that being of a kind is worth
 
 Class = tuple[str, ...]
 Embed = Callable[[Sequence[str]], F32]
@@ -45,8 +46,9 @@ def understand(
 ) -> Goal:
     """A goal is looked for as the class whose name it is; else, by a dictionary, as one that means
     the same or that it is a kind of, or as a class of its own that all its kinds belong to; else as
-    one that is nearly the same by the cosine of text embeddings; else as a class of its own.
-    `senses` are the meanings that the dictionary has of a noun."""
+    one that is nearly the same by the cosine of text embeddings; else, when its last word is a
+    class, as that; else as a class of its own. `senses` are the meanings that the dictionary has of
+    a noun."""
     goal = check(text)
     word = goal.lower()
     for names in classes:
@@ -59,7 +61,31 @@ def understand(
         return Goal(goal, name, tuple(classes), f"{goal}: {how} {name}, looked for as that")
     if means is not None and means.narrower:
         return _own(goal, word, classes, means)
-    return _alike(goal, word, classes, embed, same_as) or _own(goal, word, classes, means)
+    head = word.rpartition(" ")[2]
+    kin = _of_kind(head, classes, senses, embed) if head != word else ()
+    alike = _alike(goal, word, classes, kin, embed, same_as)
+    if alike is not None:
+        return alike
+    for names in kin:
+        if head in names:
+            how = f"{goal}: a kind of {names[0]}, looked for as that"
+            return Goal(goal, names[0], tuple(classes), how)
+    return _own(goal, word, classes, means)
+
+
+def _of_kind(
+    head: str, classes: Sequence[Class], senses: Senses, embed: Embed
+) -> tuple[Class, ...]:
+    """The classes that a thing whose name ends in `head` may be (a laundry hamper is a hamper):
+    those called so and those that the dictionary relates to it; where there are any, also those
+    that have a name ending in it."""
+    means = meaning(head, classes, senses, embed)
+    near = (*means.same, *means.broader, *means.narrower) if means else ()
+    sure = tuple(names for names in classes if head in names or names in near)
+    if not sure:
+        return ()
+    ends = f" {head}"
+    return tuple(c for c in classes if c in sure or any(name.endswith(ends) for name in c))
 
 
 def _spelt(word: str) -> str:
@@ -68,18 +94,28 @@ def _spelt(word: str) -> str:
 
 
 def _alike(
-    goal: str, word: str, classes: Sequence[Class], embed: Embed, same_as: float
-) -> Goal | None:
-    """The class with the most similar name, where that is similar enough."""
-    words = [name for known in classes for name in known]
-    owner = [known for known in classes for _ in known]
-    cosine = np.asarray(embed(words)) @ np.asarray(embed([word]))[0] if words else np.zeros(0)
-    if not cosine.size or float(cosine.max()) < same_as:
+    goal: str, word: str, classes: Sequence[Class], kin: Sequence[Class], embed: Embed,
+    same_as: float,
+) -> Goal | None:  # fmt: skip
+    """The class with the most similar name, where that is similar enough; of nearly equals one of
+    `kin`. What a name only begins with does not count: a toy box is no toy, and a salad is no
+    salad bowl."""
+    told = [
+        (name, known)
+        for known in classes
+        for name in known
+        if not (word.startswith(f"{name} ") or name.startswith(f"{word} "))
+    ]
+    if not told:
         return None
-    best = int(np.argmax(cosine))
-    chosen = owner[best]
+    cosine = np.asarray(embed([name for name, _ in told])) @ np.asarray(embed([word]))[0]
+    akin = np.array([known in kin for _, known in told])
+    best = int(np.argmax(cosine + KIN * akin))
+    if float(cosine[best]) < same_as:
+        return None
+    name, chosen = told[best]
     wider = tuple((*k, word) if k is chosen else k for k in classes)
-    how = f"{goal}: taken for {chosen[0]} (similarity {cosine[best]:.2f} to {words[best]})"
+    how = f"{goal}: taken for {chosen[0]} (similarity {cosine[best]:.2f} to {name})"
     return Goal(goal, chosen[0], wider, how)
 
 

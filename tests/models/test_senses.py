@@ -69,6 +69,11 @@ def test_related_senses_point_at_each_other(senses: Senses) -> None:
         ("night stand", "nightstand", "known as nightstand"),
         ("umbrella", "umbrella", "a class of its own"),
         ("igniter", "igniter", "a class of its own"),
+        ("laundry hamper", "laundry basket", "taken for laundry basket"),
+        ("toy box", "box", "taken for box"),
+        ("money plant", "plant", "a kind of plant"),
+        ("towel rail", "towel rail", "a class of its own"),
+        ("salad", "salad", "a class of its own"),
         ("qwertyuiop", "qwertyuiop", "a class of its own"),
     ],
 )
