@@ -31,6 +31,11 @@ FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
 BATCH = 8
 DROPOUT = 0.5
+JOINED = 64
+"""Batches whose features are joined at once: small pieces kept among freed activations would hold
+on to all their memory."""
+
+Columns = tuple[Tensor, ...]
 
 
 @dataclass(frozen=True)
@@ -54,14 +59,22 @@ def collect(
     """Features of every frame, augmented anew in each pass, the last of which may be of a part of
     them, drawn at random; the network is in eval mode."""
     rng = np.random.default_rng(seed)
-    parts: list[tuple[Tensor, ...]] = []
+    whole: list[Columns] = []
+    parts: list[Columns] = []
     for number in range(math.ceil(passes)):
         count = round(min(1.0, passes - number) * len(frames))
         chosen = [frames[i] for i in rng.permutation(len(frames))[:count]]
         for batch in batches(chosen, names.rooms, BATCH, rng):
             parts.append((*_of_batch(network, batch), _present(batch, names.compare)))
+            if len(parts) == JOINED:
+                whole.append(_joined(parts))
+                parts = []
         say(f"features: pass {number + 1} of {passes:g}")
-    return Features(*(torch.cat(column) for column in zip(*parts, strict=True)))
+    return Features(*_joined(whole + parts))
+
+
+def _joined(parts: Sequence[Columns]) -> Columns:
+    return tuple(torch.cat(column) for column in zip(*parts, strict=True))
 
 
 def _of_batch(network: Network, batch: Batch) -> tuple[Tensor, ...]:
