@@ -81,7 +81,7 @@ def follow(
     the one whose next step ends nearest to them. None when no heading can be driven."""
     here = field.at(pose.x_m, pose.y_m)
     best: tuple[float, int, int] | None = None
-    turnings = _turnings(cfg)
+    turnings = whole_turns(cfg)
     arrivals = _after_step(terrain, field, _step(pose, turnings, cfg), radius_m, cfg)
     for turns, arrival in zip(turnings, arrivals, strict=True):
         if arrival >= here + 2 * cfg.forward_m:
@@ -96,7 +96,7 @@ def follow(
 def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
     """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
     the most clearance. The robot came here, so one is wider than the map says."""
-    turnings = sorted(_turnings(cfg), key=abs)
+    turnings = sorted(whole_turns(cfg), key=abs)
     cells = terrain.frame.cells(_step(pose, turnings, cfg)[:, 1:])
     inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
     least = np.full(len(turnings), -1.0)
@@ -104,7 +104,7 @@ def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
     return _begin(turnings[int(least.argmax())])
 
 
-def _turnings(cfg: ControlConfig) -> range:
+def whole_turns(cfg: ControlConfig) -> range:
     """All headings that a whole number of turns reaches, as that number; left is positive."""
     half_turns = round(math.pi / cfg.turn_rad)
     return range(-half_turns + 1, half_turns + 1)
@@ -346,18 +346,19 @@ def _drivable(terrain: Terrain, points_xy: F64, radius_m: float, cfg: ControlCon
     unknown = roomy & ~terrain.traversable[at]  # there is room, and yet it is no way
     if unknown[1:].any() and not unknown[0]:
         return False
-    clearance = _clearance_between(terrain, points_xy)
+    clearance = clearance_between(terrain, points_xy)
     needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance) - SLACK_M)
     return not (clearance < needed)[1:].any()
 
 
-def _clearance_between(terrain: Terrain, points_xy: F64) -> F64:
-    """(N,) m at (N, 2) m points, bilinear between the cells' centres: steps of a cell would hide
+def clearance_between(terrain: Terrain, points_xy: F64) -> F64:
+    """(...) m at (..., 2) m points, bilinear between the cells' centres: steps of a cell would hide
     whether the robot comes closer."""
     frame = terrain.frame
     u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
     low = np.floor(u).astype(np.int32)
-    (cols, rows), (x, y) = low.T, (u - low).T
+    part = u - low
+    cols, rows, x, y = low[..., 0], low[..., 1], part[..., 0], part[..., 1]
     grid = terrain.clearance_m
     bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
     top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x

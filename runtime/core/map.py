@@ -165,9 +165,9 @@ class NavigationMap:
                 cv2.circle(self.driven, (col, row), 5, 0, -1)  # not a way any more
         self.changed()
 
-    def close(self, pose: Pose, radius_m: float) -> None:
-        """No step led on from here: nothing is planned through this place any more."""
-        disc, window = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
+    def close(self, x_m: float, y_m: float, radius_m: float) -> None:
+        """No step leads on there: nothing is planned through this place any more."""
+        disc, window = _disc(self.frame, x_m, y_m, radius_m)
         self.dead_end[window] |= disc
 
     def grow(self, xy: F64, margin_m: float) -> tuple[int, int, int, int] | None:

@@ -5,14 +5,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from runtime.core import control, planner
+from runtime.core import control, lattice, planner
 from runtime.core.control import STILL, Along, ControlConfig, Course
 from runtime.core.geometry import bearing, wrap_angle
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Observation
+from runtime.core.types import F64, Action, Observation
 from runtime.core.world import Command, Progress, World
 
 NEARER_M = 0.05  # what counts as having come closer
+PATIENCE = 8  # steps without coming closer, after which a way of several steps is looked for
+BEYOND = 3  # cells
 
 
 def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
@@ -65,19 +67,32 @@ def drive(world: World, field: planner.Field, cfg: NavigateConfig) -> tuple[Acti
     course = Along(world.terrain, field)
     if cfg.control.mode == "velocity":
         return Action.MOVE_FORWARD, course
-    pose, radius_m = world.pose, cfg.robot.radius_m
-    action = control.follow(world.terrain, field, pose, radius_m, cfg.control)
-    return action or _unwedge(world, cfg), course
+    place = world.terrain, field, world.pose, cfg.robot.radius_m, cfg.control
+    action = control.follow(*place)
+    p = world.progress.get(world.aim)
+    if p is None:
+        return action or Action.TURN_LEFT, course
+    if not lattice.clear(world.terrain, world.pose, p.plan, cfg.robot.radius_m, cfg.control):
+        p.plan = ()
+    if not p.plan and p.idle > (PATIENCE if action else 0):
+        way = lattice.through(*place, best_m=p.run_m)
+        p.plan, p.idle = way.actions, p.idle + (PATIENCE if way.actions else 0)
+        if not way.actions and p.idle > math.tau / cfg.control.turn_rad:
+            beyond = planner.descend(field, way.nearest_xy, BEYOND)[-1:]
+            return _unwedge(world, beyond, action, cfg), course
+    if p.plan:
+        action, p.plan = p.plan[0], p.plan[1:]
+    return action or Action.TURN_LEFT, course
 
 
-def _unwedge(world: World, cfg: NavigateConfig) -> Action:
-    """When no heading can be driven: turn until one can. After a whole turn in vain squeeze out;
-    nothing is planned through here any more."""
-    turns = math.tau / cfg.control.turn_rad
-    progress = world.progress.get(world.aim)
-    if progress is None or progress.idle <= turns:
-        return Action.TURN_LEFT
-    world.map.close(world.pose, cfg.planner.dead_end_m)
+def _unwedge(world: World, beyond_xy: F64, action: Action | None, cfg: NavigateConfig) -> Action:
+    """After a whole turn in vain nothing is planned any more through what lies beyond where whole
+    steps lead; nor through here, when no heading can be driven: then the robot squeezes out."""
+    for x_m, y_m in beyond_xy:
+        world.map.close(float(x_m), float(y_m), cfg.planner.dead_end_m)
+    if action is not None:
+        return action
+    world.map.close(world.pose.x_m, world.pose.y_m, cfg.planner.dead_end_m)
     return control.squeeze(world.terrain, world.pose, cfg.control)
 
 
@@ -125,7 +140,7 @@ def stalled(
     velocity = cfg.control.mode == "velocity"
     if left < p.run_m - NEARER_M:
         p.run_m, p.idle = left, 0.0
-    else:
+    elif not p.plan:
         p.idle += world.dt_s if velocity else 1
     patience = cfg.explore.patience_s if velocity else cfg.explore.patience
     if p.idle <= patience and p.returns <= cfg.explore.returns:

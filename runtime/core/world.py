@@ -60,6 +60,7 @@ class Progress:
     run_m: float = math.inf  # since it last turned to this aim
     idle: float = 0.0  # steps since then without coming closer; seconds in velocity mode
     returns: int = 0  # how often it turned to this aim again without having come closer than ever
+    plan: tuple[Action, ...] = ()  # through a tight place, what is left of it
 
 
 RESORTS = (
