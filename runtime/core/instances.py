@@ -27,7 +27,8 @@ class SemanticsConfig:
     within_share: float = 0.9  # a surface with less of it than this in a box goes on beyond it,
     span_share: float = 0.1  # then one is the object's that does not, and spans so much of the box
     cluster_m: float = 0.35  # points this close in depth to the core belong to the object
-    # toward the camera no further than half as far as the box is wide: what is nearer stands before
+    # toward the camera no further than half as far as the box is wide, and only what hangs together
+    # with it: what is nearer stands before it
     before_share: float = 0.5
     before_m: float = 0.1  # at least
     stray: float = 2.4  # times the median distance from its middle: cells beyond are not of it

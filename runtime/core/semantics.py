@@ -22,7 +22,7 @@ from runtime.core.instances import (
     uncalled,
 )
 from runtime.core.map import NavigationMap, polygon_mask
-from runtime.core.surfaces import distance_m, segment
+from runtime.core.surfaces import attached, distance_m, segment
 from runtime.core.types import F32, F64, Detections, Mount, Observation, Pose
 
 EDGE_PX = 2.0
@@ -82,10 +82,12 @@ def locate(
         rows, cols = slice(max(0, y0), max(0, y1) + 1), slice(max(0, x0), max(0, x1) + 1)
         patch = depth[rows, cols]
         known = float(detections.depths_m[i]) if detections.depths_m.size else None
-        near = distance_m(patch, label[rows, cols], size, cfg) if known is None else known
+        own = label[rows, cols]
+        near = distance_m(patch, own, size, cfg) if known is None else known
         width_m = float(detections.boxes_px[i, 2] - detections.boxes_px[i, 0]) * near / focal_px
         before_m = min(cfg.cluster_m, max(cfg.before_m, cfg.before_share * width_m))
         keep = (patch > 0) & (patch > near - before_m) & (patch < near + cfg.cluster_m)
+        keep &= (patch > near - cfg.edge_m) | attached(patch, own, near, cfg)
         if int(keep.sum()) < cfg.min_points:
             continue
         z = patch[keep].astype(np.float64)

@@ -53,6 +53,13 @@ def distance_m(depth_m: F32, label: I32, size: I32, cfg: SemanticsConfig) -> flo
     return float(np.quantile(middle if middle.size else depth_m[own], cfg.near_quantile))
 
 
+def attached(depth_m: F32, label: I32, near_m: float, cfg: SemanticsConfig) -> Mask:
+    """Of a box's patch (h, w): what hangs together with something as far away as `near_m`."""
+    there = np.unique(label[np.abs(depth_m - near_m) <= cfg.edge_m])
+    mask: Mask = np.isin(label, there[there > 0])
+    return mask
+
+
 def _spanning(label: I32, candidates: NDArray[np.intp], cfg: SemanticsConfig) -> Mask | None:
     """The mask (h, w) of the candidate whose extent is the largest, if it spans enough."""
     largest, found = cfg.span_share * label.size, None

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from runtime.core.instances import SemanticsConfig
-from runtime.core.surfaces import distance_m, segment
+from runtime.core.surfaces import attached, distance_m, segment
 
 CFG = SemanticsConfig()
 WALL_M, SHAPE = 4.0, (60, 80)
@@ -56,6 +56,19 @@ def test_where_all_surfaces_go_on_beyond_the_nearest_substantial_one_counts():
 def test_a_speck_within_the_box_is_no_object():
     beam, speck = (slice(18, 34), slice(0, 80), 2.0), (slice(12, 14), slice(40, 42), 3.0)
     assert found_m(picture(beam, speck)) == pytest.approx(2.0)
+
+
+def test_what_hangs_together_with_the_object_is_of_it_and_what_stands_before_it_is_not():
+    """A backrest 3 m away with a seat that comes nearer by and by, and a table before both."""
+    depth = picture((slice(10, 30), slice(20, 60), 3.0))
+    depth[30:40, 20:60] = np.linspace(2.98, 2.6, 10)[:, None]
+    depth[26:38, 30:50] = 2.2
+    label, _ = segment(depth, np.full(SHAPE, 1.0, np.float32), CFG)
+    own = attached(depth[BOX], label[BOX], 3.0, CFG)
+    seat, table, edge = (25, 5), (22, 20), (16, 20)
+    assert own[seat]
+    assert not own[table]
+    assert not own[edge]  # where two meet is of neither
 
 
 def test_the_floor_joins_nothing_that_stands_on_it():
