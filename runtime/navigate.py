@@ -174,7 +174,8 @@ def _approach_target(
     away = functools.partial(target.on_foot_m, world.reach, cfg.target)
     standing = world.aim[1] if world.aim[0] in ("target", "side", "face") else None
     for instance in target.ranked(world.semantic, world.goal, away, cfg.target, least, standing):
-        place = world.map, world.terrain, world.reach, instance, world.goal, cfg.target
+        alone = target.apart(instance, world.semantic, cfg.target)
+        place = world.map, world.terrain, world.reach, alone, world.goal, cfg.target
         stands = target.standpoints(*place, world.seen_from_m(instance.high_m))
         if stands.any():
             break

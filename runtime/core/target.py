@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -15,12 +15,15 @@ from runtime.core.planner import Field, Terrain
 from runtime.core.semantics import SemanticMap
 from runtime.core.types import F64, Mask, Pose
 
+BESIDE_M = 1.5  # between the middles of two things that may share a place
+
 
 @dataclass(frozen=True)
 class TargetConfig:
     """[target]"""
 
     inspect_log_odds: float = 0.8  # worth a detour to look again
+    keep_log_odds: float = 0.0  # enough to go on for, once on the way
     confirm_log_odds: float = 1.6  # believed, when seen from enough views
     confirm_views: int = 2  # at least, of which two must differ
     second_side_rad: float = math.radians(20.0)  # in bearing by this,
@@ -36,6 +39,8 @@ class TargetConfig:
     rival_share: float = 0.5  # of footprint and height, shared with what is more surely another
     rival_cosine: float = 0.6  # and that alike, or of one size
     rival_size: float = 0.5  # of the longer side, the shorter's share
+    apart_confidence: float = 0.9  # from which on something else keeps its cells to itself,
+    apart_size: float = 1.2  # unless it is so much larger than the target
 
 
 def confirmed(instance: Instance, goal: str, cfg: TargetConfig) -> bool:
@@ -105,12 +110,13 @@ def ranked(
 ) -> list[Instance]:  # fmt: skip
     """The instances worth going to, first the one that costs least to go to and, as likely as it is
     none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
-    when there is nothing else to do; `standing` is the instance that the robot is on its way to."""
+    when there is nothing else to do; `standing` is the instance that the robot is on its way to,
+    for which less will do: one view that misses it does not turn the robot round."""
     bar = cfg.inspect_log_odds if least is None else least
     candidates = [
         i
         for i in semantic.instances.values()
-        if i.odds.get(goal, -math.inf) >= bar
+        if i.odds.get(goal, -math.inf) >= (min(bar, cfg.keep_log_odds) if i.id == standing else bar)
         and i.views_as(goal)
         and not _outdone(i, goal, semantic, cfg)
     ]
@@ -139,7 +145,7 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
     rivals = [
         other
         for other in semantic.instances.values()
-        if math.dist(other.xy, instance.xy) <= 1.5
+        if math.dist(other.xy, instance.xy) <= BESIDE_M
         and other.name != goal
         and other.log_odds > instance.log_odds
         and _level(instance, other, cfg.rival_share)
@@ -167,6 +173,26 @@ def _resemble(a: Instance, b: Instance, cfg: TargetConfig) -> bool:
         return float(one @ other) >= cfg.rival_cosine
     lengths = [float(np.ptp(thing.cells_xy, axis=0).max()) for thing in (a, b)]
     return min(lengths) >= cfg.rival_size * max(lengths)
+
+
+def apart(instance: Instance, semantic: SemanticMap, cfg: TargetConfig) -> Instance:
+    """The instance without the cells of what surely is something else at the same height, and not
+    larger: the coffee table in a sofa's box. The instance itself where nothing would be left."""
+    largest = cfg.apart_size * len(instance.cells_xy)
+    theirs: set[tuple[float, float]] = set()
+    for other in semantic.instances.values():
+        if (
+            other.name != instance.name
+            and other.confidence >= cfg.apart_confidence
+            and math.dist(other.xy, instance.xy) <= BESIDE_M
+            and len(other.cells_xy) <= largest
+            and _level(instance, other, cfg.rival_share)
+        ):
+            theirs |= _places(other)
+    own = [cell not in theirs for cell in map(tuple, instance.cells_xy.round(3).tolist())]
+    if all(own) or not any(own):
+        return instance
+    return replace(instance, cells_xy=instance.cells_xy[own])
 
 
 def _places(instance: Instance) -> frozenset[tuple[float, float]]:

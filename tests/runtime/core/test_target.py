@@ -17,6 +17,7 @@ from runtime.core.planner import PlannerConfig, look_around
 from runtime.core.semantics import SemanticMap
 from runtime.core.target import (
     TargetConfig,
+    apart,
     confirmed,
     from_two_sides,
     judge,
@@ -102,6 +103,17 @@ def test_the_target_costs_least_to_go_to_and_to_come_back_from(
     assert [i.id for i in found] == [chosen, 3 - chosen]
 
 
+def test_a_view_that_misses_it_does_not_turn_the_robot_round():
+    semantic = SemanticMap.empty(("bed",), (), open_floor()[0].frame)
+    doubtful = (CFG.keep_log_odds + CFG.inspect_log_odds) / 2
+    semantic.instances[1] = bed(at(0, 1), odds=doubtful)
+    assert ranked(semantic, "bed", near, CFG) == []
+    assert ranked(semantic, "bed", near, CFG, None, 2) == []
+    assert ranked(semantic, "bed", near, CFG, None, 1) == [semantic.instances[1]]
+    semantic.instances[1] = bed(at(0, 1), odds=CFG.keep_log_odds - 0.1)
+    assert ranked(semantic, "bed", near, CFG, None, 1) == []
+
+
 def test_how_far_it_is_on_foot_is_to_where_it_is_within_reach():
     grid, pose = open_floor()
     _, reach = look_around(grid, pose, 0.18, PlannerConfig())
@@ -119,6 +131,38 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     thing.odds["sofa"] = 5.0
     assert ranked(semantic, "bed", near, CFG) == []
     assert ranked(semantic, "sofa", near, CFG) == [thing]
+
+
+def cells(x_m: tuple[float, float], y_m: tuple[float, float]) -> np.ndarray:
+    x, y = np.meshgrid(np.arange(*x_m, 0.05) + 0.025, np.arange(*y_m, 0.05) + 0.025)
+    return np.stack([x.ravel(), y.ravel()], 1)
+
+
+@pytest.mark.parametrize(
+    ("confidence", "high_m", "size_m", "kept"),
+    [
+        (4.0, (0.0, 0.5), 0.6, "its own"),
+        (1.0, (0.0, 0.5), 0.6, "all"),  # not sure enough
+        (4.0, (0.9, 1.3), 0.6, "all"),  # on top of it
+        (4.0, (0.0, 0.5), 1.6, "all"),  # what is larger may have the target under or in it
+    ],
+)
+def test_what_surely_is_something_else_keeps_its_cells(
+    confidence: float, high_m: tuple[float, float], size_m: float, kept: str
+):
+    """A sofa with a table before it that was taken for a part of it."""
+    both = np.concatenate([cells((0.0, 0.6), (0.0, 1.5)), cells((0.8, 1.4), (0.4, 1.0))])
+    sofa = Instance(1, {"sofa": 4.0}, (0.6, 0.7), 0.4, both, 0.0, 0.8)
+    place = cells((0.8, 0.8 + size_m), (0.4, 0.4 + size_m))
+    table = Instance(2, {"coffee table": confidence}, (1.1, 0.7), 0.3, place, *high_m)
+    semantic = SemanticMap.empty(("sofa", "coffee table"), (), open_floor()[0].frame)
+    semantic.instances = {1: sofa, 2: table}
+    found = apart(sofa, semantic, CFG)
+    assert len(found.cells_xy) == (12 * 30 if kept == "its own" else len(both))
+    assert (found.cells_xy[:, 0] < 0.6).all() == (kept == "its own")
+    assert len(sofa.cells_xy) == len(both)
+    sofa.cells_xy = place[:10]
+    assert apart(sofa, semantic, CFG) is sofa  # nothing would be left of it
 
 
 def rival(
