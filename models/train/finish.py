@@ -30,7 +30,7 @@ from models.train.trainer import CHECKPOINT, save
 FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
 BATCH = 8
-DROPOUT = 0.5
+DROPOUT = 0.6
 JOINED = 64
 """Batches whose features are joined at once: small pieces kept among freed activations would hold
 on to all their memory."""
@@ -107,7 +107,7 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
 
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
-    room_steps: int = 1000, word_steps: int = 1000, view_weight: float = 0.1,
+    room_steps: int = 700, word_steps: int = 1000, view_weight: float = 0.1,
 ) -> Network:  # fmt: skip
     """A copy of the network whose word heads were trained on stored features."""
     torch.manual_seed(seed)
