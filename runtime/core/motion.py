@@ -134,6 +134,7 @@ def stalled(
     p = world.progress.setdefault(aim, Progress())
     if world.aim != aim:
         world.aim, p.run_m, p.idle, p.returns = aim, math.inf, 0.0, p.returns + 1
+        p.plan = ()
     left = field.at(world.pose.x_m, world.pose.y_m) if field else math.inf
     if left < p.best_m - NEARER_M:
         p.best_m, p.returns = left, 0

@@ -276,3 +276,19 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
     assert said[-1].reason.startswith("inspect vase 1")
     world.semantic.instances.clear()
     assert navigate._finish(world, cfg).mode == "stop"
+
+
+def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
+    cfg = NavigateConfig()
+    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world.map, world.seen = floor(), look_around(floor(), POSE, RADIUS_M, cfg.planner)
+    field = march_from(world.terrain, np.array([2.0, 0.0]))
+    here, there = ("frontier", 1), ("frontier", 2)
+    assert not stalled(world, here, field, cfg)
+    world.progress[here].plan = (Action.TURN_LEFT, Action.MOVE_FORWARD)
+    assert not stalled(world, here, field, cfg)
+    assert drive(world, field, cfg)[0] is Action.TURN_LEFT
+    assert world.progress[here].plan == (Action.MOVE_FORWARD,)
+    assert not stalled(world, there, field, cfg)
+    assert not stalled(world, here, field, cfg)
+    assert world.progress[here].plan == ()
