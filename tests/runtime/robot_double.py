@@ -69,6 +69,11 @@ class RobotDouble:
             time.sleep(0.1)  # the link is not up yet
         raise AssertionError(f"nobody answers rfnav/{query}")
 
+    def hears(self, what: Callable[[], Any], seconds: float) -> bool:
+        """Whether something becomes true of what was heard within that time."""
+        with self.changed:
+            return bool(self.changed.wait_for(what, seconds))
+
     def until(self, what: Callable[[], Any], seconds: float = 60.0) -> None:
         """Wait for something to become true of what was heard."""
         with self.changed:

@@ -196,8 +196,14 @@ def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path
             robot.until(lambda k=kind, n=before: robot.state()["halts"].get(k, 0) > n or ended)
             robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
             robot.sending.add(stream)
-        robot.until(lambda: moving(robot) or ended)
-        robot.bend = lambda pose, stamp: (Pose(pose.x_m + 3.0, pose.y_m, pose.yaw_rad), stamp)
+        for aside_m in (3.0, 0.0, 3.0, 0.0, 3.0):  # a robot that only brakes is not halted by one
+            robot.until(lambda: moving(robot) or ended)
+            robot.bend = lambda pose, stamp, m=aside_m: (
+                Pose(pose.x_m + m, pose.y_m, pose.yaw_rad),
+                stamp,
+            )
+            if robot.hears(lambda: "jump" in robot.state()["halts"] or ended, 5.0):
+                break
         robot.until(lambda: "jump" in robot.state()["halts"] or ended)
         robot.bend = lambda pose, stamp: (pose, stamp - 3600 * 10**9)
         robot.until(lambda: "clock" in robot.state()["halts"] or ended)
