@@ -64,6 +64,12 @@ def test_views_from_about_as_near_are_joined():
     assert len(instance.cells_xy) > len(alone.cells_xy)
 
 
+def test_what_stands_before_a_thing_and_hangs_together_with_nothing_of_it_is_left_out():
+    obs, detections = seen(Pose(0, 0, 0), 3.0, known=3.0)
+    obs.depth_m[64:72, 65:95] = 2.72
+    assert mapped((obs, detections)).cells_xy[:, 0].min() > 2.9
+
+
 def test_depth_that_the_detector_knows_is_believed_over_the_middle_of_the_box():
     hidden = mapped(seen(Pose(0, 0, 0), 3.0, core=1.0))  # a table leg in front
     assert math.hypot(*hidden.xy) == pytest.approx(1.0, abs=0.1)
