@@ -292,3 +292,27 @@ def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
     assert not stalled(world, there, field, cfg)
     assert not stalled(world, here, field, cfg)
     assert world.progress[here].plan == ()
+
+
+def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
+    """The robot stands before the table, whose cells were taken for a part of the sofa."""
+    cfg, grid = NavigateConfig(), floor()
+    x, y = axes(grid)
+    table, sofa = ((x > low) & (x < low + 0.4) & (np.abs(y) < 0.4) for low in (0.6, 1.7))
+    grid.evidence[table | sofa] = 10
+    grid.changed()
+    before, behind = (np.stack([x[at], y[at]], 1) for at in (table, sofa))
+    world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, 0, RADIUS_M, cfg.map)
+    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
+    both = np.concatenate([before, behind])
+    target = Instance(1, {"sofa": 4.0}, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
+    target.backing, target.near_m = {"sofa": [POSE, Pose(1.9, -2.0, 1.5)]}, {"sofa": 1.0}
+    world.semantic.instances[1] = target
+    alone = navigate._approach_target(world, cfg)
+    assert alone is not None
+    assert alone.mode == "stop"  # it believes to be there
+    other = Instance(2, {"coffee table": 4.0}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
+    world.semantic.instances[2] = other
+    command = navigate._approach_target(world, cfg)
+    assert command is not None
+    assert command.mode == "target"
