@@ -1,7 +1,9 @@
 """From what a person asked for to what the detector looks for."""
 
-from collections.abc import Callable, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from runtime.errors import ConfigError
 
 LONGEST = 80  # characters of a goal
 KIN = 0.05  # of cosine, that being of a kind is worth
+ARTICLE = re.compile(r"^(the|a|an|my|our|your|some)\s(?=.)")
+NOTHING: Mapping[str, Sequence[str]] = MappingProxyType({})
 
 Class = tuple[str, ...]
 Embed = Callable[[Sequence[str]], F32]
@@ -43,17 +47,23 @@ def understand(
     embed: Embed,
     same_as: float,
     senses: Senses = lambda word: (),
+    also: Mapping[str, Sequence[str]] = NOTHING,
 ) -> Goal:
-    """A goal is looked for as the class whose name it is; else, by a dictionary, as one that means
+    """A goal is looked for as the class whose name it is, or that people call so by `also`, which
+    has more names for some classes, by their first; else, by a dictionary, as one that means
     the same or that it is a kind of, or as a class of its own that all its kinds belong to; else as
     one that is nearly the same by the cosine of text embeddings; else, when its last word is a
     class, as that; else as a class of its own. `senses` are the meanings that the dictionary has of
     a noun."""
     goal = check(text)
-    word = goal.lower()
+    word = ARTICLE.sub("", goal.lower())
+    spelt = {_spelt(word), _spelt(word).removesuffix("s")}
     for names in classes:
-        if word in names or _spelt(word) in map(_spelt, names):
+        if word in names or not spelt.isdisjoint(map(_spelt, names)):
             return Goal(goal, names[0], tuple(classes), f"{goal}: known as {names[0]}")
+        if not spelt.isdisjoint(map(_spelt, also.get(names[0], ()))):
+            how = f"{goal}: another word for {names[0]}, looked for as that"
+            return Goal(goal, names[0], tuple(classes), how)
     means = meaning(word, classes, senses, embed)
     if means is not None and (means.same or means.broader):
         name = (means.same or means.broader)[0][0]
@@ -110,9 +120,10 @@ def _alike(
         return None
     cosine = np.asarray(embed([name for name, _ in told])) @ np.asarray(embed([word]))[0]
     akin = np.array([known in kin for _, known in told])
-    best = int(np.argmax(cosine + KIN * akin))
-    if float(cosine[best]) < same_as:
+    enough = cosine >= same_as
+    if not enough.any():
         return None
+    best = int(np.argmax(np.where(enough, cosine + KIN * akin, -1.0)))
     name, chosen = told[best]
     wider = tuple((*k, word) if k is chosen else k for k in classes)
     how = f"{goal}: taken for {chosen[0]} (similarity {cosine[best]:.2f} to {name})"

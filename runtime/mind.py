@@ -19,7 +19,7 @@ from models.language import LanguageModel, ReasoningModel
 from models.senses import Senses
 from models.text import TextEncoder
 from models.vision import VisionModel
-from models.vocabulary import load_vocabulary
+from models.vocabulary import Vocabulary, load_vocabulary
 from models.words import ClassText
 from runtime.config import Config, ModelsConfig
 from runtime.core import consensus, experts
@@ -44,12 +44,10 @@ class LocalMind:
     def __init__(self, config: Config, clock: Clock) -> None:
         self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
         models, threads = config.models, config.models.threads
-        vocabulary = (
-            load_vocabulary(Path(models.vocabulary)) if models.vocabulary else load_vocabulary()
-        )
+        vocabulary = _vocabulary(models.vocabulary)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(experts.spoken_room(name) for name in vocabulary.rooms)
-        self._objects = vocabulary.objects
+        self._objects, self._also = vocabulary.objects, vocabulary.also
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
@@ -94,7 +92,9 @@ class LocalMind:
         known = {name for names in self._objects for name in names}
         others = tuple((name,) for name in config.detector.labels if name not in known)
         classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
-        understood = understand(goal, classes, self._encoder.embed, same_as, self._senses)
+        understood = understand(
+            goal, classes, self._encoder.embed, same_as, self._senses, self._also
+        )
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:
@@ -250,6 +250,13 @@ def _told(capabilities: Mapping[str, Any], goal: str) -> str:
         return ""
     alike = ", ".join(f"{name} ({cosine:.2f})" for name, cosine in by.items())
     return f"; seen as what is like it in the detector's fixed list: {alike}"
+
+
+def _vocabulary(path: str) -> Vocabulary:
+    try:
+        return load_vocabulary(Path(path)) if path else load_vocabulary()
+    except ModelFileError as error:
+        raise ModelError(str(error)) from error
 
 
 def _directory(name: str) -> Path:

@@ -1,6 +1,6 @@
 """Everything `python -m models.evaluate` prints, as figures."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from models.evaluation.judged import (
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
 from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
-from models.evaluation.words import as_runtime, asked
+from models.evaluation.words import as_runtime, looked_for
 from models.text import TextEncoder
 
 LEAST_OBJECTS, LEAST_AP = 5, 0.1
@@ -65,9 +65,12 @@ def measure(
         "goals": seen_at(truth, found, settled, (gain, shift), threshold, words, ap),
         "curve": curve(truth, found, settled, (gain, shift)),
         "classes": {truth.categories[k]: _row(judged, k, v) for k, v in ap.items()},
-        "synonyms": by_synonym(looked, precision, judged, ap, words, encoder)
-        if looked is not None and synonyms
-        else {},
+        **{
+            kind: by_synonym(looked, precision, judged, ap, names, encoder)
+            if looked is not None and synonyms
+            else {}
+            for kind, names in (("synonyms", words.unseen), ("asked", words.asked))
+        },
     }
 
 
@@ -158,22 +161,22 @@ def curve(
 
 
 def by_synonym(
-    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: Words,
-    encoder: TextEncoder,
+    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float],
+    others: Mapping[str, Sequence[str]], encoder: TextEncoder,
 ) -> dict[str, Any]:  # fmt: skip
-    """AP of a category asked for by a name that training never saw, alone and as the runtime
-    understands it, over AP by its own name."""
+    """AP of a category asked for by each of its `others`, names that training never saw, alone and
+    as the runtime understands it, over AP by its own name."""
     rows: list[dict[str, Any]] = []
     left_out = 0
     categories = list(looked.categories)
     understood = as_runtime(encoder)
-    for name, synonyms in words.unseen.items():
+    for name, synonyms in others.items():
         k = categories.index(name) if name in categories else -1
         if k not in ap or judged.objects[k] < LEAST_OBJECTS or ap[k] < LEAST_AP:
             left_out += len(synonyms)
             continue
         for synonym in synonyms:
-            names = asked(understood, synonym)
+            names = looked_for(understood, synonym)
             row: dict[str, Any] = {"category": name, "synonym": synonym, "own": ap[k]}
             row["as"] = names[0]
             for key, texts in (("ap50", (synonym,)), ("understood_ap50", names)):

@@ -7,6 +7,8 @@ from typing import Any
 WANTED = {
     "HM3D goals": 0.75, "RoboTHOR goals": 0.50, "trained": 0.50, "held out": 0.15,
 }  # fmt: skip
+ENOUGH = 0.9
+"""Of the own AP, for a name to be understood."""
 
 
 def markdown(report: dict[str, Any]) -> str:
@@ -14,6 +16,9 @@ def markdown(report: dict[str, Any]) -> str:
     parts = [_summary(report), _goals(report), _curve(report), _classes(report)]
     if report["synonyms"]:
         parts.append(_synonyms(report["synonyms"]))
+        count = len(report["asked"]["rows"])
+        parts.append(f"Of {count} other names, those that the runtime does not understand so well:")
+        parts.append(_synonyms(report["asked"], below=ENOUGH))
     return "\n\n".join(parts)
 
 
@@ -30,6 +35,9 @@ def _summary(report: dict[str, Any]) -> str:
             for key, said in (("mean", "synonyms"), ("mean_of_goals", "synonyms of goals")):
                 share = _f(report["synonyms"][prefix + key])
                 rows.append((f"{said}: share of own AP, {how}", share, "≥ 0.90"))
+        other = report["asked"]
+        said = f"other names ({len(other['rows'])}): share of own AP, as the runtime understands it"
+        rows.append((said, _f(other["understood_mean"]), "≥ 0.90"))
     rows.append(("room type, top-1", _f(report["room_top1"]), "≥ 0.80"))
     for how, error in report["calibration_error"].items():
         rows.append((f"calibration error, {how}", _f(error), "≤ 0.05"))
@@ -86,13 +94,15 @@ def _classes(report: dict[str, Any]) -> str:
     return _table(("category", "objects", "AP50"), rows)
 
 
-def _synonyms(synonyms: dict[str, Any]) -> str:
+def _synonyms(synonyms: dict[str, Any], below: float = math.inf) -> str:
+    """The names whose share of the own AP, as the runtime understands them, is below that."""
     rows = [
         (
             r["synonym"], r["category"], _f(r["own"]), _f(r["ap50"]), f"{r['ratio']:.2f}",
             r["as"], _f(r["understood_ap50"]), f"{r['understood_ratio']:.2f}",
         )
         for r in synonyms["rows"]
+        if r["understood_ratio"] < below
     ]  # fmt: skip
     head = (
         "synonym",

@@ -15,6 +15,7 @@ from tqdm import tqdm
 from models.errors import ModelError
 
 NAMES = Path(__file__).parent.parent / "train" / "names.toml"
+ASKED = Path(__file__).parent / "asked.toml"
 HM3D = ("chair", "sofa", "plant", "bed", "toilet", "television")
 ROBOTHOR = (
     "alarm clock", "apple", "baseball bat", "basketball", "bowl", "trash can", "plant", "laptop",
@@ -59,13 +60,15 @@ class Truth:
 @dataclass(frozen=True)
 class Words:
     """What training called things: `trained` categories with all their names, `held_out` ones, the
-    `unseen` synonyms and the `near` categories of each trained one, and the room types."""
+    `unseen` synonyms and the `near` categories of each trained one, and the room types; and what
+    else people may have `asked` for a category by."""
 
     trained: dict[str, tuple[str, ...]]
     held_out: tuple[str, ...]
     unseen: dict[str, tuple[str, ...]]
     near: dict[str, tuple[str, ...]]
     rooms: tuple[str, ...]
+    asked: dict[str, tuple[str, ...]]
 
 
 def read_truth(directory: Path, limit: int | None = None) -> Truth:
@@ -105,10 +108,12 @@ def read_words(path: Path = NAMES) -> Words:
     """The names that training used, and those it did not."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     known: dict[str, Any] = table["categories"]
+    asked: dict[str, list[str]] = tomllib.loads(ASKED.read_text(encoding="utf-8"))
     return Words(
         trained={name: tuple(body["names"]) for name, body in known.items()},
         held_out=tuple(table.get("held_out", ())),
         unseen={name: tuple(body.get("unseen", ())) for name, body in known.items()},
         near={name: tuple(body.get("near", ())) for name, body in known.items()},
         rooms=tuple(table["rooms"]["names"]),
+        asked={name: tuple(names) for name, names in asked.items()},
     )

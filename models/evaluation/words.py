@@ -1,8 +1,9 @@
 """`python -m models.evaluation.words`: what the runtime looks for when it is asked for the names
-that training never saw (`unseen` in models/train/names.toml)."""
+that training never saw (`unseen` in models/train/names.toml) or for others (`--asked`,
+models/evaluation/asked.toml)."""
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import click
 
@@ -18,25 +19,34 @@ Understand = Callable[[str], Goal]
 
 
 def as_runtime(
-    encoder: TextEncoder, classes: Sequence[tuple[str, ...]] | None = None, senses: bool = True
+    encoder: TextEncoder,
+    classes: Sequence[tuple[str, ...]] | None = None,
+    senses: bool = True,
+    listed: bool = True,
 ) -> Understand:
-    """Goals as the runtime understands them by its default word list, or by other classes."""
-    known = load_vocabulary().objects if classes is None else classes
+    """Goals as the runtime understands them by its default word list, or by other classes; with the
+    dictionary's `senses`, and with the further names that are `listed` for its classes."""
+    vocabulary = load_vocabulary()
+    known = vocabulary.objects if classes is None else classes
+    also = vocabulary.also if listed and classes is None else {}
     looked_up = Senses() if senses else lambda word: ()
     similar = GoalConfig().same_as_similarity
-    return lambda text: understand(text, known, encoder.embed, similar, looked_up)
+    return lambda text: understand(text, known, encoder.embed, similar, looked_up, also)
 
 
-def asked(understood: Understand, text: str) -> tuple[str, ...]:
+def looked_for(understood: Understand, text: str) -> tuple[str, ...]:
     """The names of the class that a goal is looked for as."""
     goal = understood(text)
     return next(names for names in goal.classes if names[0] == goal.name)
 
 
-def verdicts(words: Words, understood: Understand) -> list[tuple[str, str, str, str]]:
-    """(synonym, its category, verdict, how it was understood) for every unseen synonym."""
+def verdicts(
+    words: Words, understood: Understand, others: Mapping[str, Sequence[str]]
+) -> list[tuple[str, str, str, str]]:
+    """(synonym, its category, verdict, how it was understood) for all `others`, names of trained
+    categories."""
     rows = []
-    for category, synonyms in words.unseen.items():
+    for category, synonyms in others.items():
         near = words.near.get(category, ())
         for synonym in synonyms:
             goal = understood(synonym)
@@ -45,7 +55,7 @@ def verdicts(words: Words, understood: Understand) -> list[tuple[str, str, str, 
             elif goal.name in words.trained:
                 verdict = "one that is neither right nor wrong" if goal.name in near else "another"
             else:
-                names = asked(understood, synonym)
+                names = looked_for(understood, synonym)
                 verdict = "alone, with its name" if category in names else "alone"
             rows.append((synonym, category, verdict, goal.how))
     return rows
@@ -54,11 +64,14 @@ def verdicts(words: Words, understood: Understand) -> list[tuple[str, str, str, 
 @click.command()
 @click.option("--names", is_flag=True, help="By the names of training alone, not the word list.")
 @click.option("--senses/--no-senses", default=True, show_default=True, help="With WordNet.")
-def main(names: bool, senses: bool) -> None:
-    """Print at which class each unseen name ends."""
+@click.option("--listed/--not-listed", default=True, show_default=True, help="With more names.")
+@click.option("--asked", is_flag=True, help="Names of models/evaluation/asked.toml.")
+def main(names: bool, senses: bool, listed: bool, asked: bool) -> None:
+    """Print at which class each name that training never saw ends."""
     encoder, words = TextEncoder(store.fetch("minilm")), read_words()
     classes = tuple(words.trained.values()) if names else None
-    rows = verdicts(words, as_runtime(encoder, classes, senses))
+    others = words.asked if asked else words.unseen
+    rows = verdicts(words, as_runtime(encoder, classes, senses, listed), others)
     for _synonym, category, verdict, how in sorted(rows, key=lambda row: row[2]):
         click.echo(f"{verdict:36} {category:18} {how}")
     for verdict, count in Counter(row[2] for row in rows).most_common():

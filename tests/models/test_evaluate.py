@@ -143,9 +143,11 @@ def test_the_report_has_every_figure(
     assert report["goals"]["sofa"]["frames_without"] == 2
     names = {row["synonym"] for row in report["synonyms"]["rows"]}
     assert names == {"couch", "settee"}
+    assert {row["category"] for row in report["asked"]["rows"]} == {"sofa"}
     text = markdown(report)
     assert "AP50, HM3D goals (2 of 6 categories)" in text
     assert "fitted on other frames" in text
+    assert f"other names ({len(report['asked']['rows'])}): share of own AP" in text
 
 
 def test_a_sheet_is_drawn(truth: Truth, detector: OpenDetector, tmp_path: Path) -> None:

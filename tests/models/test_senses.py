@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from models.errors import ModelError
 from models.evaluation.truth import read_words
-from models.evaluation.words import as_runtime, asked, verdicts
+from models.evaluation.words import as_runtime, looked_for, verdicts
 from models.senses import PATH, Senses
 from models.text import TextEncoder
 from models.vocabulary import load_vocabulary
@@ -57,14 +57,14 @@ def test_related_senses_point_at_each_other(senses: Senses) -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "looked_for", "how"),
+    ("word", "name", "how"),
     [
         ("settee", "sofa", "a kind of sofa"),
         ("telly", "television", "another word for television"),
         ("loo", "toilet", "another word for toilet"),
         ("recliner", "armchair", "a kind of armchair"),
-        ("chairs", "chair", "another word for chair"),
-        ("bats", "baseball bat", "another word for baseball bat"),
+        ("my chairs", "chair", "known as chair"),
+        ("knives", "knife", "another word for knife"),
         ("beaker", "cup", "a kind of cup"),
         ("night stand", "nightstand", "known as nightstand"),
         ("umbrella", "umbrella", "a class of its own"),
@@ -78,11 +78,20 @@ def test_related_senses_point_at_each_other(senses: Senses) -> None:
     ],
 )
 def test_a_goal_is_looked_for_as_what_it_means(
-    encoder: TextEncoder, word: str, looked_for: str, how: str
+    encoder: TextEncoder, word: str, name: str, how: str
 ) -> None:
-    goal = as_runtime(encoder)(word)
-    assert goal.name == looked_for
+    goal = as_runtime(encoder, listed=False)(word)
+    assert goal.name == name
     assert how in goal.how
+
+
+@pytest.mark.parametrize(
+    ("word", "name"),
+    [("the loo", "toilet"), ("water boilers", "kettle"), ("Bed-side lamp", "desk lamp")],
+)
+def test_listed_names_need_no_dictionary(encoder: TextEncoder, word: str, name: str) -> None:
+    assert as_runtime(encoder, senses=False)(word).name == name
+    assert as_runtime(encoder, senses=False, listed=False)(word).name != name
 
 
 @pytest.mark.parametrize(
@@ -98,9 +107,9 @@ def test_a_goal_is_looked_for_as_what_it_means(
 def test_a_goal_that_is_more_than_a_class_keeps_its_kinds(
     encoder: TextEncoder, word: str, kind: str
 ) -> None:
-    understood = as_runtime(encoder)
+    understood = as_runtime(encoder, listed=False)
     assert understood(word).name == word
-    assert kind in asked(understood, word)
+    assert kind in looked_for(understood, word)
 
 
 def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextEncoder) -> None:
@@ -108,7 +117,9 @@ def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextE
     own = {}
     for with_senses in (False, True):
         understood = as_runtime(encoder, tuple(words.trained.values()), with_senses)
-        own[with_senses] = {s for s, _, v, _ in verdicts(words, understood) if v == "its own"}
+        own[with_senses] = {
+            s for s, _, v, _ in verdicts(words, understood, words.unseen) if v == "its own"
+        }
     assert len(own[True]) > len(own[False])
     classes = load_vocabulary().objects
     understood = as_runtime(encoder)
@@ -162,3 +173,25 @@ def test_the_table_is_made_from_wordnets_own_files(tmp_path: Path) -> None:
 def test_the_licence_is_beside_the_table() -> None:
     assert "Princeton University" in (PATH.parent / "LICENSE").read_text(encoding="utf-8")
     assert PATH.stat().st_size < 100_000
+
+
+@pytest.mark.parametrize(
+    ("content", "told"),
+    [
+        ("objects = [['sofa']]", "not a word list"),
+        ("objects = ['sofa']\nrooms = ['hall']", "no list of names"),
+        ("objects = [['sofa']]\nrooms = ['hall']\n[also]\nbed = ['cot']", "also.bed: no class"),
+        (
+            "objects = [['sofa'], ['bed']]\nrooms = ['hall']\n[also]\nsofa = ['divan', 'bed']",
+            "also.sofa: 'bed' is bed, too",
+        ),
+        ("objects = [", "not a word list"),
+    ],
+)
+def test_a_word_list_that_is_none_is_told_in_one_line(
+    tmp_path: Path, content: str, told: str
+) -> None:
+    (tmp_path / "words.toml").write_text(content)
+    with pytest.raises(ModelError, match=told) as caught:
+        load_vocabulary(tmp_path / "words.toml")
+    assert "\n" not in str(caught.value)

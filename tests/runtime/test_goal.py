@@ -26,6 +26,27 @@ def test_a_class_or_its_other_name_is_known():
     assert understand("couch", CLASSES, embed, 0.65).classes == CLASSES
 
 
+def test_what_people_also_call_a_class_is_looked_for_as_it():
+    also = {"toilet": ("loo", "water closet")}
+    for text in ("loo", "The Loo", "my water-closet", "loos"):
+        goal = understand(text, CLASSES, embed, 0.65, also=also)
+        assert goal.name == "toilet"
+        assert goal.classes == CLASSES  # the detector is asked for nothing more
+        assert "another word for toilet" in goal.how
+    assert understand("a", CLASSES, embed, 0.65, also=also).name == "a"
+
+
+def test_of_names_alike_enough_one_of_its_kind_wins():
+    classes = (("laundry basket",), ("trash can", "hamper"), ("shoe",))
+    like = {"laundry basket": 0.67, "trash can": 0.64, "hamper": 0.64, "shoe": 0.0}
+
+    def near(texts: Sequence[str]) -> np.ndarray:
+        return np.array([(like.get(t, 1.0), 0.0) for t in texts], np.float32)
+
+    # With what its kind is worth, "hamper" is nearest, but not near enough by itself.
+    assert understand("odd hamper", classes, near, 0.65).name == "laundry basket"
+
+
 def test_a_synonym_joins_the_class_it_means():
     goal = understand("settee", CLASSES, embed, 0.65)
     assert goal.name == "sofa"
