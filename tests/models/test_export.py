@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import onnx
 import pytest
+from click.testing import CliRunner
 
 torch = pytest.importorskip("torch")
 
@@ -15,9 +16,12 @@ from models.errors import ModelError  # noqa: E402
 from models.session import open_session  # noqa: E402
 from models.text import TextEncoder  # noqa: E402
 from models.train import graph  # noqa: E402
-from models.train.export import export, parse_size  # noqa: E402
+from models.train.data import batches, read_frames  # noqa: E402
+from models.train.export import export, load_network, parse_size  # noqa: E402
 from models.train.network import Network  # noqa: E402
-from models.train.synthetic import draw_frames  # noqa: E402
+from models.train.restore import main, restore  # noqa: E402
+from models.train.synthetic import SHAPES, draw_frames  # noqa: E402
+from models.train.trainer import save  # noqa: E402
 
 SIZE = (160, 128)
 
@@ -94,3 +98,47 @@ def test_only_paddings_with_zeros_are_fused(value: float, tmp_path: Path) -> Non
         for name in ("before.onnx", "after.onnx")
     )
     np.testing.assert_allclose(before, after, atol=1e-5)
+
+
+def test_a_file_can_be_trained_on_from(tmp_path: Path) -> None:
+    torch.manual_seed(1)
+    network = Network()
+    for norm in [m for m in network.modules() if isinstance(m, torch.nn.BatchNorm2d)]:
+        norm.running_mean.normal_()
+        norm.running_var.uniform_(0.5, 2)
+    with torch.no_grad():
+        network.head.scale.copy_(torch.tensor([1.0, 0.9, 1.2]))
+    save(tmp_path / "run.pt", {"average": network.state_dict()})
+    export(tmp_path / "run.pt", tmp_path / "file.onnx", None, SIZE)
+    draw_frames(tmp_path / "frames", 16, seed=1)
+    places = {"detector": "file.onnx", "data": "frames", "out": "back.pt"}
+    options = [f"--{name}={tmp_path / place}" for name, place in places.items()]
+    result = CliRunner().invoke(main, options)
+    assert result.exit_code == 0, result.output
+    back, _ = load_network(tmp_path / "back.pt")
+    image = torch.rand(8, 3, 128, 160) * 255
+    with torch.no_grad():
+        told, again = network.eval()(image), back(image)
+    for mine, theirs in zip(told, again, strict=True):
+        np.testing.assert_allclose(theirs.numpy(), mine.numpy(), rtol=0.05, atol=0.05)
+    # Statistics of frames: in training, what follows a norm is about what it is in use.
+    norm = back.pyramid.down[0][2]
+    seen = []
+    norm.register_forward_hook(lambda _, x, y: seen.append((x[0], y.clone())))
+    frames = read_frames(tmp_path / "frames", tuple(SHAPES))
+    (batch, *_) = batches(frames, ("kitchen",), 8, np.random.default_rng(0))
+    with torch.no_grad():
+        back(batch.image)
+        used = seen[-1][1]
+        learned = norm.train()(seen[-1][0])
+    gap = (used - learned).abs().mean() / used.abs().mean()
+    assert float(gap) < 0.5
+
+
+def test_no_other_file_is_restored(tmp_path: Path) -> None:
+    node = helper.make_node("Identity", ["x"], ["y"])
+    ends = [helper.make_tensor_value_info(n, TensorProto.FLOAT, [1]) for n in "xy"]
+    path = tmp_path / "other.onnx"
+    onnx.save(helper.make_model(helper.make_graph([node], "g", [ends[0]], [ends[1]])), str(path))
+    with pytest.raises(ModelError, match=r"not a file of models\.train\.export"):
+        restore(path)
