@@ -88,6 +88,7 @@ def sample_scene(wish: Wish) -> list[Episode]:
 @click.option("--goal", "goals", multiple=True, default=HM3D_GOALS, show_default=True)
 @click.option("--starts", default=2, show_default=True, type=click.IntRange(1), help="A goal.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0))
+@click.option("--skip-missing", is_flag=True, help="Pass over goals that cannot be met in a scene.")
 @click.option("--workers", default=1, show_default=True, type=click.IntRange(1, 64))
 def episodes_command(
     scenes: tuple[str, ...],
@@ -97,6 +98,7 @@ def episodes_command(
     goals: tuple[str, ...],
     starts: int,
     seed: int,
+    skip_missing: bool,
     workers: int,
 ) -> None:
     """Sample episodes in SCENES (bundled, files, val-17, FloorPlan_Val1_1, …): every goal from
@@ -114,8 +116,11 @@ def episodes_command(
 
         found, note = make_suite(make, replicas, workers)
     else:
-        wishes = [Wish(scene, goals, starts=starts, seed=seed, strict=True) for scene in scenes]
+        strict = not skip_missing
+        wishes = [Wish(scene, goals, starts=starts, seed=seed, strict=strict) for scene in scenes]
         found = tuple(e for episodes in sample_all(wishes, workers) for e in episodes)
+        if not found:
+            raise SceneError(f"{', '.join(scenes)}: none of these goals can be met; name others")
     save_suite(found, out, note)
     click.echo(f"{len(found)} episodes in {out}")
 

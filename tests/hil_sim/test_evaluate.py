@@ -17,12 +17,14 @@ import pytest
 from click.testing import CliRunner
 
 from hil_sim.__main__ import cli, main
-from hil_sim.episodes import Episode, Start
+from hil_sim.episodes import Episode, Start, load_suite
 from hil_sim.evaluation.evaluate import Evaluation, claim, plan, report, run, summaries
 from hil_sim.evaluation.metrics import table
 from hil_sim.evaluation.results import Results, sole, stages
 from hil_sim.evaluation.worker import Settings
 from hil_sim.link import HarnessError
+
+FLAT = Path(__file__).parent.parent / "flat.json"
 
 EPISODES = tuple(
     Episode(f"e{i}", "maple" if i < 4 else "cedar", Start(0, 0, 0), "bed", 4.0) for i in range(8)
@@ -269,6 +271,19 @@ def test_bad_input_is_one_line_and_exit_2(
     assert said.startswith(wanted)
     assert "\n" not in said
     assert list(tmp_path.iterdir()) == []
+
+
+def test_goals_that_a_scene_lacks_are_passed_over_where_asked(tmp_path: Path) -> None:
+    out = tmp_path / "suite.json"
+    command = ["episodes", str(FLAT), "--goal", "sofa", "--goal", "toilet", "--starts", "1"]
+    refused = CliRunner().invoke(cli, [*command, "--out", str(out)])
+    assert "goal 'sofa': no such object here" in str(refused.exception)
+    assert not out.exists()
+    done = CliRunner().invoke(cli, [*command, "--skip-missing", "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    assert [episode.goal for episode in load_suite(out)] == ["toilet"]
+    only = ["episodes", str(FLAT), "--goal", "sofa", "--skip-missing", "--out", str(out)]
+    assert "none of these goals can be met" in str(CliRunner().invoke(cli, only).exception)
 
 
 def test_missing_furniture_is_one_line(
