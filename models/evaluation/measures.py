@@ -56,6 +56,7 @@ def measure(
             truth.categories[k]: v for k, v in ap.items() if _is(truth, k, words.held_out)
         },
         "room_top1": room_accuracy(truth, likeliest, words.rooms),
+        "room_top1_of_things": room_accuracy(truth, likeliest, words.rooms, things=True),
         "calibration_error": {
             "as the file has it": calibration_error(judged),
             "refitted": calibration_error(settled),
@@ -101,10 +102,16 @@ def groups(truth: Truth, ap: dict[int, float], words: Words) -> dict[str, dict[s
     return out
 
 
-def room_accuracy(truth: Truth, likeliest: Sequence[int], rooms: Sequence[str]) -> float:
-    """Share of the views of a known room type that are named rightly; NaN without any."""
-    pairs = zip(truth.table["images"], likeliest, strict=True)
-    right = [k >= 0 and rooms[k] == i["room"] for i, k in pairs if i.get("room") in rooms]
+def room_accuracy(
+    truth: Truth, likeliest: Sequence[int], rooms: Sequence[str], things: bool = False
+) -> float:
+    """Share of the views of a known room type that are named rightly, of all or of those in which
+    an object counts (a blank wall is of any room); NaN without any."""
+    right = [
+        k >= 0 and rooms[k] == image["room"]
+        for image, marks, k in zip(truth.table["images"], truth.marks, likeliest, strict=True)
+        if image.get("room") in rooms and not (things and marks.crowd.all())
+    ]
     return float(np.mean(right)) if right else float("nan")
 
 

@@ -13,7 +13,7 @@ from models.detections import RawDetections
 from models.detector import OpenDetector, open_detector
 from models.errors import ModelError
 from models.evaluation import judged as judging
-from models.evaluation.measures import measure
+from models.evaluation.measures import measure, room_accuracy
 from models.evaluation.naming import look
 from models.evaluation.precision import Precision
 from models.evaluation.report import markdown
@@ -87,6 +87,14 @@ def test_average_precision_of_hits_misses_and_ignored_ones(truth: Truth) -> None
     assert Precision(truth).average(nowhere, [0]) == {0: 0.0}
     right = [seen((0, 0.9, box)) if k < 7 else seen() for k in range(10)]
     assert Precision(truth).average(right, [0]) == {0: pytest.approx(1)}
+
+
+def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: Truth) -> None:
+    rooms = ("kitchen", "bathroom")
+    likeliest = [1] * 6 + [0] * 4  # right where the sofa counts, but once
+    assert room_accuracy(truth, likeliest, rooms) == pytest.approx(6 / 10)
+    assert room_accuracy(truth, likeliest, rooms, things=True) == pytest.approx(6 / 8)
+    assert np.isnan(room_accuracy(truth, likeliest, ("kitchen",)))
 
 
 def test_false_sightings_count_frames_without_the_goal_only(truth: Truth) -> None:
