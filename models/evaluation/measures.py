@@ -1,5 +1,6 @@
 """Everything `python -m models.evaluate` prints, as figures."""
 
+import functools
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
@@ -177,6 +178,11 @@ def by_synonym(
     left_out = 0
     categories = list(looked.categories)
     understood = as_runtime(encoder)
+
+    @functools.cache  # many names are understood as the same class
+    def asked_by(label: int, texts: tuple[str, ...]) -> float:
+        return precision.average(looked.with_names(label, encoder.embed(texts)), [label])[label]
+
     for name, synonyms in others.items():
         k = categories.index(name) if name in categories else -1
         if k not in ap or judged.objects[k] < LEAST_OBJECTS or ap[k] < LEAST_AP:
@@ -186,9 +192,7 @@ def by_synonym(
             names = looked_for(understood, synonym)
             row: dict[str, Any] = {"category": name, "synonym": synonym, "own": ap[k]}
             row["as"] = names[0]
-            for key, texts in (("ap50", (synonym,)), ("understood_ap50", names)):
-                found = looked.with_names(k, encoder.embed(texts))
-                row[key] = precision.average(found, [k])[k]
+            row["ap50"], row["understood_ap50"] = asked_by(k, (synonym,)), asked_by(k, names)
             ratios = {"ratio": row["ap50"], "understood_ratio": row["understood_ap50"]}
             rows.append({**row, **{key: value / ap[k] for key, value in ratios.items()}})
     return {

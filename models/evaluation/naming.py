@@ -31,8 +31,9 @@ class Looked:
         out = []
         for view, cosines, before in zip(self.views, self.cosines, self.found, strict=True):
             column = (view.regions.astype(np.float32) @ rows.T).max(axis=1)
-            others = np.sort(np.delete(cosines, label, axis=1), axis=1)
-            last = others[:, -NAMES] if others.shape[1] >= NAMES else np.float32(-1)
+            others = np.delete(cosines, label, axis=1)
+            enough = others.shape[1] >= NAMES
+            last = np.partition(others, -NAMES, axis=1)[:, -NAMES] if enough else np.float32(-1)
             if not ((cosines[:, label] >= last) | (column >= last)).any():
                 out.append(before)  # no place was called this, none will be
                 continue
