@@ -1,7 +1,7 @@
 """Everything `python -m models.evaluate` prints, as figures."""
 
 import functools
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -67,12 +67,11 @@ def measure(
         "goals": seen_at(truth, found, settled, (gain, shift), threshold, words, ap),
         "curve": curve(truth, found, settled, (gain, shift)),
         "classes": {truth.categories[k]: _row(judged, k, v) for k, v in ap.items()},
-        **{
-            kind: by_synonym(looked, precision, judged, ap, names, encoder)
+        **(
+            by_other_names(looked, precision, judged, ap, words, encoder)
             if looked is not None and synonyms
-            else {}
-            for kind, names in (("synonyms", words.unseen), ("asked", words.asked))
-        },
+            else {"synonyms": {}, "asked": {}}
+        ),
     }
 
 
@@ -168,39 +167,50 @@ def curve(
     return rows
 
 
-def by_synonym(
-    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float],
-    others: Mapping[str, Sequence[str]], encoder: TextEncoder,
+def by_other_names(
+    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: Words,
+    encoder: TextEncoder,
 ) -> dict[str, Any]:  # fmt: skip
-    """AP of a category asked for by each of its `others`, names that training never saw, alone and
-    as the runtime understands it, over AP by its own name."""
-    rows: list[dict[str, Any]] = []
-    left_out = 0
-    categories = list(looked.categories)
-    understood = as_runtime(encoder)
+    """AP of a category asked for by a name that training never saw, over AP by its own name: of the
+    `synonyms` alone and as the runtime understands them, of the names `asked` only so."""
 
     @functools.cache  # many names are understood as the same class
-    def asked_by(label: int, texts: tuple[str, ...]) -> float:
+    def average(label: int, texts: tuple[str, ...]) -> float:
         return precision.average(looked.with_names(label, encoder.embed(texts)), [label])[label]
 
-    for name, synonyms in others.items():
-        k = categories.index(name) if name in categories else -1
-        if k not in ap or judged.objects[k] < LEAST_OBJECTS or ap[k] < LEAST_AP:
-            left_out += len(synonyms)
-            continue
-        for synonym in synonyms:
-            names = looked_for(understood, synonym)
-            row: dict[str, Any] = {"category": name, "synonym": synonym, "own": ap[k]}
-            row["as"] = names[0]
-            row["ap50"], row["understood_ap50"] = asked_by(k, (synonym,)), asked_by(k, names)
-            ratios = {"ratio": row["ap50"], "understood_ratio": row["understood_ap50"]}
-            rows.append({**row, **{key: value / ap[k] for key, value in ratios.items()}})
-    return {
-        **_means(rows, "ratio", ""),
-        **_means(rows, "understood_ratio", "understood_"),
-        "left_out": left_out,
-        "rows": sorted(rows, key=lambda r: r["ratio"]),
+    labels = {
+        looked.categories[k]: k
+        for k, own in ap.items()
+        if judged.objects[k] >= LEAST_OBJECTS and own >= LEAST_AP
     }
+    understood = as_runtime(encoder)
+
+    def rows(others: Mapping[str, Sequence[str]], alone: bool) -> Iterator[dict[str, Any]]:
+        for name, label in labels.items():
+            for other in others.get(name, ()):
+                texts = looked_for(understood, other)
+                row = {"category": name, "synonym": other, "own": ap[label], "as": texts[0]}
+                row |= _shares("understood_", average(label, texts), ap[label])
+                yield row | (_shares("", average(label, (other,)), ap[label]) if alone else {})
+
+    synonyms, asked = list(rows(words.unseen, True)), list(rows(words.asked, False))
+    return {
+        "synonyms": {
+            **_means(synonyms, "ratio", ""),
+            **_means(synonyms, "understood_ratio", "understood_"),
+            "left_out": sum(map(len, words.unseen.values())) - len(synonyms),
+            "rows": sorted(synonyms, key=lambda r: r["ratio"]),
+        },
+        "asked": {
+            **_means(asked, "understood_ratio", "understood_"),
+            "left_out": sum(map(len, words.asked.values())) - len(asked),
+            "rows": sorted(asked, key=lambda r: r["understood_ratio"]),
+        },
+    }
+
+
+def _shares(prefix: str, average: float, own: float) -> dict[str, float]:
+    return {f"{prefix}ap50": average, f"{prefix}ratio": average / own}
 
 
 def _means(rows: Sequence[dict[str, Any]], key: str, prefix: str) -> dict[str, float]:

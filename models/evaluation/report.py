@@ -9,16 +9,14 @@ WANTED = {
 }  # fmt: skip
 ENOUGH = 0.9
 """Of the own AP, for a name to be understood."""
+HEARD = ("understood as", "AP50", "ratio")
 
 
 def markdown(report: dict[str, Any]) -> str:
     """The whole report."""
     parts = [_summary(report), _goals(report), _curve(report), _classes(report)]
     if report["synonyms"]:
-        parts.append(_synonyms(report["synonyms"]))
-        count = len(report["asked"]["rows"])
-        parts.append(f"Of {count} other names, those that the runtime does not understand so well:")
-        parts.append(_synonyms(report["asked"], below=ENOUGH))
+        parts += [_synonyms(report["synonyms"]), _asked(report["asked"])]
     return "\n\n".join(parts)
 
 
@@ -95,28 +93,33 @@ def _classes(report: dict[str, Any]) -> str:
     return _table(("category", "objects", "AP50"), rows)
 
 
-def _synonyms(synonyms: dict[str, Any], below: float = math.inf) -> str:
-    """The names whose share of the own AP, as the runtime understands them, is below that."""
+def _synonyms(synonyms: dict[str, Any]) -> str:
     rows = [
-        (
-            r["synonym"], r["category"], _f(r["own"]), _f(r["ap50"]), f"{r['ratio']:.2f}",
-            r["as"], _f(r["understood_ap50"]), f"{r['understood_ratio']:.2f}",
-        )
+        (r["synonym"], r["category"], _f(r["own"]), _f(r["ap50"]), f"{r['ratio']:.2f}", *_heard(r))
         for r in synonyms["rows"]
-        if r["understood_ratio"] < below
-    ]  # fmt: skip
-    head = (
-        "synonym",
-        "category",
-        "own AP50",
-        "bare AP50",
-        "ratio",
-        "understood as",
-        "AP50",
-        "ratio",
-    )
-    note = f"{synonyms['left_out']} more left out: too few objects or too little AP to compare."
-    return _table(head, rows) + "\n\n" + note
+    ]
+    head = ("synonym", "category", "own AP50", "bare AP50", "ratio", *HEARD)
+    return _table(head, rows) + "\n\n" + _left_out(synonyms)
+
+
+def _asked(asked: dict[str, Any]) -> str:
+    """The names that are not understood well enough."""
+    rows = [
+        (r["synonym"], r["category"], _f(r["own"]), *_heard(r))
+        for r in asked["rows"]
+        if r["understood_ratio"] < ENOUGH
+    ]
+    said = f"Of {len(asked['rows'])} other names, those with a share below {ENOUGH}:"
+    table = _table(("name", "category", "own AP50", *HEARD), rows)
+    return f"{said}\n\n{table}\n\n{_left_out(asked)}"
+
+
+def _heard(row: dict[str, Any]) -> tuple[str, str, str]:
+    return row["as"], _f(row["understood_ap50"]), f"{row['understood_ratio']:.2f}"
+
+
+def _left_out(names: dict[str, Any]) -> str:
+    return f"{names['left_out']} more left out: too few objects or too little AP to compare."
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
