@@ -1,5 +1,7 @@
 """What a goal's words mean in the scenes' categories."""
 
+import re
+
 SYNONYMS: dict[str, str] = {
     "alarm clock": "alarm, bedside clock, wake-up clock",
     "apple": "red apple, green apple",
@@ -135,9 +137,10 @@ GOALS: dict[str, tuple[str, ...]] = {
     **BROAD,
 }
 """What a goal's words mean, where they are not the one category of that name."""
+ARTICLE = re.compile(r"^(the|a|an|my|our|your|some) ")
 
 
 def categories_of(goal: str) -> tuple[str, ...]:
     """The scene categories that satisfy a goal."""
-    word = " ".join(goal.lower().split())
+    word = ARTICLE.sub("", " ".join(goal.lower().split()))
     return GOALS.get(word, (word,))
