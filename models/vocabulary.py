@@ -12,12 +12,14 @@ PATH = Path(__file__).parent / "vocabulary.toml"
 
 @dataclass(frozen=True)
 class Vocabulary:
-    """`objects`: classes, each a tuple of names, canonical first. `rooms`: room types. `also`: what
-    people call a class besides, by its canonical name; the detector is not asked for these."""
+    """`objects`: classes, each a tuple of names, canonical first. `rooms`: room types. By canonical
+    name, `also`: what people call a class besides, which the detector is not asked for; `kinds`:
+    other classes that are kinds of it."""
 
     objects: tuple[tuple[str, ...], ...]
     rooms: tuple[str, ...]
     also: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    kinds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 def load_vocabulary(path: Path = PATH) -> Vocabulary:
@@ -28,6 +30,7 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             tuple(_names(c) for c in table["objects"]),
             _names(table["rooms"]),
             {name: _names(more) for name, more in table.get("also", {}).items()},
+            {name: _names(kinds) for name, kinds in table.get("kinds", {}).items()},
         )
     except (OSError, ValueError, KeyError, AttributeError) as error:
         raise ModelError(
@@ -35,6 +38,12 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             "`rooms`, a list of names"
         ) from error
     owner = {name: names[0] for names in found.objects for name in names}
+    for name, kinds in found.kinds.items():
+        for kind in (name, *kinds):
+            if owner.get(kind) != kind:
+                raise ModelError(
+                    f"{path}: kinds.{name}: no class of `objects` begins with {kind!r}"
+                )
     for name, more in found.also.items():
         if owner.get(name) != name:
             raise ModelError(f"{path}: also.{name}: no class of `objects` begins with that name")

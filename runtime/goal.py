@@ -48,22 +48,23 @@ def understand(
     same_as: float,
     senses: Senses = lambda word: (),
     also: Mapping[str, Sequence[str]] = NOTHING,
+    kinds: Mapping[str, Sequence[str]] = NOTHING,
 ) -> Goal:
-    """A goal is looked for as the class whose name it is, or that people call so by `also`, which
-    has more names for some classes, by their first; else, by a dictionary, as one that means
-    the same or that it is a kind of, or as a class of its own that all its kinds belong to; else as
-    one that is nearly the same by the cosine of text embeddings; else, when its last word is a
-    class, as that; else as a class of its own. `senses` are the meanings that the dictionary has of
-    a noun."""
+    """A goal is looked for as the class whose name it is, or that people call so by `also`, further
+    names by a class's first, and as the `kinds` of that class, too; else, by a dictionary, as one
+    that means the same or that it is a kind of, or as a class of its own that all its kinds belong
+    to; else as one that is nearly the same by the cosine of text embeddings; else, when its last
+    word is a class, as that; else as a class of its own. `senses` are the meanings that the
+    dictionary has of a noun."""
     goal = check(text)
     word = ARTICLE.sub("", goal.lower())
     spelt = {_spelt(word), _spelt(word).removesuffix("s")}
     for names in classes:
         if word in names or not spelt.isdisjoint(map(_spelt, names)):
-            return Goal(goal, names[0], tuple(classes), f"{goal}: known as {names[0]}")
+            return _known(goal, names, classes, kinds, f"{goal}: known as {names[0]}")
         if not spelt.isdisjoint(map(_spelt, also.get(names[0], ()))):
             how = f"{goal}: another word for {names[0]}, looked for as that"
-            return Goal(goal, names[0], tuple(classes), how)
+            return _known(goal, names, classes, kinds, how)
     means = meaning(word, classes, senses, embed)
     if means is not None and (means.same or means.broader):
         name = (means.same or means.broader)[0][0]
@@ -81,6 +82,17 @@ def understand(
             how = f"{goal}: a kind of {names[0]}, looked for as that"
             return Goal(goal, names[0], tuple(classes), how)
     return _own(goal, word, classes, means)
+
+
+def _known(
+    goal: str, names: Class, classes: Sequence[Class], kinds: Mapping[str, Sequence[str]], how: str
+) -> Goal:
+    """A class of the list; where others are kinds of it, by their names, too."""
+    under = [known for known in classes if known[0] in kinds.get(names[0], ())]
+    if under:
+        how += f"; of its kind: {', '.join(known[0] for known in under)}"
+    wider = (*names, *(name for known in under for name in known))
+    return Goal(goal, names[0], tuple(wider if c is names else c for c in classes), how)
 
 
 def _of_kind(

@@ -47,7 +47,7 @@ class LocalMind:
         vocabulary = _vocabulary(models.vocabulary)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(experts.spoken_room(name) for name in vocabulary.rooms)
-        self._objects, self._also = vocabulary.objects, vocabulary.also
+        self._objects, self._listed = vocabulary.objects, (vocabulary.also, vocabulary.kinds)
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
@@ -93,7 +93,7 @@ class LocalMind:
         others = tuple((name,) for name in config.detector.labels if name not in known)
         classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
         understood = understand(
-            goal, classes, self._encoder.embed, same_as, self._senses, self._also
+            goal, classes, self._encoder.embed, same_as, self._senses, *self._listed
         )
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)

@@ -28,10 +28,10 @@ def as_runtime(
     dictionary's `senses`, and with the further names that are `listed` for its classes."""
     vocabulary = load_vocabulary()
     known = vocabulary.objects if classes is None else classes
-    also = vocabulary.also if listed and classes is None else {}
+    also, kinds = (vocabulary.also, vocabulary.kinds) if listed and classes is None else ({}, {})
     looked_up = Senses() if senses else lambda word: ()
     similar = GoalConfig().same_as_similarity
-    return lambda text: understand(text, known, encoder.embed, similar, looked_up, also)
+    return lambda text: understand(text, known, encoder.embed, similar, looked_up, also, kinds)
 
 
 def looked_for(understood: Understand, text: str) -> tuple[str, ...]:

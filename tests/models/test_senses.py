@@ -185,6 +185,7 @@ def test_the_licence_is_beside_the_table() -> None:
             "objects = [['sofa'], ['bed']]\nrooms = ['hall']\n[also]\nsofa = ['divan', 'bed']",
             "also.sofa: 'bed' is bed, too",
         ),
+        ("objects = [['bed']]\nrooms = ['hall']\n[kinds]\nbed = ['cot']", "kinds.bed: no class"),
         ("objects = [", "not a word list"),
     ],
 )

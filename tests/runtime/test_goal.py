@@ -36,6 +36,16 @@ def test_what_people_also_call_a_class_is_looked_for_as_it():
     assert understand("a", CLASSES, embed, 0.65, also=also).name == "a"
 
 
+def test_who_asks_for_a_lamp_is_served_by_any():
+    classes = (("lamp", "light"), ("desk lamp", "table lamp"), ("sofa",))
+    kinds = {"lamp": ("desk lamp",)}
+    goal = understand("light", classes, embed, 0.65, kinds=kinds)
+    assert goal.name == "lamp"
+    assert goal.classes == (("lamp", "light", "desk lamp", "table lamp"), *classes[1:])
+    assert "of its kind: desk lamp" in goal.how
+    assert understand("table lamp", classes, embed, 0.65, kinds=kinds).classes == classes
+
+
 def test_of_names_alike_enough_one_of_its_kind_wins():
     classes = (("laundry basket",), ("trash can", "hamper"), ("shoe",))
     like = {"laundry basket": 0.67, "trash can": 0.64, "hamper": 0.64, "shoe": 0.0}
