@@ -32,7 +32,7 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             {name: _names(more) for name, more in table.get("also", {}).items()},
             {name: _names(kinds) for name, kinds in table.get("kinds", {}).items()},
         )
-    except (OSError, ValueError, KeyError, AttributeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ModelError(
             f"{path}: not a word list ({error}); it needs `objects`, a list of lists of names, and "
             "`rooms`, a list of names"

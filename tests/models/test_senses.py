@@ -186,6 +186,7 @@ def test_the_licence_is_beside_the_table() -> None:
             "also.sofa: 'bed' is bed, too",
         ),
         ("objects = [['bed']]\nrooms = ['hall']\n[kinds]\nbed = ['cot']", "kinds.bed: no class"),
+        ("objects = 5\nrooms = ['hall']", "not a word list"),
         ("objects = [", "not a word list"),
     ],
 )
