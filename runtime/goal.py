@@ -2,8 +2,7 @@
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,7 +13,6 @@ from runtime.errors import ConfigError
 LONGEST = 80  # characters of a goal
 KIN = 0.05  # of cosine, that being of a kind is worth
 ARTICLE = re.compile(r"^(the|a|an|my|our|your|some)\s(?=.)")
-NOTHING: Mapping[str, Sequence[str]] = MappingProxyType({})
 
 Class = tuple[str, ...]
 Embed = Callable[[Sequence[str]], F32]
@@ -31,6 +29,18 @@ class Goal:
     how: str
 
 
+@dataclass(frozen=True)
+class Words:
+    """What the runtime knows about words. `senses` are the meanings that the dictionary has of a
+    noun; by a class's first name, `also` are further names that people call it and `kinds` the
+    classes that are kinds of it."""
+
+    classes: tuple[Class, ...]
+    senses: Senses = lambda word: ()
+    also: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    kinds: Mapping[str, Sequence[str]] = field(default_factory=dict)
+
+
 def check(text: str) -> str:
     """The goal without surrounding blanks; ConfigError for what no detector can look for."""
     goal = " ".join(text.split())
@@ -41,35 +51,27 @@ def check(text: str) -> str:
     return goal
 
 
-def understand(
-    text: str,
-    classes: Sequence[Class],
-    embed: Embed,
-    same_as: float,
-    senses: Senses = lambda word: (),
-    also: Mapping[str, Sequence[str]] = NOTHING,
-    kinds: Mapping[str, Sequence[str]] = NOTHING,
-) -> Goal:
-    """A goal is looked for as the class whose name it is, or that people call so by `also`, further
-    names by a class's first, and as the `kinds` of that class, too; else, by a dictionary, as one
-    that means the same or that it is a kind of, or as a class of its own that all its kinds belong
-    to; else as one that is nearly the same by the cosine of text embeddings; else, when its last
-    word is a class, as that; else as a class of its own. `senses` are the meanings that the
-    dictionary has of a noun."""
+def understand(text: str, words: Words, embed: Embed, same_as: float) -> Goal:
+    """A goal is looked for as the class whose name it is, or that people also call so, and as the
+    kinds of that class, too; else, by the dictionary, as one that means the same or that it is a
+    kind of, or as a class of its own that all its kinds belong to; else as one that is nearly the
+    same by the cosine of text embeddings; else, when its last word is a class, as that; else as a
+    class of its own."""
+    classes, senses = words.classes, words.senses
     goal = check(text)
     word = ARTICLE.sub("", goal.lower())
     spelt = {_spelt(word), _spelt(word).removesuffix("s")}
     for names in classes:
         if word in names or not spelt.isdisjoint(map(_spelt, names)):
-            return _known(goal, names, classes, kinds, f"{goal}: known as {names[0]}")
-        if not spelt.isdisjoint(map(_spelt, also.get(names[0], ()))):
+            return _known(goal, names, words, f"{goal}: known as {names[0]}")
+        if not spelt.isdisjoint(map(_spelt, words.also.get(names[0], ()))):
             how = f"{goal}: another word for {names[0]}, looked for as that"
-            return _known(goal, names, classes, kinds, how)
+            return _known(goal, names, words, how)
     means = meaning(word, classes, senses, embed)
     if means is not None and (means.same or means.broader):
         name = (means.same or means.broader)[0][0]
         how = "another word for" if means.same else "a kind of"
-        return Goal(goal, name, tuple(classes), f"{goal}: {how} {name}, looked for as that")
+        return Goal(goal, name, classes, f"{goal}: {how} {name}, looked for as that")
     if means is not None and means.narrower:
         return _own(goal, word, classes, means)
     head = word.rpartition(" ")[2]
@@ -84,15 +86,13 @@ def understand(
     return _own(goal, word, classes, means)
 
 
-def _known(
-    goal: str, names: Class, classes: Sequence[Class], kinds: Mapping[str, Sequence[str]], how: str
-) -> Goal:
+def _known(goal: str, names: Class, words: Words, how: str) -> Goal:
     """A class of the list; where others are kinds of it, by their names, too."""
-    under = [known for known in classes if known[0] in kinds.get(names[0], ())]
+    under = [known for known in words.classes if known[0] in words.kinds.get(names[0], ())]
     if under:
         how += f"; of its kind: {', '.join(known[0] for known in under)}"
     wider = (*names, *(name for known in under for name in known))
-    return Goal(goal, names[0], tuple(wider if c is names else c for c in classes), how)
+    return Goal(goal, names[0], tuple(wider if c is names else c for c in words.classes), how)
 
 
 def _of_kind(

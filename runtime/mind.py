@@ -31,7 +31,7 @@ from runtime.edge.panel import Expert, Panel
 from runtime.edge.reasoner import Reasoner
 from runtime.edge.scorer import Scorer, Similarity
 from runtime.errors import ConfigError, ModelError
-from runtime.goal import Goal, understand
+from runtime.goal import Goal, Words, understand
 from runtime.scored import Scored
 from runtime.seats import EMBEDDING, Seats
 
@@ -47,7 +47,6 @@ class LocalMind:
         vocabulary = _vocabulary(models.vocabulary)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(experts.spoken_room(name) for name in vocabulary.rooms)
-        self._objects, self._listed = vocabulary.objects, (vocabulary.also, vocabulary.kinds)
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
@@ -56,7 +55,8 @@ class LocalMind:
         self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
-            self._senses = Senses()
+            listed = vocabulary.objects, Senses(), vocabulary.also, vocabulary.kinds
+            self._words = Words(*listed)
             self._detector = open_detector(
                 _detector(models.detector),
                 models.detector_kind,
@@ -65,7 +65,7 @@ class LocalMind:
                 Path(models.detector_classes) if models.detector_classes else None,
             )
             # Embedding hundreds of names takes a second: not while somebody waits for a vote.
-            self._detector.set_vocabulary(self._objects, self.rooms)
+            self._detector.set_vocabulary(self._words.classes, self.rooms)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         if config.panel.experts:
@@ -89,12 +89,10 @@ class LocalMind:
             raise ConfigError("models: cannot change while the runtime runs; start another")
         if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
             raise ConfigError("cloud: cannot change while the runtime runs; start another")
-        known = {name for names in self._objects for name in names}
+        known = {name for names in self._words.classes for name in names}
         others = tuple((name,) for name in config.detector.labels if name not in known)
-        classes, same_as = (*self._objects, *others), config.goal.same_as_similarity
-        understood = understand(
-            goal, classes, self._encoder.embed, same_as, self._senses, *self._listed
-        )
+        words = replace(self._words, classes=(*self._words.classes, *others))
+        understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
         try:
             self._detector.set_vocabulary(understood.classes, self.rooms)
         except ModelFileError as error:

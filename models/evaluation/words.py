@@ -4,6 +4,7 @@ models/evaluation/asked.toml)."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import click
 
@@ -14,6 +15,7 @@ from models.text import TextEncoder
 from models.vocabulary import load_vocabulary
 from runtime.config import GoalConfig
 from runtime.goal import Goal, understand
+from runtime.goal import Words as WordList
 
 Understand = Callable[[str], Goal]
 
@@ -27,11 +29,13 @@ def as_runtime(
     """Goals as the runtime understands them by its default word list, or by other classes; with the
     dictionary's `senses`, and with the further names that are `listed` for its classes."""
     vocabulary = load_vocabulary()
-    known = vocabulary.objects if classes is None else classes
-    also, kinds = (vocabulary.also, vocabulary.kinds) if listed and classes is None else ({}, {})
-    looked_up = Senses() if senses else lambda word: ()
+    known = WordList(vocabulary.objects if classes is None else tuple(classes))
+    if listed and classes is None:
+        known = replace(known, also=vocabulary.also, kinds=vocabulary.kinds)
+    if senses:
+        known = replace(known, senses=Senses())
     similar = GoalConfig().same_as_similarity
-    return lambda text: understand(text, known, encoder.embed, similar, looked_up, also, kinds)
+    return lambda text: understand(text, known, encoder.embed, similar)
 
 
 def looked_for(understood: Understand, text: str) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from runtime.errors import ConfigError
-from runtime.goal import check, understand
+from runtime.goal import Words, check, understand
 
 CLASSES = (("sofa", "couch"), ("toilet",), ("plant", "potted plant"))
 AXES = {"sofa": 0, "couch": 0, "toilet": 1, "plant": 2, "potted plant": 2, "settee": 0}
@@ -21,29 +21,29 @@ def embed(texts: Sequence[str]) -> np.ndarray:
 
 
 def test_a_class_or_its_other_name_is_known():
-    assert understand("Toilet", CLASSES, embed, 0.65).name == "toilet"
-    assert understand("potted plant", CLASSES, embed, 0.65).name == "plant"
-    assert understand("couch", CLASSES, embed, 0.65).classes == CLASSES
+    assert understand("Toilet", Words(CLASSES), embed, 0.65).name == "toilet"
+    assert understand("potted plant", Words(CLASSES), embed, 0.65).name == "plant"
+    assert understand("couch", Words(CLASSES), embed, 0.65).classes == CLASSES
 
 
 def test_what_people_also_call_a_class_is_looked_for_as_it():
     also = {"toilet": ("loo", "water closet")}
     for text in ("loo", "The Loo", "my water-closet", "loos"):
-        goal = understand(text, CLASSES, embed, 0.65, also=also)
+        goal = understand(text, Words(CLASSES, also=also), embed, 0.65)
         assert goal.name == "toilet"
         assert goal.classes == CLASSES  # the detector is asked for nothing more
         assert "another word for toilet" in goal.how
-    assert understand("a", CLASSES, embed, 0.65, also=also).name == "a"
+    assert understand("a", Words(CLASSES, also=also), embed, 0.65).name == "a"
 
 
 def test_who_asks_for_a_lamp_is_served_by_any():
     classes = (("lamp", "light"), ("desk lamp", "table lamp"), ("sofa",))
     kinds = {"lamp": ("desk lamp",)}
-    goal = understand("light", classes, embed, 0.65, kinds=kinds)
+    goal = understand("light", Words(classes, kinds=kinds), embed, 0.65)
     assert goal.name == "lamp"
     assert goal.classes == (("lamp", "light", "desk lamp", "table lamp"), *classes[1:])
     assert "of its kind: desk lamp" in goal.how
-    assert understand("table lamp", classes, embed, 0.65, kinds=kinds).classes == classes
+    assert understand("table lamp", Words(classes, kinds=kinds), embed, 0.65).classes == classes
 
 
 def test_of_names_alike_enough_one_of_its_kind_wins():
@@ -54,11 +54,11 @@ def test_of_names_alike_enough_one_of_its_kind_wins():
         return np.array([(like.get(t, 1.0), 0.0) for t in texts], np.float32)
 
     # With what its kind is worth, "hamper" is nearest, but not near enough by itself.
-    assert understand("odd hamper", classes, near, 0.65).name == "laundry basket"
+    assert understand("odd hamper", Words(classes), near, 0.65).name == "laundry basket"
 
 
 def test_a_synonym_joins_the_class_it_means():
-    goal = understand("settee", CLASSES, embed, 0.65)
+    goal = understand("settee", Words(CLASSES), embed, 0.65)
     assert goal.name == "sofa"
     assert ("sofa", "couch", "settee") in goal.classes
     assert len(goal.classes) == len(CLASSES)
@@ -66,7 +66,7 @@ def test_a_synonym_joins_the_class_it_means():
 
 
 def test_anything_else_becomes_a_class_of_its_own():
-    goal = understand("Red  umbrella", CLASSES, embed, 0.65)
+    goal = understand("Red  umbrella", Words(CLASSES), embed, 0.65)
     assert goal.name == "red umbrella"
     assert goal.classes == (*CLASSES, ("red umbrella",))
 

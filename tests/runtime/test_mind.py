@@ -183,3 +183,17 @@ def test_large_models_reason_and_see(tmp_path: Path) -> None:
         else:
             assert isinstance(outcome, Missing)
             assert outcome.cause.startswith(("no preference", "abstains"))
+
+
+def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> None:
+    names = tmp_path / "words.toml"
+    names.write_text(
+        'objects = [["zig"], ["zag"], ["chair"]]\nrooms = ["hall"]\n'
+        'also.zig = ["frobnicator"]\nkinds.zig = ["zag"]\n'
+    )
+    config = configured(tmp_path, "panel.experts=[]", f"models.vocabulary='{names}'")
+    with LocalMind(config, SystemClock()) as mind:
+        goal, _ = mind.accept("the frobnicator", config)
+        assert goal.how.startswith("the frobnicator: another word for zig")
+        assert goal.classes == (("zig", "zag"), ("zag",), ("chair",))
+        assert "a kind of chair" in mind.accept("chaise longue", config)[0].how  # by the dictionary
