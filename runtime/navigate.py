@@ -6,6 +6,7 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 
 import functools
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Protocol, TypeVar
 
@@ -30,6 +31,7 @@ from runtime.core.types import (
     Brief,
     Decision,
     Detections,
+    Frontier,
     Mount,
     Observation,
 )
@@ -75,11 +77,15 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     world.seen = planner.look_around(world.map, world.pose, radius_m, cfg.planner, world.tight)
     edge = frontiers.boundary(world.map, world.given_up, cfg.frontiers)
     parts = frontiers.components(edge, frame, cfg.frontiers.min_cells)
-    if world.thorough:
-        dim = coverage.overlooked(world.map, world.looked, world.given_up) & ~edge
-        parts += frontiers.components(dim, frame, cfg.coverage.min_cells)
     named = frontiers.identify(world.memory, parts, frame, cfg.frontiers)
-    with_distances(world, named)
+    dim = []
+    if world.combing:
+        overlooked = coverage.overlooked(world.map, world.looked, world.given_up) & ~edge
+        dim = frontiers.components(overlooked, frame, cfg.coverage.min_cells)
+    world.afar.next_id = world.memory.next_id  # they have the ids in common
+    afar = frontiers.identify(world.afar, dim, frame, cfg.frontiers)
+    world.memory.next_id = world.afar.next_id
+    with_distances(world, named | afar, afar)
     return world
 
 
@@ -103,15 +109,14 @@ def due(world: World, cfg: NavigateConfig) -> str:
 
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
-    """What the decision will be made on, taken from the world and independent of it."""
-    frames = world.keyframes
-    candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
-    views = {
-        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
-    }
-    told = brief.compose(
-        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
-    )
+    """What the decision will be made on, taken from the world and independent of it. As long as
+    there are only crumbs of unknown left, places that were seen only from afar stand for election,
+    too."""
+    candidates, told = _brief(world, cfg)
+    if world.combing != _only_crumbs(candidates, told, cfg):
+        world.combing = not world.combing
+        with_frontiers(world, cfg)
+        candidates, told = _brief(world, cfg)
     told = brief.worthwhile(told, cfg.explore.worth_m2)
     unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
     order: tuple[int, ...] = ()
@@ -120,6 +125,25 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
         order = gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain)
     candidates = tuple(f for f in candidates if f.id in unknown_m2)
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
+
+
+def _brief(world: World, cfg: NavigateConfig) -> tuple[tuple[Frontier, ...], Brief]:
+    """The frontiers that can be reached, and what is known about them."""
+    frames = world.keyframes
+    candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
+    views = {
+        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
+    }
+    told = brief.compose(
+        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
+    )
+    return candidates, told
+
+
+def _only_crumbs(candidates: Iterable[Frontier], told: Brief, cfg: NavigateConfig) -> bool:
+    afar = {f.id for f in candidates if f.afar}
+    most = max((f.unknown_m2 for f in told.frontiers if f.id not in afar), default=0.0)
+    return most < cfg.explore.crumb_m2
 
 
 def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
@@ -138,10 +162,11 @@ def adopt(world: World, decision: Decision, cfg: NavigateConfig) -> None:
 
 def act(world: World, cfg: NavigateConfig) -> Command:
     """One action, and in velocity mode the course behind it: finish the first look, else go to the
-    target, else to the elected frontier."""
+    target, a weak one too when hardly anything is unknown, else to the elected frontier."""
+    least = cfg.explore.weak_log_odds if world.combing else None
     command = (
         _look_around(world, cfg)
-        or _approach_target(world, cfg)
+        or _approach_target(world, cfg, least)
         or _explore(world, cfg)
         or _finish(world, cfg)
     )
