@@ -27,6 +27,7 @@ NAMES = 2
 """How many classes a place may be called, each with its own score: a mug is often called a cup too.
 With one, less is found at the same rate of false sightings."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
+NO_VOCABULARY = "the detector has no vocabulary; set one before the first frame"
 
 Kind = Literal["auto", "rfnav", "prompted", "yolo"]
 
@@ -146,7 +147,7 @@ class OpenDetector:
     def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
         """(H, W, 3) uint8 RGB -> detections. A place is given its best classes, NAMES of them."""
         if self._text is None:
-            raise ModelError("the detector has no vocabulary; set one before the first frame")
+            raise ModelError(NO_VOCABULARY)
         return self.name(self.look(rgb))
 
     def look(self, rgb: NDArray[np.uint8]) -> View:
@@ -162,7 +163,7 @@ class OpenDetector:
     def name(self, view: View) -> RawDetections:
         """Compare a view with the vocabulary."""
         if self._text is None:
-            raise ModelError("the detector has no vocabulary; set one before the first frame")
+            raise ModelError(NO_VOCABULARY)
         return self.named(view, self._text.similarity(view.regions))
 
     def named(self, view: View, cosines: Floats) -> RawDetections:
@@ -184,9 +185,19 @@ class OpenDetector:
     def score(self, objectness: Floats, cosines: Floats) -> NDArray[np.float64]:
         """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores. In
         double precision what is very likely still differs from what is even more so."""
-        word = 1 / (1 + np.exp(-(cosines.astype(np.float64) * self._scale + self._bias)))
-        p = np.clip(objectness * word, 1e-6, 1 - 1e-6)
+        p = np.clip(objectness * self._word(cosines), 1e-6, 1 - 1e-6)
         odds = self.gain * np.log(p / (1 - p)) + self.shift
+        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+
+    def words(self, view: View) -> Floats:
+        """(K, C) with what probability each place is called each class, if it is anything."""
+        if self._text is None:
+            raise ModelError(NO_VOCABULARY)
+        return self._word(self._text.similarity(view.regions)).astype(np.float32)
+
+    def _word(self, cosines: Floats) -> NDArray[np.float64]:
+        """With what probability what is there is called so."""
+        odds = cosines.astype(np.float64) * self._scale + self._bias
         return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
 
 

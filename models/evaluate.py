@@ -1,8 +1,9 @@
 """`python -m models.evaluate --data DIR`: how well a detector does on labelled frames.
 
-Average precision at IoU 0.5 by pycocotools, in groups; names that training never saw; rooms; what
-scores are worth, and the threshold for "target seen"; what a frame costs. Calibration and threshold
-are fitted on the frames of --dev and reported on those of --data.
+Average precision at IoU 0.5 by pycocotools, in groups; names that training never saw; what was held
+out of training, with a second look; rooms; what scores are worth, and the threshold for "target
+seen"; what a frame costs. Calibration and threshold are fitted on the frames of --dev and reported
+on those of --data.
 """
 
 import json
@@ -19,6 +20,7 @@ from models.evaluation.measures import measure
 from models.evaluation.report import markdown
 from models.evaluation.sheet import draw_sheet
 from models.evaluation.truth import read_truth, read_words
+from models.second_look import SecondLook
 from models.text import TextEncoder
 
 FILE = click.Path(path_type=Path)
@@ -49,7 +51,8 @@ def main(
         click.echo(f"{sheet}: detections of {path.name} on {data}")
         return
     fitting = read_truth(dev, limit) if dev else None
-    report = measure(opened, truth, fitting, words, encoder, synonyms)
+    second = SecondLook(store.fetch("second-look"), encoder, threads)
+    report = measure(opened, truth, fitting, words, encoder, synonyms, second)
     if cost:
         report["cost"] = measure_cost(path)
     click.echo(markdown(report))

@@ -60,6 +60,7 @@ class ModelsConfig:
     text: str = "minilm"
     detector: str = "rfnav-det"
     detector_kind: Literal["auto", "rfnav", "prompted", "yolo"] = "auto"  # the file's contract
+    second_look: str = "second-look"  # classifier for goals the detector has no word for; "": none
     detector_classes: str = ""  # file with one class name a line, for a fixed list
     vocabulary: str = ""  # TOML word list; "" is the built-in one
     threads: int = 2
@@ -73,6 +74,7 @@ class DetectorConfig:
     min_score: float = 0.2  # weaker detections are not looked at
     source: Literal["model", "topic"] = "model"  # "topic": from the bus, e.g. a harness's labels
     labels: tuple[str, ...] = ()  # names on the bus besides the vocabulary's
+    second_looks: int = 5  # places of an image shown to it, when the goal is such
     memo_frames: int = 0  # images whose detections are kept: a harness shows the same ones again
 
 

@@ -21,12 +21,14 @@ Embed = Callable[[Sequence[str]], F32]
 @dataclass(frozen=True)
 class Goal:
     """`name` is the class that counts as found; `classes` the detector's vocabulary, the goal's
-    among them; `how` one line that says how the goal was understood."""
+    among them; `how` one line that says how the goal was understood. `strange`: a class of its own,
+    unlike any that is known."""
 
     text: str
     name: str
     classes: tuple[Class, ...]
     how: str
+    strange: bool = False
 
 
 @dataclass(frozen=True)
@@ -146,7 +148,7 @@ def _own(goal: str, word: str, classes: Sequence[Class], means: Meaning | None) 
     """A class of its own, by all names that its meaning and its known kinds have. A "computer
     monitor" is a kind of monitor, whatever the dictionary has."""
     if means is None:
-        return Goal(goal, word, (*classes, (word,)), f"{goal}: a class of its own")
+        return Goal(goal, word, (*classes, (word,)), f"{goal}: a class of its own", strange=True)
     known = {name for names in classes for name in names}
     others = [name for name in means.names if name not in known and name != word]
     called = [names for names in classes if any(name.endswith(f" {word}") for name in names)]
@@ -157,4 +159,4 @@ def _own(goal: str, word: str, classes: Sequence[Class], means: Meaning | None) 
     if kinds:
         how += f"; of its kind: {', '.join(names[0] for names in kinds)}"
     own = (word, *others, *(name for names in kinds for name in names))
-    return Goal(goal, word, (*classes, own), how)
+    return Goal(goal, word, (*classes, own), how, strange=not kinds)

@@ -1,26 +1,21 @@
 """The models put to work: detector, text encoder and language model behind the loop's `Mind`.
 
-With `__main__` the only importer of models/.
+With `eyes` and `__main__` the only importer of models/.
 """
 
-import hashlib
 import sys
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Self
-
-import numpy as np
+from typing import Self
 
 from models import store
-from models.detector import OpenDetector, RawDetections, open_detector
 from models.errors import ModelError as ModelFileError
 from models.language import LanguageModel, ReasoningModel
 from models.senses import Senses
 from models.text import TextEncoder
 from models.vision import VisionModel
 from models.vocabulary import Vocabulary, load_vocabulary
-from models.words import ClassText
 from runtime.config import Config, ModelsConfig
 from runtime.core import consensus, experts
 from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
@@ -31,6 +26,7 @@ from runtime.edge.panel import Expert, Panel
 from runtime.edge.reasoner import Reasoner
 from runtime.edge.scorer import Scorer, Similarity
 from runtime.errors import ConfigError, ModelError
+from runtime.eyes import Eyes
 from runtime.goal import Goal, Words, understand
 from runtime.scored import Scored
 from runtime.seats import EMBEDDING, Seats
@@ -50,22 +46,11 @@ class LocalMind:
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
-        self._config = config
-        self._classes: tuple[tuple[str, ...], ...] = ()
-        self._seen: dict[tuple[bytes, tuple[tuple[str, ...], ...]], RawDetections] = {}
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
             listed = vocabulary.objects, Senses(), vocabulary.also, vocabulary.kinds
             self._words = Words(*listed)
-            self._detector = open_detector(
-                _detector(models.detector),
-                models.detector_kind,
-                self._encoder,
-                threads,
-                Path(models.detector_classes) if models.detector_classes else None,
-            )
-            # Embedding hundreds of names takes a second: not while somebody waits for a vote.
-            self._detector.set_vocabulary(self._words.classes, self.rooms)
+            self._eyes = Eyes(config, self._encoder, vocabulary)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         if config.panel.experts:
@@ -94,12 +79,10 @@ class LocalMind:
         words = replace(self._words, classes=(*self._words.classes, *others))
         understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
         try:
-            self._detector.set_vocabulary(understood.classes, self.rooms)
+            told = self._eyes.seek(understood, config)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
-        told = _told(self._detector.capabilities, understood.name)
         understood = replace(understood, how=understood.how + told)
-        self._config, self._classes = config, understood.classes
         if self._cloud is not None:
             self._cloud.begin(understood.name)
         if config.panel.experts:
@@ -163,36 +146,13 @@ class LocalMind:
         return Reasoner(model, self._clock, self._models.reply_tokens, sees)
 
     def detect(self, rgb: U8) -> Detections:
-        """(H, W, 3) -> what the detector is sure enough of."""
-        raw = self._raw(rgb)
-        keep = raw.scores >= self._config.detector.min_score
-        return Detections(
-            raw.boxes_px[keep],
-            raw.scores[keep],
-            raw.labels[keep],
-            raw.embeddings[keep],
-            raw.rooms,
-            raw.scene,
-        )
-
-    def _raw(self, rgb: U8) -> RawDetections:
-        bound = self._config.detector.memo_frames
-        if not bound:
-            return self._detector.detect(rgb)
-        key = hashlib.blake2b(rgb.tobytes(), digest_size=16).digest(), self._classes
-        raw = self._seen.pop(key, None) or self._detector.detect(rgb)
-        self._seen[key] = raw  # the newest last
-        while len(self._seen) > bound:
-            del self._seen[next(iter(self._seen))]
-        return raw
+        """(H, W, 3) -> what is seen surely enough."""
+        return self._eyes.detect(rgb)
 
     def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
-        the goal's classes, by the detector's own calibration, were it seen as surely as can be."""
-        if not isinstance(self._detector, OpenDetector):
-            return np.zeros((len(embeddings), len(self._classes)))
-        cosines = ClassText(self._classes, self._encoder).similarity(embeddings)
-        return self._detector.score(np.ones_like(cosines), cosines)
+        the goal's classes."""
+        return self._eyes.likeness(embeddings)
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
@@ -205,7 +165,7 @@ class LocalMind:
 
     def capabilities(self) -> Mapping[str, object]:
         """The detector's; see models.detections.Detector."""
-        return self._detector.capabilities
+        return self._eyes.capabilities()
 
     def rung(self) -> str:
         """Which model answers the experts."""
@@ -231,23 +191,6 @@ class LocalMind:
             return {}
         goal = self._encoder.embed([experts.SCENE.format(thing=brief.goal)])[0]
         return {id: float(view @ goal) for id, view in views.items()}
-
-
-def _detector(name: str) -> Path:
-    """A path as it is, else a name; several files are a directory that the detector reads."""
-    path = Path(name)
-    return path if path.suffix and (path.exists() or "/" in name) else store.fetch(name)
-
-
-def _told(capabilities: Mapping[str, Any], goal: str) -> str:
-    """What to say about a detector that cannot take the goal's own words."""
-    if goal in capabilities["unseen"]:
-        return "; the detector knows nothing like it and cannot see it"
-    by = capabilities["matched"].get(goal)
-    if capabilities["classes"] is None or not by:
-        return ""
-    alike = ", ".join(f"{name} ({cosine:.2f})" for name, cosine in by.items())
-    return f"; seen as what is like it in the detector's fixed list: {alike}"
 
 
 def _vocabulary(path: str) -> Vocabulary:

@@ -46,7 +46,7 @@ def judge(truth: Truth, found: Sequence[RawDetections]) -> Judged:
     objects = np.zeros(len(truth.categories), np.int64)
     for marks, seen in zip(truth.marks, found, strict=True):
         np.add.at(objects, marks.kinds[~marks.crowd], 1)
-        for k, verdict in enumerate(_verdicts(seen, marks)):
+        for k, verdict in enumerate(verdicts(seen, marks)):
             if verdict is not None:
                 scores.append(float(seen.scores[k]))
                 rights.append(verdict)
@@ -54,21 +54,23 @@ def judge(truth: Truth, found: Sequence[RawDetections]) -> Judged:
     return Judged(np.array(scores), np.array(rights, np.bool_), np.array(labels, np.int64), objects)
 
 
-def _verdicts(seen: RawDetections, marks: Marks) -> list[bool | None]:
+def verdicts(seen: RawDetections, marks: Marks) -> list[bool | None]:
+    """Of one frame's detections, best first: right, wrong, or None for what covers an ignored
+    object."""
     iou = pairwise_iou(seen.boxes_px, marks.boxes)
     taken = np.zeros(len(marks.boxes), np.bool_)
-    verdicts: list[bool | None] = []
+    found: list[bool | None] = []
     for k in range(len(seen.scores)):
         same = marks.kinds == seen.labels[k]
         free = np.where(same & ~marks.crowd & ~taken, iou[k], 0.0)
         if len(free) and free.max() >= MATCH_IOU:
             taken[int(free.argmax())] = True
-            verdicts.append(True)
+            found.append(True)
         elif len(free) and np.where(same & marks.crowd, iou[k], 0.0).max() >= COVERED_IOU:
-            verdicts.append(None)
+            found.append(None)
         else:
-            verdicts.append(False)
-    return verdicts
+            found.append(False)
+    return found
 
 
 def log_odds(p: Doubles) -> Doubles:
@@ -81,24 +83,30 @@ def log_odds(p: Doubles) -> Doubles:
 def fit_calibration(judged: Judged) -> tuple[float, float]:
     """Gain and shift of a logistic fit of `right` on the score's log odds (Platt 1999)."""
     x = log_odds(judged.score)
-    design = np.stack((x, np.ones_like(x)), 1)
-    start = np.array([1.0, 0.0])
+    gain, shift = fit_odds(x[:, None], judged.right, np.array([1.0, 0.0]))
+    return float(gain), float(shift)
+
+
+def fit_odds(evidence: Doubles, right: NDArray[np.bool_], start: Doubles) -> Doubles:
+    """(N, E) evidence, (N,) -> (E + 1,) weights of a logistic fit, the constant last; with little
+    to go by they stay near `start`."""
+    design = np.concatenate((evidence, np.ones((len(evidence), 1))), axis=1)
 
     def cost(w: Doubles) -> float:
         odds = design @ w
-        wrong = np.logaddexp(0.0, np.where(judged.right, -odds, odds)).sum()
+        wrong = np.logaddexp(0.0, np.where(right, -odds, odds)).sum()
         return float(wrong + PRIOR / 2 * ((w - start) ** 2).sum())
 
     w = start
     for _ in range(50):
         p = 1 / (1 + np.exp(-np.clip(design @ w, -30, 30)))
-        gradient = design.T @ (p - judged.right) + PRIOR * (w - start)
-        hessian = (design * (p * (1 - p))[:, None]).T @ design + PRIOR * np.eye(2)
+        gradient = design.T @ (p - right) + PRIOR * (w - start)
+        hessian = (design * (p * (1 - p))[:, None]).T @ design + PRIOR * np.eye(len(w))
         step = np.linalg.solve(hessian, gradient)
         while cost(w - step) > cost(w) and np.abs(step).max() > 1e-9:  # Newton may overshoot
             step = step / 2
         w = w - step
-    return float(w[0]), float(w[1])
+    return w
 
 
 def calibration_error(judged: Judged, bins: int = 10) -> float:

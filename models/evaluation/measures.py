@@ -21,8 +21,10 @@ from models.evaluation.judged import (
 )
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
+from models.evaluation.second import look_at_all, sightings
 from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
 from models.evaluation.words import as_runtime, looked_for
+from models.second_look import SecondLook
 from models.text import TextEncoder
 
 LEAST_OBJECTS, LEAST_AP = 5, 0.1
@@ -32,7 +34,7 @@ CURVE = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 def measure(
     detector: Detector, truth: Truth, dev: Truth | None, words: Words, encoder: TextEncoder,
-    synonyms: bool = True,
+    synonyms: bool = True, second: SecondLook | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """The report on `truth`; calibration and threshold come from `dev`, else from `truth`."""
     rooms = list(words.rooms)
@@ -72,6 +74,39 @@ def measure(
             if looked is not None and synonyms
             else {"synonyms": {}, "asked": {}}
         ),
+        "second_look": (
+            looked_at_twice(detector, second, truth, words, precision, threshold)
+            if isinstance(detector, OpenDetector) and second is not None
+            else {}
+        ),
+    }
+
+
+def looked_at_twice(
+    detector: OpenDetector, second: SecondLook, truth: Truth, words: Words, precision: Precision,
+    threshold: float,
+) -> dict[str, Any]:  # fmt: skip
+    """The categories held out of training, each as a goal that is looked at twice."""
+    looked = look_at_all(detector, second, truth, words)
+    told = sightings(looked, second, truth, words, words.held_out)
+    found = tuple(part.scored(second)[0] for part in told)
+    held = [k for k in range(len(truth.categories)) if _is(truth, k, words.held_out)]
+    ap, judged = precision.average(found, held), judge(truth, found)
+    absent = {k: without(truth, [k]) for k in held}
+    rows = {
+        truth.categories[k]: _row(judged, k, ap[k])
+        | {
+            "recall": at_threshold(judged, k, threshold)[1],
+            "false_seen": false_seen(best_scores(found, k), absent[k], threshold),
+        }
+        for k in ap
+    }
+    return {
+        "ap50": _mean([row["ap50"] for row in rows.values()]),
+        "of": len(words.held_out),
+        "calibration_error": calibration_error(judged),
+        "false_seen": _mean([row["false_seen"] for row in rows.values()]),
+        "categories": rows,
     }
 
 

@@ -15,6 +15,8 @@ HEARD = ("understood as", "AP50", "ratio")
 def markdown(report: dict[str, Any]) -> str:
     """The whole report."""
     parts = [_summary(report), _goals(report), _curve(report), _classes(report)]
+    if report["second_look"]:
+        parts.append(_twice(report["second_look"]))
     if report["synonyms"]:
         parts += [_synonyms(report["synonyms"]), _asked(report["asked"])]
     return "\n\n".join(parts)
@@ -25,6 +27,11 @@ def _summary(report: dict[str, Any]) -> str:
     for name, group in report["groups"].items():
         count = f"{group['categories']} of {group['of']} categories"
         rows.append((f"AP50, {name} ({count})", _f(group["ap50"]), f"≥ {WANTED[name]:.2f}"))
+    twice = report["second_look"]
+    if twice:
+        count = f"{len(twice['categories'])} of {twice['of']} categories"
+        said = f"AP50, held out, looked at twice ({count})"
+        rows.append((said, _f(twice["ap50"]), f"≥ {WANTED['held out']:.2f}"))
     if report["synonyms"]:
         for prefix, how in (
             ("", "the bare word"),
@@ -52,6 +59,9 @@ def _summary(report: dict[str, Any]) -> str:
             took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f}, "
             took += f"CPU {cost['cpu_ms']:.1f})"
             rows.append((f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"))
+            if "twice_ms" in cost:
+                said = f"ms a frame looked at twice, {threads} thread(s)"
+                rows.append((said, f"{cost['twice_ms']:.1f}", "–"))
     if "cost" in report:
         rows.append(("file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"))
         memory = report["cost"]["threads_1"]["memory_mb"]
@@ -91,6 +101,17 @@ def _classes(report: dict[str, Any]) -> str:
         mark = " (held out)" if name in held else ""
         rows.append((name + mark, str(row["objects"]), _f(row["ap50"])))
     return _table(("category", "objects", "AP50"), rows)
+
+
+def _twice(twice: dict[str, Any]) -> str:
+    """What was held out of training, each as a goal of its own."""
+    rows = [
+        (name, str(r["objects"]), _f(r["ap50"]), _f(r["recall"]), f"{r['false_seen']:.1f}")
+        for name, r in sorted(twice["categories"].items(), key=lambda item: -item[1]["ap50"])
+    ]
+    table = _table(("held out, looked at twice", "objects", "AP50", "recall", "false/1,000"), rows)
+    error, false = _f(twice["calibration_error"]), f"{twice['false_seen']:.1f}"
+    return f"{table}\n\nCalibration error {error}; {false} false sightings in the mean."
 
 
 def _synonyms(synonyms: dict[str, Any]) -> str:

@@ -98,16 +98,17 @@ class Backbone(nn.Module):
 
     def load_imagenet(self, state: Mapping[str, Tensor]) -> None:
         """Take the published state dict, each batch norm folded into its convolution."""
-        _fold(self.stem, state, "_conv_stem", "_bn0")
+        fold(self.stem, state, "_conv_stem", "_bn0")
         for i, block in enumerate(self.blocks):
             at = f"_blocks.{i}."
             if block.expand is not None:
-                _fold(block.expand, state, at + "_expand_conv", at + "_bn0")
-            _fold(block.depthwise, state, at + "_depthwise_conv", at + "_bn1")
-            _fold(block.project, state, at + "_project_conv", at + "_bn2")
+                fold(block.expand, state, at + "_expand_conv", at + "_bn0")
+            fold(block.depthwise, state, at + "_depthwise_conv", at + "_bn1")
+            fold(block.project, state, at + "_project_conv", at + "_bn2")
 
 
-def _fold(conv: object, state: Mapping[str, Tensor], weight: str, norm: str) -> None:
+def fold(conv: object, state: Mapping[str, Tensor], weight: str, norm: str) -> None:
+    """Take a convolution of the state dict, the batch norm behind it folded in."""
     assert isinstance(conv, SameConv)
     assert conv.bias is not None
     gain = state[norm + ".weight"] / torch.sqrt(state[norm + ".running_var"] + 1e-3)

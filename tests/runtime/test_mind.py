@@ -8,6 +8,7 @@ import pytest
 from mmproj import write_mmproj
 
 from models import store
+from models.second_look import SecondLook
 from models.text import TextEncoder
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
@@ -197,3 +198,33 @@ def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> N
         assert goal.how.startswith("the frobnicator: another word for zig")
         assert goal.classes == (("zig", "zag"), ("zag",), ("chair",))
         assert "a kind of chair" in mind.accept("chaise longue", config)[0].how  # by the dictionary
+
+
+@pytest.mark.parametrize(
+    ("goal", "settings", "said"),
+    [
+        ("umbrella", (), "looked at twice, for: umbrella"),
+        ("umbrella", ("detector.second_looks=0",), ""),
+        ("umbrella", ("models.second_look=''",), ""),
+        ("toilet", (), ""),
+        ("zxcvb", (), "it will hardly be recognised"),
+    ],
+)
+def test_what_the_detector_has_no_word_for_is_looked_at_twice(
+    goal: str, settings: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks = []
+    monkeypatch.setattr(
+        SecondLook,
+        "classify",
+        lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
+    )
+    config = configured(tmp_path, "panel.experts=[]", *settings)
+    with LocalMind(config, SystemClock()) as mind:
+        how = mind.accept(goal, config)[0].how
+        assert said in how
+        assert ("twice" in how) is ("twice" in said)
+        rng = np.random.default_rng(0)
+        for _ in range(2):
+            mind.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
+    assert looks == ([5, 5] if "twice" in said else [])

@@ -1,0 +1,160 @@
+"""`python -m models.train.second_look --dev FRAMES`: makes the classifier of second looks from the
+ImageNet weights that the detector was trained from. Nothing of the network is trained. What its
+classes look like in the mean comes from all places of the frames, whatever they show; what evidence
+is worth from trained categories, each as if the detector had no word for it, that are as rare as
+what one is asked for once."""
+
+import ast
+import hashlib
+import json
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+import onnx
+import torch
+from onnx import helper
+from torch import Tensor, nn
+from torch.nn import functional as F
+
+from models import store
+from models.detector import OpenDetector, open_detector
+from models.errors import ModelError, told
+from models.evaluation.judged import fit_odds, verdicts
+from models.evaluation.second import Places, Sightings, look_at_all, sightings
+from models.evaluation.truth import Truth, Words, read_truth, read_words
+from models.second_look import FITTED, FORMAT, SecondLook
+from models.text import TextEncoder
+from models.train.export import OPSET
+from models.train.graph import halve, simplified
+from models.train.network import Backbone, SameConv, fold
+
+SIZE = 224
+MEAN, DEVIATION = 127.0, 128.0
+"""Of the classifier's input, as it was trained."""
+CHOICES = {"margin": 1.15, "alike": 0.5, "spread": 0.05}
+RARE = (3, 25)
+"""So many objects in the frames, of 1,000, have the categories that evidence is fitted on."""
+LIST = "_IMAGENET_CATEGORIES"
+
+
+class Classifier(nn.Module):
+    """EfficientNet-Lite0 whole, as published."""
+
+    def __init__(self, state: dict[str, Tensor]) -> None:
+        super().__init__()
+        self.backbone, self.head = Backbone(), SameConv(320, 1280, 1)
+        self.backbone.load_imagenet(state)
+        fold(self.head, state, "_conv_head", "_bn1")
+        self.answer = nn.Linear(1280, len(state["_fc.bias"]))
+        self.answer.load_state_dict({"weight": state["_fc.weight"], "bias": state["_fc.bias"]})
+
+    def forward(self, crops: Tensor) -> Tensor:
+        """(N, 3, 224, 224) RGB 0..255 -> (N, 1000)."""
+        top = self.backbone((crops - MEAN) / DEVIATION)[-1]
+        pooled: Tensor = F.relu6(self.head(top)).mean((2, 3))
+        logits: Tensor = self.answer(pooled)
+        return logits
+
+
+def read_names(path: Path) -> tuple[str, ...]:
+    """The 1,000 names in a module's list; the module is read, not run."""
+    for node in ast.parse(path.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == LIST:
+            return tuple(ast.literal_eval(node.value))
+    raise ModelError(f"{path}: holds no {LIST}")
+
+
+def build(out: Path, weights: Path, names: tuple[str, ...]) -> None:
+    """Write the classifier, not calibrated."""
+    network = Classifier(torch.load(weights, map_location="cpu", weights_only=True)).eval()
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            network, (torch.zeros(1, 3, SIZE, SIZE),), str(out), input_names=["crops"],
+            output_names=["logits"], opset_version=OPSET, dynamo=False,
+            dynamic_axes={"crops": {0: "n"}, "logits": {0: "n"}},
+        )  # fmt: skip
+    model = simplified(out)
+    halve(model)
+    onnx.save(model, str(out))
+    table = {"format": FORMAT, "names": json.dumps(names), "usual": json.dumps([1] * len(names))}
+    write(out, table | _values(CHOICES | dict.fromkeys(FITTED, 1.0)))
+
+
+def write(path: Path, values: dict[str, str]) -> None:
+    """Set metadata of the file."""
+    model = onnx.load(str(path))
+    table = {p.key: p.value for p in model.metadata_props}
+    helper.set_model_props(model, table | values)
+    onnx.save(model, str(path))
+
+
+def _values(values: Mapping[str, float]) -> dict[str, str]:
+    return {f"value.{key}": repr(round(value, 6)) for key, value in values.items()}
+
+
+def usual(looked: Sequence[Places]) -> list[float]:
+    """The mean probability of each class over all places."""
+    mean = np.concatenate([part.classes for part in looked]).astype(np.float64).mean(axis=0)
+    return [float(f"{value:.4g}") for value in mean]
+
+
+def rarely_seen(truth: Truth, words: Words) -> tuple[str, ...]:
+    """The trained categories of which the frames have few objects that count."""
+    kinds = np.concatenate([marks.kinds[~marks.crowd] for marks in truth.marks])
+    count = np.bincount(kinds, minlength=len(truth.categories)) * 1000 / len(truth.marks)
+    return tuple(
+        name
+        for name, objects in zip(truth.categories, count, strict=True)
+        if name in words.trained and RARE[0] <= objects <= RARE[1]
+    )
+
+
+def fit(told: Sequence[Sightings], truth: Truth, second: SecondLook) -> dict[str, float]:
+    """What evidence is worth: the log odds of being right."""
+    evidence, right = [], []
+    for part, marks in zip(told, truth.marks, strict=True):
+        seen, order = part.scored(second)
+        rows = np.stack(part.evidence, axis=1)[order]
+        for row, verdict in zip(rows, verdicts(seen, marks), strict=True):
+            if verdict is not None:
+                evidence.append(row)
+                right.append(verdict)
+    start = np.array([1.0, 1.0, 1.0, 0.0])
+    weights = fit_odds(np.array(evidence, np.float64), np.array(right, bool), start)
+    return dict(zip(FITTED, weights.tolist(), strict=True))
+
+
+@click.command(epilog="Example:  python -m models.train.second_look --dev frames/dev")
+@click.option("--dev", type=click.Path(path_type=Path), required=True, help="Frames to fit on.")
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("models/weights/second-look.onnx")
+)
+@click.option("--threads", default=2, show_default=True)
+def main(dev: Path, out: Path, threads: int) -> None:
+    """Make the classifier of second looks."""
+    truth, words = read_truth(dev), read_words()
+    build(out, store.fetch("efficientnet-lite0"), read_names(store.fetch("imagenet-names")))
+    encoder = TextEncoder(store.fetch("minilm"))
+    detector = open_detector(store.fetch("rfnav-det"), "rfnav", encoder, threads)
+    assert isinstance(detector, OpenDetector)
+    looked = look_at_all(detector, SecondLook(out, encoder, threads), truth, words)
+    write(out, {"usual": json.dumps(usual(looked))})
+    rare = rarely_seen(truth, words)
+    second = SecondLook(out, encoder, threads)
+    told = sightings(looked, second, truth, words, rare)
+    fitted = fit(told, truth, second)
+    write(out, _values(fitted))
+    digest = hashlib.sha256(out.read_bytes()).hexdigest()
+    worth = ", ".join(f"{key} {value:.2f}" for key, value in fitted.items())
+    click.echo(
+        f"{out}: {worth}, fitted on {', '.join(rare)}; {out.stat().st_size} bytes, sha256 {digest}"
+    )
+
+
+if __name__ == "__main__":
+    told(main)
