@@ -6,7 +6,6 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 
 import functools
 import math
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Protocol, TypeVar
 
@@ -31,7 +30,6 @@ from runtime.core.types import (
     Brief,
     Decision,
     Detections,
-    Frontier,
     Mount,
     Observation,
 )
@@ -108,15 +106,26 @@ def due(world: World, cfg: NavigateConfig) -> str:
     return "new evidence" if rested and _evidence(world, cfg) != world.evidence else ""
 
 
-def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
-    """What the decision will be made on, taken from the world and independent of it. As long as
-    there are only crumbs of unknown left, places that were seen only from afar stand for election,
-    too."""
-    candidates, told = _brief(world, cfg)
-    if world.combing != _only_crumbs(candidates, told, cfg):
+def consider(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
+    """The snapshot for a decision that is due. As long as there are only crumbs of unknown left,
+    places that were seen only from afar stand for election, too."""
+    snap = snapshot(world, why, cfg)
+    if world.combing != _only_crumbs(snap, cfg):
         world.combing = not world.combing
-        with_frontiers(world, cfg)
-        candidates, told = _brief(world, cfg)
+        snap = snapshot(with_frontiers(world, cfg), why, cfg)
+    return snap
+
+
+def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
+    """What the decision will be made on, taken from the world and independent of it."""
+    frames = world.keyframes
+    candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
+    views = {
+        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
+    }
+    told = brief.compose(
+        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
+    )
     told = brief.worthwhile(told, cfg.explore.worth_m2)
     unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
     order: tuple[int, ...] = ()
@@ -127,22 +136,9 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
 
-def _brief(world: World, cfg: NavigateConfig) -> tuple[tuple[Frontier, ...], Brief]:
-    """The frontiers that can be reached, and what is known about them."""
-    frames = world.keyframes
-    candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
-    views = {
-        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
-    }
-    told = brief.compose(
-        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
-    )
-    return candidates, told
-
-
-def _only_crumbs(candidates: Iterable[Frontier], told: Brief, cfg: NavigateConfig) -> bool:
-    afar = {f.id for f in candidates if f.afar}
-    most = max((f.unknown_m2 for f in told.frontiers if f.id not in afar), default=0.0)
+def _only_crumbs(snap: Snapshot, cfg: NavigateConfig) -> bool:
+    afar = {f.id for f in snap.frontiers if f.afar}
+    most = max((f.unknown_m2 for f in snap.brief.frontiers if f.id not in afar), default=0.0)
     return most < cfg.explore.crumb_m2
 
 

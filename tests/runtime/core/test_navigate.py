@@ -45,7 +45,7 @@ def search(
         navigate.perceive(world, obs, home.detect(NAMES, obs), MOUNT, cfg)
         why = navigate.due(world, cfg)
         if why:
-            decision = navigate.decide(navigate.snapshot(world, why, cfg), panel, None, cfg)
+            decision = navigate.decide(navigate.consider(world, why, cfg), panel, None, cfg)
             navigate.adopt(world, decision, cfg)
             decisions.append(decision)
         commands.append(navigate.act(world, cfg))

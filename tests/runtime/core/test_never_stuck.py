@@ -212,7 +212,7 @@ def test_when_only_crumbs_are_unknown_what_was_seen_from_afar_stands_for_electio
     cfg = NavigateConfig()
     world = walled_room(door_m=0.0)
     assert [f.afar for f in world.frontiers] == [False]
-    snap = navigate.snapshot(world, "", cfg)
+    snap = navigate.consider(world, "", cfg)
     crumb, far = snap.frontiers
     assert (crumb.afar, far.afar) == (False, True)
     told = {f.id: f.unknown_m2 for f in snap.brief.frontiers}
@@ -228,7 +228,7 @@ def test_a_weak_candidate_is_looked_at_before_crumbs():
     cells = np.array([[1.525, -1.525]])
     weak = Instance(1, {"toilet": -0.5}, (1.5, -1.5), 0.4, cells, views=[POSE])
     world.semantic.instances[1] = weak
-    snap = navigate.snapshot(world, "", cfg)
+    snap = navigate.consider(world, "", cfg)
     crumb = next(f.id for f in snap.frontiers if not f.afar)
     navigate.adopt(world, Decision(crumb, "all", (crumb,), crumb, Ballot(), 0, ""), cfg)
     for combing, mode in ((True, "target"), (False, "frontier")):
@@ -239,7 +239,7 @@ def test_a_weak_candidate_is_looked_at_before_crumbs():
 def test_as_long_as_more_is_unknown_only_boundaries_stand_for_election():
     world = walled_room(door_m=1.0)
     world.combing = True  # until the door was seen
-    snap = navigate.snapshot(world, "", NavigateConfig())
+    snap = navigate.consider(world, "", NavigateConfig())
     assert not world.combing
     assert len(snap.frontiers) == 2
     assert not any(f.afar for f in snap.frontiers)
