@@ -112,7 +112,7 @@ class Lockstep:
 
     def _decide(self, search: Search, world: World, why: str) -> None:
         cfg = search.config.navigate
-        snap = navigate.consider(world, why, cfg)
+        snap = navigate.snapshot(world, why, cfg)
         decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
         search.billed(self._mind)

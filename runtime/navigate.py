@@ -75,15 +75,11 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     world.seen = planner.look_around(world.map, world.pose, radius_m, cfg.planner, world.tight)
     edge = frontiers.boundary(world.map, world.given_up, cfg.frontiers)
     parts = frontiers.components(edge, frame, cfg.frontiers.min_cells)
+    if world.thorough:
+        dim = coverage.overlooked(world.map, world.looked, world.given_up) & ~edge
+        parts += frontiers.components(dim, frame, cfg.coverage.min_cells)
     named = frontiers.identify(world.memory, parts, frame, cfg.frontiers)
-    dim = []
-    if world.combing:
-        overlooked = coverage.overlooked(world.map, world.looked, world.given_up) & ~edge
-        dim = frontiers.components(overlooked, frame, cfg.coverage.min_cells)
-    world.afar.next_id = world.memory.next_id  # they have the ids in common
-    afar = frontiers.identify(world.afar, dim, frame, cfg.frontiers)
-    world.memory.next_id = world.afar.next_id
-    with_distances(world, named | afar, afar)
+    with_distances(world, named)
     return world
 
 
@@ -106,16 +102,6 @@ def due(world: World, cfg: NavigateConfig) -> str:
     return "new evidence" if rested and _evidence(world, cfg) != world.evidence else ""
 
 
-def consider(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
-    """The snapshot for a decision that is due. As long as there are only crumbs of unknown left,
-    places that were seen only from afar stand for election, too."""
-    snap = snapshot(world, why, cfg)
-    if world.combing != _only_crumbs(snap, cfg):
-        world.combing = not world.combing
-        snap = snapshot(with_frontiers(world, cfg), why, cfg)
-    return snap
-
-
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
     frames = world.keyframes
@@ -136,12 +122,6 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
 
-def _only_crumbs(snap: Snapshot, cfg: NavigateConfig) -> bool:
-    afar = {f.id for f in snap.frontiers if f.afar}
-    most = max((f.unknown_m2 for f in snap.brief.frontiers if f.id not in afar), default=0.0)
-    return most < cfg.explore.crumb_m2
-
-
 def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
     """DEFA and CDM: ask the experts, elect a frontier, else the fallback's."""
     ballot = panel.ask(snap.brief, by)
@@ -158,11 +138,10 @@ def adopt(world: World, decision: Decision, cfg: NavigateConfig) -> None:
 
 def act(world: World, cfg: NavigateConfig) -> Command:
     """One action, and in velocity mode the course behind it: finish the first look, else go to the
-    target, a weak one too when hardly anything is unknown, else to the elected frontier."""
-    least = cfg.explore.weak_log_odds if world.combing else None
+    target, else to the elected frontier."""
     command = (
         _look_around(world, cfg)
-        or _approach_target(world, cfg, least)
+        or _approach_target(world, cfg)
         or _explore(world, cfg)
         or _finish(world, cfg)
     )

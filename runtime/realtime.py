@@ -226,7 +226,7 @@ class RealTime:
         if not why:
             self._rehearse(search, world)
             return
-        snap = navigate.consider(world, why, cfg.navigate)
+        snap = navigate.snapshot(world, why, cfg.navigate)
         if world.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first, cfg.navigate)

@@ -39,7 +39,6 @@ class BriefConfig:
     doorway_m: tuple[float, float] = (0.5, 1.4)  # width of a gap that is taken for a doorway
     jamb_m: float = 0.25  # from both its ends to something occupied
     unknown_depth_m: float = 2.0  # how far into the unknown a frontier is credited
-    afar_share: float = 0.25  # of a place that was seen only from afar, what counts as unknown
 
 
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
@@ -100,13 +99,10 @@ def _frontier_brief(
     resolution = grid.frame.resolution_m
     steps = walking_distances(grid.free[window], seeds, math.ceil(cfg.object_range_m / resolution))
     walk_m = steps * np.float32(resolution)
-    if frontier.afar:
-        unknown_m2 = cfg.afar_share * len(frontier.cells_xy) * resolution**2
-    else:
-        unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution, cfg)
+    unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution, cfg)
     rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
     objects = _objects(things, origin, walk_m, cfg)
-    door = not frontier.afar and doorway(frontier.cells_xy, grid, cfg)
+    door = doorway(frontier.cells_xy, grid, cfg)
     return FrontierBrief(
         frontier.id,
         frontier.distance_m,

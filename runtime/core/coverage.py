@@ -1,6 +1,6 @@
 """What was seen from near: a place whose floor is known may still hide a small thing.
 
-When hardly anything is unknown any more, the robot goes to what it saw only from afar.
+When no frontier is left, the robot looks for what it saw only from afar.
 """
 
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ from runtime.core.types import F64, Mask
 class CoverageConfig:
     """[coverage]"""
 
-    near_m: float = 1.2  # what is closer to the camera has been looked at
-    min_cells: int = 240  # of a place that is worth going to
+    near_m: float = 2.2  # what is closer to the camera has been looked at
+    min_cells: int = 120  # of a place that is worth going to
 
 
 def look(looked: Mask, frame: GridFrame, outline: F64, cfg: CoverageConfig) -> None:

@@ -23,7 +23,6 @@ class ExploreConfig:
     decide_every: int = 5  # steps between decisions that only new evidence asks for
     decide_every_s: float = 1.0  # the same in velocity mode
     worth_m2: float = 0.1  # unknown behind a frontier; those with less are gone to last
-    crumb_m2: float = 1.0  # when nowhere more is unknown, also go to what was seen only from afar
     arrived_m: float = 0.25  # from a frontier's goal point
     seen_range_m: float = 2.0  # frontier cells this close were looked at once the robot faced them
     patience: int = 24  # steps without coming closer to an aim before it is given up
@@ -32,7 +31,7 @@ class ExploreConfig:
     blocked_m: float = 0.08  # a step forward that moved less than this was a collision
     blocked_s: float = 0.6  # the same in velocity mode: so long not a quarter of the speed
     blind_share: float = 0.02  # of the depth image; with less of it no velocity leads forward
-    weak_log_odds: float = -1.0  # a target worth a look when hardly anything is unknown
+    weak_log_odds: float = -1.0  # a target worth a look when nothing is left to explore
     faint_log_odds: float = -3.0  # and at the very last
 
 

@@ -96,7 +96,6 @@ class Frontier:
     cells_xy: F64  # (N, 2) m, the frontier's cells
     goal_xy: tuple[float, float]  # its reachable cell nearest the robot, m
     distance_m: float  # geodesic from the robot over known free space; inf if unreachable
-    afar: bool = False  # no boundary, but free space that was seen only from afar
 
     @property
     def centre_xy(self) -> tuple[float, float]:
@@ -128,8 +127,7 @@ class FrontierBrief:
     """That keyframe as a JPEG, a marker on the floor where the frontier is; b"" when none is
     kept."""
     doorway: bool = False  # it fills a gap between obstacles: what is behind is another room
-    unknown_m2: float = 0.0  # unknown area behind it, close by; what was seen only from afar counts
-    # for a share of itself
+    unknown_m2: float = 0.0  # unknown area behind it, close by
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
 """`World`: all state of one search. One thread owns it; what leaves it is an immutable snapshot."""
 
 import math
-from collections.abc import Container
 from dataclasses import dataclass, field, replace
 
 import cv2
@@ -67,6 +66,7 @@ class Progress:
 RESORTS = (
     "retry what was given up before",
     "go through gaps that look a little too tight",
+    "go to what was seen only from afar",
     "look from near at what was faintly like it",
 )
 """What is tried, one after the other, when no frontier is left to go to."""
@@ -84,7 +84,6 @@ class World:
     given_up: Mask  # (R, C) frontier cells that were looked at in vain
     looked: Mask  # (R, C) cells seen from near
     memory: FrontierMemory = field(default_factory=FrontierMemory)
-    afar: FrontierMemory = field(default_factory=FrontierMemory)  # of those that are no boundary
     frontiers: tuple[Frontier, ...] = ()
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     decision: Decision | None = None
@@ -104,7 +103,6 @@ class World:
     blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
     keyframes: list[Keyframe] = field(default_factory=list)
-    combing: bool = False  # hardly anything is unknown: what was seen only from afar is gone to
     collisions: int = 0
     resorts: int = 0  # how many of `RESORTS` were taken
     visited_xy: list[tuple[float, float]] = field(default_factory=list)
@@ -132,9 +130,14 @@ class World:
         return self.resorts >= 2
 
     @property
+    def thorough(self) -> bool:
+        """Whether what was seen only from afar is gone to by now."""
+        return self.resorts >= 3
+
+    @property
     def desperate(self) -> bool:
         """Whether the faintest likeness is worth a look by now."""
-        return self.resorts >= 3
+        return self.resorts >= 4
 
     @property
     def terrain(self) -> Terrain:
@@ -174,11 +177,8 @@ class World:
         return next((f for f in self.frontiers if f.id == id), None)
 
 
-def with_distances(
-    world: World, cells_by_id: dict[int, F64], afar: Container[int] = (), snap_m: float = 0.3
-) -> None:
-    """Turn identified cells into frontiers: goal point and walking distance from the robot. `afar`:
-    those that are no boundary."""
+def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
+    """Turn identified cells into frontiers: goal point and walking distance from the robot."""
     frame, arrival = world.terrain.frame, world.reach.arrival_m
     reach = round(snap_m / frame.resolution_m)
     found = []
@@ -192,7 +192,7 @@ def with_distances(
         if math.isinf(distance_m):  # the body does not fit onto it: stand close by
             cell, distance_m = _close_by(cells, arrival, reach)
         x, y = frame.centres(cell)
-        found.append(Frontier(id, cells_xy, (float(x), float(y)), distance_m, id in afar))
+        found.append(Frontier(id, cells_xy, (float(x), float(y)), distance_m))
     world.frontiers = tuple(found)
 
 

@@ -263,7 +263,7 @@ def drive(home: Apartment, goal: str, limit: int, closest) -> tuple[World, list]
         navigate.perceive(world, obs, seen, MOUNT, NAV)
         why = navigate.due(world, NAV)
         if why:
-            snap = navigate.consider(world, why, NAV)
+            snap = navigate.snapshot(world, why, NAV)
             navigate.adopt(world, navigate.decide(snap, closest, None, NAV), NAV)
         commands.append(navigate.act(world, NAV))
         if commands[-1].action is Action.STOP:

@@ -45,7 +45,7 @@ def search(
         navigate.perceive(world, obs, home.detect(NAMES, obs), MOUNT, cfg)
         why = navigate.due(world, cfg)
         if why:
-            decision = navigate.decide(navigate.consider(world, why, cfg), panel, None, cfg)
+            decision = navigate.decide(navigate.snapshot(world, why, cfg), panel, None, cfg)
             navigate.adopt(world, decision, cfg)
             decisions.append(decision)
         commands.append(navigate.act(world, cfg))
@@ -78,7 +78,7 @@ def test_the_target_is_found_faced_and_stopped_at(yaw: float):
 
 def test_without_the_target_everything_is_explored_and_it_says_so():
     there = home(8.0, 3.0)
-    world, commands, _ = search(there, "toilet", limit=500)
+    world, commands, _ = search(there, "toilet")
     assert commands[-1].action is Action.STOP
     assert "nothing left to explore" in commands[-1].reason
     assert min(x for x, _ in world.visited_xy) < 4.0  # through the door into the other room

@@ -15,7 +15,7 @@ from runtime.core.motion import arrived, dithers, drive, stalled
 from runtime.core.planner import PlannerConfig, look_around, march_from, survey
 from runtime.core.settings import NavigateConfig
 from runtime.core.target import TargetConfig, standpoints
-from runtime.core.types import Action, Ballot, Decision, Pose
+from runtime.core.types import Action, Pose
 from runtime.core.world import RESORTS, Command, Progress, World
 
 POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
@@ -179,7 +179,7 @@ def test_nothing_is_looked_at_through_a_wall():
 
 
 def test_what_is_out_of_near_range_stays_overlooked():
-    grid, cfg = floor(), CoverageConfig(near_m=2.2)
+    grid, cfg = floor(), CoverageConfig()
     looked = np.zeros(grid.frame.shape, bool)
     outline = np.array([[-2.0, 0.0], [2.9, -1.0], [2.9, 1.0]])  # from the left, nearly 5 m deep
     look(looked, grid.frame, outline, cfg)
@@ -188,61 +188,6 @@ def test_what_is_out_of_near_range_stays_overlooked():
     assert looked[near]
     assert not left[near]
     assert left[far]
-
-
-def walled_room(door_m: float) -> World:
-    """A room of 6 x 6 m whose far half was seen only from afar: a patch of 0.5 m2 on its floor is
-    unknown, and so is what lies behind a door of that width in the wall."""
-    grid, cfg = floor(), NavigateConfig()
-    x, y = axes(grid)
-    edge = np.maximum(np.abs(x), np.abs(y)) > 2.85
-    grid.evidence[
-        edge & (np.abs(x) < 3) & (np.abs(y) < 3) & ~((x < -2) & (np.abs(y) < door_m / 2))
-    ] = 10
-    grid.evidence[(np.abs(x - 1.0) < 0.35) & (np.abs(y - 1.0) < 0.35)] = 0
-    grid.changed()
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
-    world.map, world.looked = grid, x < 0.5
-    world.given_up = np.zeros(grid.frame.shape, bool)
-    world.semantic.rooms = np.zeros((0, *grid.frame.shape), np.float32)
-    return navigate.with_frontiers(world, cfg)
-
-
-def test_when_only_crumbs_are_unknown_what_was_seen_from_afar_stands_for_election():
-    cfg = NavigateConfig()
-    world = walled_room(door_m=0.0)
-    assert [f.afar for f in world.frontiers] == [False]
-    snap = navigate.consider(world, "", cfg)
-    crumb, far = snap.frontiers
-    assert (crumb.afar, far.afar) == (False, True)
-    told = {f.id: f.unknown_m2 for f in snap.brief.frontiers}
-    assert 0.3 < told[crumb.id] < cfg.explore.crumb_m2
-    cells = (~world.looked & world.map.free).sum()
-    assert told[far.id] == pytest.approx(cfg.brief.afar_share * cells * 0.05**2, abs=0.1)
-    assert snap.brief.order[0] == far.id  # there is more to see there than in a crumb
-
-
-def test_a_weak_candidate_is_looked_at_before_crumbs():
-    cfg = NavigateConfig()
-    world = walled_room(door_m=0.0)
-    cells = np.array([[1.525, -1.525]])
-    weak = Instance(1, {"toilet": -0.5}, (1.5, -1.5), 0.4, cells, views=[POSE])
-    world.semantic.instances[1] = weak
-    snap = navigate.consider(world, "", cfg)
-    crumb = next(f.id for f in snap.frontiers if not f.afar)
-    navigate.adopt(world, Decision(crumb, "all", (crumb,), crumb, Ballot(), 0, ""), cfg)
-    for combing, mode in ((True, "target"), (False, "frontier")):
-        world.combing = combing
-        assert navigate.act(world, cfg).mode == mode
-
-
-def test_as_long_as_more_is_unknown_only_boundaries_stand_for_election():
-    world = walled_room(door_m=1.0)
-    world.combing = True  # until the door was seen
-    snap = navigate.consider(world, "", NavigateConfig())
-    assert not world.combing
-    assert len(snap.frontiers) == 2
-    assert not any(f.afar for f in snap.frontiers)
 
 
 def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():

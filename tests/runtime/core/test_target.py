@@ -337,7 +337,7 @@ def drive(score: float, steps: int = 200) -> tuple[World, list[navigate.Command]
         navigate.perceive(world, obs, home.detect(("toilet",), obs, score), MOUNT, cfg)
         why = navigate.due(world, cfg)
         if why:
-            snap = navigate.consider(world, why, cfg)
+            snap = navigate.snapshot(world, why, cfg)
             navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg), cfg)
         commands.append(navigate.act(world, cfg))
         if commands[-1].action is Action.STOP:
