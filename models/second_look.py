@@ -68,8 +68,14 @@ class SecondLook:
             self.names: tuple[str, ...] = tuple(json.loads(table["names"]))
             self._usual = np.array(json.loads(table["usual"]), np.float32)
             value = {k: float(table[f"value.{k}"]) for k in (*CHOSEN, *FITTED)}
-        except (KeyError, ValueError) as error:
+        except (KeyError, ValueError, TypeError) as error:
             raise ModelError(f"{path}: its metadata lacks {error}") from error
+        classes = self._session.get_outputs()[0].shape[-1]
+        if not len(self.names) == self._usual.size == classes:
+            raise ModelError(
+                f"{path}: {classes} classes, but {len(self.names)} names and {self._usual.size} "
+                "usual probabilities; make it anew with models.train.second_look"
+            )
         self._value = value
         self._weights = np.array([value[k] for k in FITTED[:3]], np.float32)
         self._input = self._session.get_inputs()[0].name

@@ -14,9 +14,9 @@ from models.detector import OpenDetector, open_detector
 from models.errors import ModelError
 from models.evaluation.judged import fit_odds
 from models.evaluation.precision import Precision
-from models.evaluation.second import look_at_all, sightings
-from models.evaluation.truth import Truth, Words, _marks
-from models.second_look import SecondLook, Sought, look_twice, places
+from models.evaluation.second import Sightings, look_at_all, sightings
+from models.evaluation.truth import Marks, Truth, Words, _marks
+from models.second_look import Evidence, SecondLook, Sought, look_twice, places
 from models.text import TextEncoder
 
 NAMES = ("umbrella", "banjo", "toaster")  # what is red, green, blue
@@ -144,6 +144,9 @@ def test_no_more_places_are_looked_at_than_asked_for(
         ({"names": ""}, "its metadata lacks"),
         ({"usual": "often"}, "its metadata lacks"),
         ({"value.margin": "wide"}, "its metadata lacks"),
+        ({"names": "5"}, "its metadata lacks"),
+        ({"names": '["umbrella", "banjo"]'}, "3 classes, but 2 names"),
+        ({"usual": "[0.5, 0.5]"}, "and 2 usual probabilities"),
     ],
 )
 def test_a_file_that_is_none_is_refused_in_a_line(
@@ -185,6 +188,48 @@ def test_it_is_evaluated_on_what_was_held_out_and_on_each_word_as_if_it_were(
     (known,) = sightings(looked, second, truth, words, ["umbrella"])
     assert known.labels.tolist() == [1, 1]
     assert known.evidence.strangeness == pytest.approx([0, 0])  # its own word is left out
+
+
+def test_it_is_fitted_on_what_is_rare_among_the_trained(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    from models.train.second_look import fit, rarely_seen, read_names
+
+    listed = tmp_path / "names.py"
+    listed.write_text('raise SystemExit\n_IMAGENET_CATEGORIES = ["umbrella", "banjo"]\n')
+    assert read_names(listed) == ("umbrella", "banjo")
+    listed.write_text("OTHER = []\n")
+    with pytest.raises(ModelError, match="holds no _IMAGENET_CATEGORIES"):
+        read_names(listed)
+    categories, rng = ("sofa", "piano", "umbrella", "bed"), np.random.default_rng(0)
+    often = {0: 40, 1: 5, 2: 5, 3: 1}  # of 1,000
+    marks = []
+    for n in range(1000):
+        kinds = np.array([k for k, count in often.items() if n < count], np.int64)
+        boxes = np.tile(np.array(LEFT, np.float32), (len(kinds), 1))
+        marks.append(Marks(boxes, kinds, np.zeros(len(kinds), bool)))
+    truth = Truth(Path(), {}, categories, tuple(marks))
+    words = Words({"sofa": (), "piano": (), "bed": ()}, ("umbrella",), {}, {}, (), {})
+    assert rarely_seen(truth, words) == ("piano",)
+    told = []  # a place a frame, that of the piano looks like one
+    for n in range(1000):
+        resemblance = rng.normal(3 if n < 5 else 0, 0.5)
+        evidence = Evidence(*np.array([[resemblance], [0.0], [0.0]], np.float32))
+        label = np.array([1], np.int32)
+        told.append(Sightings(np.array([LEFT], np.float32), label, evidence))
+    worth = fit(told, truth, AnyLook())
+    assert set(worth) == {"resemblance", "objectness", "strangeness", "shift"}
+    assert worth["resemblance"] > 2
+    assert worth["shift"] < -4
+
+
+class AnyLook(SecondLook):
+    """Without a network: what looks more like it is likelier."""
+
+    def __init__(self) -> None:
+        pass
+
+    def probability(self, evidence: Evidence) -> np.ndarray:
+        return 1 / (1 + np.exp(-evidence.resemblance))
 
 
 def test_evidence_is_weighed_by_how_often_it_was_right() -> None:
