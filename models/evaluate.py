@@ -30,6 +30,7 @@ FILE = click.Path(path_type=Path)
 @click.option("--data", type=FILE, required=True, help="Frames to judge on.")
 @click.option("--dev", type=FILE, help="Frames to fit calibration and threshold on.")
 @click.option("--detector", type=FILE, help="ONNX file; default: the project's.")
+@click.option("--second-look", type=FILE, help="Its classifier; default: the project's.")
 @click.option("--limit", type=click.IntRange(1), help="Only as many frames of each directory.")
 @click.option("--threads", default=2, show_default=True)
 @click.option("--cost/--no-cost", default=True, show_default=True, help="Time it, too.")
@@ -37,8 +38,9 @@ FILE = click.Path(path_type=Path)
 @click.option("--sheet", type=FILE, help="Draw detections of some frames here (PNG), and no more.")
 @click.option("--json", "json_file", type=FILE, help="Write the figures here.")
 def main(
-    data: Path, dev: Path | None, detector: Path | None, limit: int | None, threads: int,
-    cost: bool, synonyms: bool, sheet: Path | None, json_file: Path | None,
+    data: Path, dev: Path | None, detector: Path | None, second_look: Path | None,
+    limit: int | None, threads: int, cost: bool, synonyms: bool, sheet: Path | None,
+    json_file: Path | None,
 ) -> None:  # fmt: skip
     """Measure a detector on labelled frames."""
     cv2.setNumThreads(1)
@@ -51,7 +53,7 @@ def main(
         click.echo(f"{sheet}: detections of {path.name} on {data}")
         return
     fitting = read_truth(dev, limit) if dev else None
-    second = SecondLook(store.fetch("second-look"), encoder, threads)
+    second = SecondLook(second_look or store.fetch("second-look"), encoder, threads)
     report = measure(opened, truth, fitting, words, encoder, synonyms, second)
     if cost:
         report["cost"] = measure_cost(path)

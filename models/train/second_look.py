@@ -134,13 +134,14 @@ def fit(told: Sequence[Sightings], truth: Truth, second: SecondLook) -> dict[str
 @click.option(
     "--out", type=click.Path(path_type=Path), default=Path("models/weights/second-look.onnx")
 )
+@click.option("--detector", "path", type=click.Path(path_type=Path), help="Default: the project's.")
 @click.option("--threads", default=2, show_default=True)
-def main(dev: Path, out: Path, threads: int) -> None:
+def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
     """Make the classifier of second looks."""
     truth, words = read_truth(dev), read_words()
     build(out, store.fetch("efficientnet-lite0"), read_names(store.fetch("imagenet-names")))
     encoder = TextEncoder(store.fetch("minilm"))
-    detector = open_detector(store.fetch("rfnav-det"), "rfnav", encoder, threads)
+    detector = open_detector(path or store.fetch("rfnav-det"), "rfnav", encoder, threads)
     assert isinstance(detector, OpenDetector)
     looked = look_at_all(detector, SecondLook(out, encoder, threads), truth, words)
     write(out, {"usual": json.dumps(usual(looked))})
