@@ -53,7 +53,7 @@ class Eyes:
     def _seek_twice(self, goal: Goal) -> str:
         """Have what the detector has no word for looked at by a classifier that may have one."""
         detector, name, places = self._detector, self._models.second_look, self._config.second_looks
-        if not (name and places and isinstance(detector, OpenDetector)):
+        if not (name and places > 0 and isinstance(detector, OpenDetector)):
             return ""
         if self._second is None:
             self._second = SecondLook(found(name), self._encoder, self._models.threads)
