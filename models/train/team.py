@@ -72,7 +72,7 @@ def _join(rank: int, count: int, meeting: str, work: Callable[[Team], None]) -> 
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.environ["GLOO_SOCKET_IFNAME"] = "lo"
     distributed.init_process_group("gloo", init_method=meeting, rank=rank, world_size=count)
-    try:
-        work(Team(rank, count))
-    finally:
-        distributed.destroy_process_group()
+    # Whoever fails keeps the others waiting until it is gone: else they fail of that, and the first
+    # failure to be told is one of theirs.
+    work(Team(rank, count))
+    distributed.destroy_process_group()
