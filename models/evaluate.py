@@ -53,10 +53,11 @@ def main(
         click.echo(f"{sheet}: detections of {path.name} on {data}")
         return
     fitting = read_truth(dev, limit) if dev else None
-    second = SecondLook(second_look or store.fetch("second-look"), encoder, threads)
+    looks = second_look or store.fetch("second-look")
+    second = SecondLook(looks, encoder, threads)
     report = measure(opened, truth, fitting, words, encoder, synonyms, second)
     if cost:
-        report["cost"] = measure_cost(path)
+        report["cost"] = measure_cost(path, looks)
     click.echo(markdown(report))
     if json_file:
         json_file.write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")

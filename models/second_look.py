@@ -6,6 +6,7 @@ the classifier one by one. What is sought may be any text: the classes with the 
 stand for it, as far as a place looks more like them than places usually do.
 """
 
+import base64
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -31,6 +32,8 @@ CHOSEN, FITTED = (
     ("margin", "alike", "spread"),
     ("resemblance", "objectness", "strangeness", "shift"),
 )
+SAME_ROW = 0.01
+"""How far values of two text rows may lie apart that are from one encoder."""
 LEAST = 1e-6
 """Of a probability, before its logarithm is taken."""
 
@@ -50,9 +53,10 @@ class SecondLook:
     Its file: `crops` (N, 3, H, W) float32 RGB 0..255 -> `logits` (N, C); metadata `format`, `names`
     and `usual` (JSON, C of them each: what a class is called, and its probability in the mean of
     all places); constants `value.margin`, of a square crop around a box; `value.alike`, the cosine
-    of two names from which on one may stand for the other, and `value.spread`, of those but the
-    best; `value.resemblance`, `.objectness`, `.strangeness` and `.shift`: the log odds per unit of
-    evidence, and without any.
+    of two names from which on one may stand for the other, and `value.spread`, by which a less
+    similar one than the best counts e times less; `value.resemblance`, `.objectness`,
+    `.strangeness` and `.shift`: the log odds per unit of evidence, and without any. It may hold
+    `rows`, base64: the names' embeddings (C, D) float16.
     """
 
     def __init__(self, path: Path, encoder: TextEncoder, threads: int = 1) -> None:
@@ -69,7 +73,7 @@ class SecondLook:
             self._usual = np.array(json.loads(table["usual"]), np.float32)
             value = {k: float(table[f"value.{k}"]) for k in (*CHOSEN, *FITTED)}
         except (KeyError, ValueError, TypeError) as error:
-            raise ModelError(f"{path}: its metadata lacks {error}") from error
+            raise ModelError(f"{path}: of its metadata is missing or no use: {error}") from error
         classes = self._session.get_outputs()[0].shape[-1]
         if not len(self.names) == self._usual.size == classes:
             raise ModelError(
@@ -80,15 +84,32 @@ class SecondLook:
         self._weights = np.array([value[k] for k in FITTED[:3]], np.float32)
         self._input = self._session.get_inputs()[0].name
         self._size = image_size(self._session.get_inputs()[0].shape, path)
-        self._rows = encoder.embed(self.names)
+        self._rows = self._named(table.get("rows", ""))
+
+    def _named(self, rows: str) -> Floats:
+        """The names' rows, as the file has them if they are this encoder's: embedding a thousand
+        takes seconds."""
+        shape = len(self.names), self._encoder.dimension
+        values = np.frombuffer(base64.b64decode(rows), np.float16).astype(np.float32)
+        probe = [0, len(self.names) // 2, len(self.names) - 1]
+        if values.size == shape[0] * shape[1]:
+            kept = values.reshape(shape)
+            own = self._encoder.embed([self.names[i] for i in probe])
+            if np.abs(kept[probe] - own).max() < SAME_ROW:
+                return kept
+        return self._encoder.embed(self.names)
 
     def likeness(self, names: Sequence[str]) -> Floats:
-        """(C,) how far each class stands for what is called so, the best with 1; all 0: none
-        does."""
-        cosine = (self._rows @ self._encoder.embed(names).T).max(axis=1)
-        best = float(cosine.max())
-        weights = np.exp((cosine - best) / self._value["spread"])
-        return np.where(max(best, 0.0) >= self._value["alike"], weights, 0).astype(np.float32)
+        """(C,) how far each class stands for what is called so, the best with 1; all 0: none does.
+        The first name counts; the others, which may mean something else, too (a bicycle is also a
+        wheel), when no class is like that."""
+        cosines = self._rows @ self._encoder.embed(names).T
+        for cosine in (cosines[:, 0], cosines.max(axis=1)):
+            weights = np.exp((cosine - cosine.max()) / self._value["spread"])
+            likeness = np.where(cosine >= self._value["alike"], weights, 0).astype(np.float32)
+            if likeness.any():
+                break
+        return likeness
 
     def classify(self, rgb: NDArray[np.uint8], boxes_px: Floats) -> Floats:
         """(H, W, 3) RGB, (N, 4) -> (N, C) with what probability each place is of each class."""

@@ -74,7 +74,7 @@ class DetectorConfig:
     min_score: float = 0.2  # weaker detections are not looked at
     source: Literal["model", "topic"] = "model"  # "topic": from the bus, e.g. a harness's labels
     labels: tuple[str, ...] = ()  # names on the bus besides the vocabulary's
-    second_looks: int = 5  # places of an image shown to it, when the goal is such
+    second_looks: int = 5  # places of an image shown to it then, 15 at most
     memo_frames: int = 0  # images whose detections are kept: a harness shows the same ones again
 
 

@@ -1,7 +1,7 @@
 """What is in an image: the detector, and a second look at what it has no word for."""
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from models.second_look import SecondLook, Sought, look_twice
 from models.text import TextEncoder
 from models.vocabulary import Vocabulary
 from models.words import ClassText
-from runtime.config import Config
+from runtime.config import Config, DetectorConfig
 from runtime.core.types import F32, F64, U8, Detections
 from runtime.goal import Goal
 
@@ -26,10 +26,10 @@ class Eyes:
     Raises models.errors.ModelError when one cannot be loaded."""
 
     def __init__(self, config: Config, encoder: TextEncoder, words: Vocabulary) -> None:
-        models = self._models = config.models
+        models = config.models
         self._encoder, self._rooms = encoder, words.rooms
         self._detector = open_detector(
-            found(models.detector),
+            located(models.detector),
             models.detector_kind,
             encoder,
             models.threads,
@@ -37,34 +37,34 @@ class Eyes:
         )
         # Embedding hundreds of names takes a second: not while somebody waits for a vote.
         self._detector.set_vocabulary(words.objects, words.rooms)
-        self._look: Callable[[U8], RawDetections] = self._detector.detect
-        self._second: SecondLook | None = None  # loaded for the first goal that needs it
+        self._second: SecondLook | None = None
+        if models.second_look and isinstance(self._detector, OpenDetector):
+            self._second = SecondLook(located(models.second_look), encoder, models.threads)
         self._config, self._classes = config.detector, words.objects
+        self._sought: Sought | None = None
         self._seen: dict[tuple[bytes, Classes, int], RawDetections] = {}
 
     def seek(self, goal: Goal, config: Config) -> str:
-        """Look for a goal from now on; what to say about how well it can be seen, or ""."""
+        """Look for a goal from now on; what to say about how well it can be seen, or "". When it
+        raises, what was looked for before still is."""
+        sought, how = self._twice(goal, config.detector)
         self._detector.set_vocabulary(goal.classes, self._rooms)
-        self._config, self._classes = config.detector, goal.classes
-        self._look = self._detector.detect
-        told = _told(self._detector.capabilities, goal.name)
-        return told + (self._seek_twice(goal) if goal.strange else "")
+        self._config, self._classes, self._sought = config.detector, goal.classes, sought
+        return _told(self._detector.capabilities, goal.name) + how
 
-    def _seek_twice(self, goal: Goal) -> str:
-        """Have what the detector has no word for looked at by a classifier that may have one."""
-        detector, name, places = self._detector, self._models.second_look, self._config.second_looks
-        if not (name and places > 0 and isinstance(detector, OpenDetector)):
-            return ""
-        if self._second is None:
-            self._second = SecondLook(found(name), self._encoder, self._models.threads)
-        second, names = self._second, [names[0] for names in goal.classes]
-        label = names.index(goal.name)
+    def _twice(self, goal: Goal, cfg: DetectorConfig) -> tuple[Sought | None, str]:
+        """What the detector has no word for is looked at by a classifier that may have one; what to
+        say about that."""
+        second = self._second
+        if not goal.strange or second is None or cfg.second_looks <= 0 or cfg.source != "model":
+            return None, ""
+        label = [names[0] for names in goal.classes].index(goal.name)
         likeness = second.likeness(goal.classes[label])
         if not likeness.any():
-            return "; no picture is known of anything like it: it will hardly be recognised"
-        sought = Sought(label, likeness, places)
-        self._look = lambda rgb: look_twice(detector, second, sought, rgb)
-        return f"; what is strange is looked at twice, for: {second.names[int(likeness.argmax())]}"
+            return None, "; no picture is known of anything like it: it will hardly be recognised"
+        like = second.names[int(likeness.argmax())]
+        told = f"; what is strange is looked at twice, for: {like}"
+        return Sought(label, likeness, cfg.second_looks), told
 
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what is seen surely enough."""
@@ -84,12 +84,17 @@ class Eyes:
         if not bound:
             return self._look(rgb)
         digest = hashlib.blake2b(rgb.tobytes(), digest_size=16).digest()
-        key = digest, self._classes, self._config.second_looks
+        key = digest, self._classes, self._sought.places if self._sought else 0
         raw = self._seen.pop(key, None) or self._look(rgb)
         self._seen[key] = raw  # the newest last
         while len(self._seen) > bound:
             del self._seen[next(iter(self._seen))]
         return raw
+
+    def _look(self, rgb: U8) -> RawDetections:
+        if self._sought and self._second and isinstance(self._detector, OpenDetector):
+            return look_twice(self._detector, self._second, self._sought, rgb)
+        return self._detector.detect(rgb)
 
     def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
@@ -104,7 +109,7 @@ class Eyes:
         return self._detector.capabilities
 
 
-def found(name: str) -> Path:
+def located(name: str) -> Path:
     """A path as it is, else a model's name; several files are a directory."""
     path = Path(name)
     return path if path.suffix and (path.exists() or "/" in name) else store.fetch(name)

@@ -26,7 +26,7 @@ from runtime.edge.panel import Expert, Panel
 from runtime.edge.reasoner import Reasoner
 from runtime.edge.scorer import Scorer, Similarity
 from runtime.errors import ConfigError, ModelError
-from runtime.eyes import Eyes
+from runtime.eyes import Eyes, located
 from runtime.goal import Goal, Words, understand
 from runtime.scored import Scored
 from runtime.seats import EMBEDDING, Seats
@@ -48,8 +48,8 @@ class LocalMind:
         self._panel: Panel | None = None
         try:
             self._encoder = TextEncoder(_directory(models.text), threads)
-            listed = vocabulary.objects, Senses(), vocabulary.also, vocabulary.kinds
-            self._words = Words(*listed)
+            also, kinds = vocabulary.also, vocabulary.kinds
+            self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
             self._eyes = Eyes(config, self._encoder, vocabulary)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
@@ -206,12 +206,10 @@ def _directory(name: str) -> Path:
 
 
 def _file(name: str) -> Path:
-    """A path to a file as it is, else a name from the manifest, fetched when it is not here."""
-    path = Path(name)
-    if path.suffix and (path.exists() or "/" in name):
-        return path
-    found = store.fetch(name)
-    return found if found.is_file() else next(p for p in sorted(found.iterdir()) if p.is_file())
+    """A path to a file as it is, else the first of a model's from the manifest, fetched when it is
+    not here."""
+    path = located(name)
+    return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path
 
 
 def _style(name: str, configured: str) -> str:

@@ -89,10 +89,10 @@ def understand(
 ) -> Order:
     """The request {"goal", "log_dir", "settings", "episode"}; RfNavError says what is wrong. With
     a `default_dir` the log_dir may be left out."""
-    config = configure(_settings(body))
-    goal, panel = mind.accept(_text(body, "goal"), config)
+    config, text = configure(_settings(body)), _text(body, "goal")
     named = default_dir is None or "log_dir" in body
     log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
+    goal, panel = mind.accept(text, config)
     return Order(goal, config, panel, log_dir, body.get("episode"), mind.rooms)
 
 

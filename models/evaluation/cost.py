@@ -27,7 +27,7 @@ from models.boxes import letterbox
 from models.detections import Detector
 from models.detector import OpenDetector, View, open_detector
 from models.errors import ModelError, told
-from models.evaluation.second import LOOKS
+from models.evaluation.words import LOOKS
 from models.second_look import SecondLook, Sought, look_twice
 from models.session import open_session
 from models.text import TextEncoder
@@ -39,13 +39,15 @@ LAYERS, CHANNELS, SIDE = 3, 64, (120, 160)
 """The reference: 3x3 convolutions of 2.1 G multiplications, about EfficientNet-Lite0's at 640."""
 
 
-def measure_cost(detector: Path) -> dict[str, Any]:
-    """Bytes of the file, resident memory, and times on 1 and 2 threads."""
+def measure_cost(detector: Path, second_look: Path | None = None) -> dict[str, Any]:
+    """Bytes of the file, resident memory, and times on 1 and 2 threads; with the project's second
+    look or another."""
+    looks = second_look or store.fetch("second-look")
     figures: dict[str, Any] = {"bytes": _file(detector).stat().st_size}
     for threads in (1, 2):
         command = [sys.executable, "-m", "models.evaluation.cost", str(detector)]
         done = subprocess.run(
-            [*command, "--threads", str(threads)],
+            [*command, "--second-look", str(looks), "--threads", str(threads)],
             capture_output=True,
             text=True,
             check=False,
@@ -61,7 +63,7 @@ def _file(detector: Path) -> Path:
     return detector / "model.onnx" if detector.is_dir() else detector
 
 
-def one_process(path: Path, threads: int) -> dict[str, float]:
+def one_process(path: Path, second_look: Path, threads: int) -> dict[str, float]:
     """Times in ms and memory in MB of this process."""
     encoder = TextEncoder(store.fetch("minilm"))
     words = load_vocabulary()
@@ -97,16 +99,18 @@ def one_process(path: Path, threads: int) -> dict[str, float]:
         "resize_ms": float(middle[1]),
         "name_ms": float(middle[2]),
         "memory_mb": memory_mb,
-        **(_twice(detector, encoder, frame, threads) if isinstance(detector, OpenDetector) else {}),
+        **_twice(detector, second_look, encoder, frame, threads),
     }
 
 
 def _twice(
-    detector: OpenDetector, encoder: TextEncoder, frame: NDArray[np.uint8], threads: int
+    detector: Detector, path: Path, encoder: TextEncoder, frame: NDArray[np.uint8], threads: int
 ) -> dict[str, float]:
     """A frame for a goal that the detector has no word for, and the memory that this adds."""
+    if not isinstance(detector, OpenDetector):
+        return {}
     before = _resident_mb()
-    second = SecondLook(store.fetch("second-look"), encoder, threads)
+    second = SecondLook(path, encoder, threads)
     sought = Sought(0, second.likeness(["umbrella"]), LOOKS)
     times = [
         _timed(lambda: look_twice(detector, second, sought, frame)) for _ in range(WARM + RUNS)
@@ -157,10 +161,11 @@ def _resident_mb() -> float:
 
 @click.command()
 @click.argument("path", type=click.Path(path_type=Path))
+@click.option("--second-look", type=click.Path(path_type=Path), help="Default: the project's.")
 @click.option("--threads", default=1, show_default=True)
-def main(path: Path, threads: int) -> None:
+def main(path: Path, second_look: Path | None, threads: int) -> None:
     """Time a detector on one 640x480 frame; figures as JSON."""
-    click.echo(json.dumps(one_process(path, threads)))
+    click.echo(json.dumps(one_process(path, second_look or store.fetch("second-look"), threads)))
 
 
 if __name__ == "__main__":

@@ -61,7 +61,8 @@ def _summary(report: dict[str, Any]) -> str:
             rows.append((f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"))
             if "twice_ms" in cost:
                 said = f"ms a frame looked at twice, {threads} thread(s)"
-                rows.append((said, f"{cost['twice_ms']:.1f}", "–"))
+                more = f"{cost['twice_ms']:.1f} ({cost['twice_memory_mb']:.0f} MB more)"
+                rows.append((said, more, "–"))
     if "cost" in report:
         rows.append(("file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"))
         memory = report["cost"]["threads_1"]["memory_mb"]
@@ -106,10 +107,11 @@ def _classes(report: dict[str, Any]) -> str:
 def _twice(twice: dict[str, Any]) -> str:
     """What was held out of training, each as a goal of its own."""
     rows = [
-        (name, str(r["objects"]), _f(r["ap50"]), _f(r["recall"]), f"{r['false_seen']:.1f}")
+        (name, r["as"], str(r["objects"]), _f(r["ap50"]), _f(r["recall"]), f"{r['false_seen']:.1f}")
         for name, r in sorted(twice["categories"].items(), key=lambda item: -item[1]["ap50"])
     ]
-    table = _table(("held out, looked at twice", "objects", "AP50", "recall", "false/1,000"), rows)
+    head = ("held out, looked at twice", "as", "objects", "AP50", "recall", "false/1,000")
+    table = _table(head, rows)
     error, false = _f(twice["calibration_error"]), f"{twice['false_seen']:.1f}"
     return f"{table}\n\nCalibration error {error}; {false} false sightings in the mean."
 

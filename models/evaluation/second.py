@@ -8,10 +8,8 @@ import numpy as np
 from models.detections import Floats, RawDetections
 from models.detector import OpenDetector
 from models.evaluation.truth import Truth, Words
+from models.evaluation.words import LOOKS
 from models.second_look import Evidence, SecondLook, places, strangest
-
-LOOKS = 5
-"""Places of a frame that are looked at again, as the runtime's default."""
 
 
 @dataclass(frozen=True)
@@ -58,14 +56,14 @@ def look_at_all(
 
 def sightings(
     looked: Sequence[Places], second: SecondLook, truth: Truth, words: Words,
-    sought: Sequence[str],
+    sought: Mapping[str, Sequence[str]],
 ) -> tuple[Sightings, ...]:  # fmt: skip
-    """Of every frame, each of the categories `sought` as a goal of its own. A trained one is sought
-    as if the detector alone had no word for it."""
+    """Of every frame, each of the categories `sought` as a goal of its own, by these names. A
+    trained one is sought as if the detector alone had no word for it."""
     trained = list(words.trained)
     own = {name: [trained.index(name)] if name in words.trained else [] for name in sought}
     likeness = {
-        label: second.likeness([name])
+        label: second.likeness(sought[name])
         for label, name in enumerate(truth.categories)
         if name in sought
     }

@@ -13,9 +13,12 @@ from models.evaluation.truth import Words, read_words
 from models.senses import Senses
 from models.text import TextEncoder
 from models.vocabulary import load_vocabulary
-from runtime.config import GoalConfig
+from runtime.config import DetectorConfig, GoalConfig
 from runtime.goal import Goal, understand
 from runtime.goal import Words as WordList
+
+LOOKS = DetectorConfig().second_looks
+"""Places of a frame that the runtime looks at again."""
 
 Understand = Callable[[str], Goal]
 

@@ -5,8 +5,10 @@ is worth from trained categories, each as if the detector had no word for it, th
 what one is asked for once."""
 
 import ast
+import base64
 import hashlib
 import json
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -97,6 +99,11 @@ def _values(values: Mapping[str, float]) -> dict[str, str]:
     return {f"value.{key}": repr(round(value, 6)) for key, value in values.items()}
 
 
+def rows(names: Sequence[str], encoder: TextEncoder) -> str:
+    """The names' embeddings, as the file holds them."""
+    return base64.b64encode(encoder.embed(names).astype(np.float16).tobytes()).decode()
+
+
 def usual(looked: Sequence[Places]) -> list[float]:
     """The mean probability of each class over all places."""
     mean = np.concatenate([part.classes for part in looked]).astype(np.float64).mean(axis=0)
@@ -139,17 +146,25 @@ def fit(told: Sequence[Sightings], truth: Truth, second: SecondLook) -> dict[str
 def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
     """Make the classifier of second looks."""
     truth, words = read_truth(dev), read_words()
-    build(out, store.fetch("efficientnet-lite0"), read_names(store.fetch("imagenet-names")))
-    encoder = TextEncoder(store.fetch("minilm"))
+    rare = rarely_seen(truth, words)
+    if not rare:
+        raise ModelError(
+            f"{dev}: no trained category has {RARE[0]} to {RARE[1]} objects in 1,000 "
+            "frames; evidence is fitted on such: give more frames"
+        )
+    encoder, names = TextEncoder(store.fetch("minilm")), read_names(store.fetch("imagenet-names"))
     detector = open_detector(path or store.fetch("rfnav-det"), "rfnav", encoder, threads)
     assert isinstance(detector, OpenDetector)
-    looked = look_at_all(detector, SecondLook(out, encoder, threads), truth, words)
-    write(out, {"usual": json.dumps(usual(looked))})
-    rare = rarely_seen(truth, words)
-    second = SecondLook(out, encoder, threads)
-    told = sightings(looked, second, truth, words, rare)
-    fitted = fit(told, truth, second)
-    write(out, _values(fitted))
+    partial = out.with_suffix(".partial.onnx")
+    build(partial, store.fetch("efficientnet-lite0"), names)
+    write(partial, {"rows": rows(names, encoder)})
+    looked = look_at_all(detector, SecondLook(partial, encoder, threads), truth, words)
+    write(partial, {"usual": json.dumps(usual(looked))})
+    second = SecondLook(partial, encoder, threads)
+    asked = {name: [name] for name in rare}
+    fitted = fit(sightings(looked, second, truth, words, asked), truth, second)
+    write(partial, _values(fitted))
+    os.replace(partial, out)
     digest = hashlib.sha256(out.read_bytes()).hexdigest()
     worth = ", ".join(f"{key} {value:.2f}" for key, value in fitted.items())
     click.echo(

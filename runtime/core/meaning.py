@@ -15,6 +15,9 @@ from runtime.core.types import F32
 
 MARGIN = 0.05
 """Less cosine than a class's likeliest meaning has, and still taken for one of its own."""
+KINDRED = 0.25
+"""Cosine of a word of several meanings to a name of the class that it is taken for a kind of: a
+runner may be a rug, a safe is no cupboard for meat."""
 
 Embed = Callable[[Sequence[str]], F32]
 Class = tuple[str, ...]
@@ -69,9 +72,14 @@ def meaning(word: str, classes: Sequence[Class], senses: Senses, embed: Embed) -
     return Meaning(
         meant.names if meant.common else (),
         having([meant.id]),
-        having(meant.broader),
+        tuple(c for c in having(meant.broader) if len(found) == 1 or _like(word, c, embed)),
         having(meant.narrower),
     )
+
+
+def _like(word: str, names: Class, embed: Embed) -> bool:
+    like = np.asarray(embed(names)) @ np.asarray(embed([word]))[0]
+    return bool(like.max() >= KINDRED)
 
 
 def _likeliest(word: str, found: Sequence[Sense], classes: Sequence[Class], embed: Embed) -> int:

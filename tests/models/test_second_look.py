@@ -1,5 +1,6 @@
 """A second look at what the detector has no word for, by a classifier that answers in colours."""
 
+import base64
 import json
 from dataclasses import replace
 from pathlib import Path
@@ -37,12 +38,13 @@ RED, BLUE = (250, 0, 0), (0, 0, 250)
 LEFT, RIGHT = (4, 20, 36, 52), (60, 20, 92, 52)
 
 
-def write(path: Path, metadata: dict[str, str]) -> Path:
-    """Logits are the mean of each colour over a crop."""
+def write(path: Path, metadata: dict[str, str], times: int = 1) -> Path:
+    """Logits are the mean of each colour over a crop, all three as often as told."""
     crops = helper.make_tensor_value_info("crops", TensorProto.FLOAT, ["n", 3, 16, 16])
-    logits = helper.make_tensor_value_info("logits", TensorProto.FLOAT, ["n", 3])
-    mean = helper.make_node("ReduceMean", ["crops"], ["logits"], axes=[2, 3], keepdims=0)
-    graph = helper.make_graph([mean], "colours", [crops], [logits])
+    logits = helper.make_tensor_value_info("logits", TensorProto.FLOAT, ["n", 3 * times])
+    mean = helper.make_node("ReduceMean", ["crops"], ["mean"], axes=[2, 3], keepdims=0)
+    tile = helper.make_node("Concat", ["mean"] * times, ["logits"], axis=1)
+    graph = helper.make_graph([mean, tile], "colours", [crops], [logits])
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 17)], ir_version=8)
     helper.set_model_props(model, metadata)
     onnx.save(model, str(path))
@@ -87,6 +89,28 @@ def test_what_is_sought_is_compared_with_the_names(second: SecondLook) -> None:
     assert second.likeness(["umbrella"]) == pytest.approx([1, 0, 0], abs=1e-3)
     assert second.likeness(["beach umbrella"])[0] == 1  # the best stands for it
     assert not second.likeness(["thermodynamics"]).any()
+
+
+def test_other_names_count_only_when_the_first_says_nothing(second: SecondLook) -> None:
+    assert second.likeness(["umbrella", "toaster"]) == pytest.approx([1, 0, 0], abs=1e-3)
+    assert second.likeness(["thermodynamics", "toaster"]) == pytest.approx([0, 0, 1], abs=1e-3)
+
+
+def test_rows_in_the_file_are_used_if_they_are_this_encoders(
+    tmp_path: Path, encoder: TextEncoder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    embedded: list[int] = []
+    embed = encoder.embed
+    monkeypatch.setattr(encoder, "embed", lambda texts: embedded.append(len(texts)) or embed(texts))
+    names = NAMES * 10
+    own = embed(names).astype(np.float16)
+    for rows, asked in ((own, [3]), (own[::-1] * 0.9, [3, 30]), (own[:5], [30])):
+        held = base64.b64encode(np.ascontiguousarray(rows).tobytes()).decode()
+        many = {"names": json.dumps(names), "usual": json.dumps([1 / 30] * 30), "rows": held}
+        embedded.clear()
+        second = SecondLook(write(tmp_path / "many.onnx", METADATA | many, 10), encoder)
+        assert embedded == asked
+        assert second.likeness(["umbrella"])[::3] == pytest.approx(np.ones(10), abs=0.01)
 
 
 def test_each_place_is_classified_by_itself(second: SecondLook) -> None:
@@ -141,10 +165,10 @@ def test_no_more_places_are_looked_at_than_asked_for(
     ("change", "said"),
     [
         ({"format": "rf-nav-detector/1"}, "not a classifier for second looks"),
-        ({"names": ""}, "its metadata lacks"),
-        ({"usual": "often"}, "its metadata lacks"),
-        ({"value.margin": "wide"}, "its metadata lacks"),
-        ({"names": "5"}, "its metadata lacks"),
+        ({"names": ""}, "is missing or no use"),
+        ({"usual": "often"}, "is missing or no use"),
+        ({"value.margin": "wide"}, "is missing or no use"),
+        ({"names": "5"}, "is missing or no use"),
         ({"names": '["umbrella", "banjo"]'}, "3 classes, but 2 names"),
         ({"usual": "[0.5, 0.5]"}, "and 2 usual probabilities"),
     ],
@@ -176,16 +200,16 @@ def test_it_is_evaluated_on_what_was_held_out_and_on_each_word_as_if_it_were(
     words = Words({"sofa": ("sofa",)}, ("umbrella",), {}, {}, (), {})
     monkeypatch.setattr(Truth, "picture", lambda self, name: frame(RED, BLUE))
     looked = look_at_all(detector, second, truth, words)
-    (told,) = sightings(looked, second, truth, words, words.held_out)
+    (told,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]})
     found, order = told.scored(second)
     assert Precision(truth).average([found], [1])[1] == pytest.approx(1.0)
     assert found.labels.tolist() == [1, 1]
     assert told.boxes_px[order[0]] == pytest.approx(LEFT)
-    (alone,) = sightings(looked, second, truth, words, ["sofa"])
+    (alone,) = sightings(looked, second, truth, words, {"sofa": ["sofa"]})
     assert alone.labels.tolist() == []  # no class of these stands for a sofa
     words = replace(words, trained={"umbrella": ("umbrella",)}, held_out=())
     looked = look_at_all(detector, second, truth, words)
-    (known,) = sightings(looked, second, truth, words, ["umbrella"])
+    (known,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]})
     assert known.labels.tolist() == [1, 1]
     assert known.evidence.strangeness == pytest.approx([0, 0])  # its own word is left out
 

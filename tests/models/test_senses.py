@@ -69,6 +69,8 @@ def test_related_senses_point_at_each_other(senses: Senses) -> None:
         ("night stand", "nightstand", "known as nightstand"),
         ("umbrella", "umbrella", "a class of its own"),
         ("igniter", "igniter", "a class of its own"),
+        ("safe", "safe", "a class of its own"),
+        ("runner", "rug", "a kind of rug"),
         ("laundry hamper", "laundry basket", "taken for laundry basket"),
         ("toy box", "box", "taken for box"),
         ("money plant", "plant", "a kind of plant"),

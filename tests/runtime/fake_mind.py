@@ -35,10 +35,12 @@ class FakeMind:
         self.panel = Panel(experts, SystemClock())
         self.home = home
         self.finished = 0
+        self.asked: list[str] = []
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         if not goal:
             raise ConfigError("goal: is empty")
+        self.asked.append(goal)
         return Goal(goal, goal, ((goal,),), "as it is"), self.panel
 
     def detect(self, rgb: np.ndarray) -> Detections:

@@ -284,10 +284,14 @@ def test_without_keep_map_nothing_is_remembered(tmp_path: Path):
 
 
 def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
-    with running(FakeMind(home())) as (peer, ended):
+    mind = FakeMind(home())
+    with running(mind) as (peer, ended):
         reply = begin(peer, tmp_path, goal="")
         assert reply == {"accepted": False, "error": "goal: is empty"}
         assert peer.ask("goal", {"goal": 3})["error"] == "goal request: goal: must be text"
+        told = peer.ask("goal", {"goal": "toilet"})["error"]
+        assert told == "goal request: log_dir: must be text"
+        assert mind.asked == []  # it goes on looking for what it looked for
         assert peer.ask("status", {})["state"] == "ready"
     assert not ended
 

@@ -206,6 +206,7 @@ def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> N
         ("umbrella", (), "looked at twice, for: umbrella"),
         ("umbrella", ("detector.second_looks=0",), ""),
         ("umbrella", ("models.second_look=''",), ""),
+        ("umbrella", ("detector.source='topic'",), ""),
         ("toilet", (), ""),
         ("zxcvb", (), "it will hardly be recognised"),
     ],
@@ -228,3 +229,36 @@ def test_what_the_detector_has_no_word_for_is_looked_at_twice(
         for _ in range(2):
             mind.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
     assert looks == ([5, 5] if "twice" in said else [])
+
+
+def test_a_second_look_is_of_its_goal_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a strange goal to a known one and back, with the same image, which is remembered; a goal
+    that is refused changes nothing."""
+    looks = []
+    monkeypatch.setattr(
+        SecondLook,
+        "classify",
+        lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
+    )
+    plain = ("panel.experts=[]", "detector.memo_frames=8")
+    listed = configured(tmp_path, *plain, "detector.labels=['umbrella']")
+    config = configured(tmp_path, *plain)
+    image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
+    with LocalMind(config, SystemClock()) as mind:
+        for goal, told, count in (
+            ("umbrella", config, 1),
+            ("toilet", config, 1),
+            ("umbrella", config, 1),  # remembered
+            ("umbrella", listed, 1),  # the same classes, but a known one: not looked at twice
+        ):
+            mind.accept(goal, told)
+            mind.detect(image)
+            assert len(looks) == count
+        mind.accept("umbrella", config)
+        with pytest.raises(ModelError):
+            mind.accept("x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']"))
+        image[0, 0] = 0
+        mind.detect(image)
+        assert len(looks) == 2  # the umbrella's second look goes on

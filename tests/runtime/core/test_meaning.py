@@ -30,8 +30,14 @@ ENTRIES = (
     Entry(6, ("alarm clock",), broader=(5,)),
     Entry(7, ("watch",), broader=(5,)),
     Entry(8, ("andiron", "dog"), common=False),
+    Entry(9, ("mug shot",), "of a face"),
+    Entry(10, ("mug shot",), "to drink at once", broader=(2,)),
+    Entry(11, ("quaff",), "to drink at once", broader=(2,)),
 )
-LIKE = {"shines": 0, "burns": 3, "drink": 1, "chemists": 3, "lamp": 0, "cup": 1, "tumbler": 1}
+LIKE = {
+    "shines": 0, "burns": 3, "drink": 1, "chemists": 3, "lamp": 0, "cup": 1, "tumbler": 1,
+    "beaker": 1,
+}  # fmt: skip
 
 
 def senses(word: str) -> Sequence[Entry]:
@@ -51,6 +57,13 @@ def test_the_meaning_that_is_most_like_a_class_is_meant():
     found = meaning("beaker", CLASSES, senses, embed)
     assert found is not None
     assert (found.same, found.broader) == ((), (CLASSES[1],))
+
+
+def test_of_several_meanings_none_makes_it_a_kind_of_what_the_word_is_not_like():
+    for word, broader in (("mug shot", ()), ("quaff", (CLASSES[1],))):
+        found = meaning(word, CLASSES, senses, embed)
+        assert found is not None
+        assert found.broader == broader
 
 
 def test_another_meaning_of_a_classs_name_is_not_the_class():
