@@ -72,6 +72,7 @@ class SecondLook:
             self.names: tuple[str, ...] = tuple(json.loads(table["names"]))
             self._usual = np.array(json.loads(table["usual"]), np.float32)
             value = {k: float(table[f"value.{k}"]) for k in (*CHOSEN, *FITTED)}
+            rows = np.frombuffer(base64.b64decode(table.get("rows", "")), np.float16)
         except (KeyError, ValueError, TypeError) as error:
             raise ModelError(f"{path}: of its metadata is missing or no use: {error}") from error
         classes = self._session.get_outputs()[0].shape[-1]
@@ -84,16 +85,15 @@ class SecondLook:
         self._weights = np.array([value[k] for k in FITTED[:3]], np.float32)
         self._input = self._session.get_inputs()[0].name
         self._size = image_size(self._session.get_inputs()[0].shape, path)
-        self._rows = self._named(table.get("rows", ""))
+        self._rows = self._named(rows.astype(np.float32))
 
-    def _named(self, rows: str) -> Floats:
-        """The names' rows, as the file has them if they are this encoder's: embedding a thousand
-        takes seconds."""
+    def _named(self, rows: Floats) -> Floats:
+        """The names' embeddings (C, D), as the file has them (C * D,) if they are this encoder's:
+        embedding a thousand takes seconds."""
         shape = len(self.names), self._encoder.dimension
-        values = np.frombuffer(base64.b64decode(rows), np.float16).astype(np.float32)
         probe = [0, len(self.names) // 2, len(self.names) - 1]
-        if values.size == shape[0] * shape[1]:
-            kept = values.reshape(shape)
+        if rows.size == shape[0] * shape[1] and np.isfinite(rows).all():
+            kept = rows.reshape(shape)
             own = self._encoder.embed([self.names[i] for i in probe])
             if np.abs(kept[probe] - own).max() < SAME_ROW:
                 return kept

@@ -69,7 +69,8 @@ class LocalMind:
                 part.close()
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
-        """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
+        """Understand a goal, set the detector's vocabulary, seat and warm the experts. When it
+        raises, the goal accepted before is still looked for."""
         if config.models != self._models:
             raise ConfigError("models: cannot change while the runtime runs; start another")
         if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
@@ -78,6 +79,7 @@ class LocalMind:
         others = tuple((name,) for name in config.detector.labels if name not in known)
         words = replace(self._words, classes=(*self._words.classes, *others))
         understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
+        seats = self._open_seats() if config.panel.experts else None
         try:
             told = self._eyes.seek(understood, config)
         except ModelFileError as error:
@@ -85,8 +87,8 @@ class LocalMind:
         understood = replace(understood, how=understood.how + told)
         if self._cloud is not None:
             self._cloud.begin(understood.name)
-        if config.panel.experts:
-            self._open_seats().begin(understood.name)
+        if seats is not None:
+            seats.begin(understood.name)
         if self._panel is not None:
             self._panel.close()
         rule = config.navigate.consensus
@@ -97,7 +99,6 @@ class LocalMind:
         def agreed(ballot: Ballot) -> bool:
             return consensus.agreed(ballot, rule)
 
-        seats = self._open_seats() if config.panel.experts else None
         appeals = seats.appeals(config) if seats else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         return understood, self._panel

@@ -169,6 +169,8 @@ def test_no_more_places_are_looked_at_than_asked_for(
         ({"usual": "often"}, "is missing or no use"),
         ({"value.margin": "wide"}, "is missing or no use"),
         ({"names": "5"}, "is missing or no use"),
+        ({"rows": "abc"}, "is missing or no use"),
+        ({"rows": "abcd"}, "is missing or no use"),  # 3 bytes
         ({"names": '["umbrella", "banjo"]'}, "3 classes, but 2 names"),
         ({"usual": "[0.5, 0.5]"}, "and 2 usual probabilities"),
     ],

@@ -242,7 +242,8 @@ def test_a_second_look_is_of_its_goal_alone(
         "classify",
         lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
     )
-    plain = ("panel.experts=[]", "detector.memo_frames=8")
+    nobody = "models.language='/nowhere/x.gguf'"
+    plain = ("panel.experts=[]", "detector.memo_frames=8", nobody)
     listed = configured(tmp_path, *plain, "detector.labels=['umbrella']")
     config = configured(tmp_path, *plain)
     image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
@@ -259,6 +260,8 @@ def test_a_second_look_is_of_its_goal_alone(
         mind.accept("umbrella", config)
         with pytest.raises(ModelError):
             mind.accept("x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']"))
+        with pytest.raises(ModelError, match="no such model file"):
+            mind.accept("toilet", configured(tmp_path, nobody))
         image[0, 0] = 0
         mind.detect(image)
         assert len(looks) == 2  # the umbrella's second look goes on
