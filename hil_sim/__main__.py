@@ -10,33 +10,47 @@ from runtime.errors import RfNavError
 
 COMMANDS = {
     "decisions": (
-        "hil_sim.decisions",
+        "hil_sim.commands.decisions",
         "decisions_command",
         "How long a vote takes, with experts that hang and fail.",
     ),
-    "demo": ("hil_sim.demo", "demo_command", "One episode in a furnished home, told as it goes."),
+    "demo": (
+        "hil_sim.commands.demo",
+        "demo_command",
+        "One episode in a furnished home, told as it goes.",
+    ),
     "episodes": ("hil_sim.evaluation.sample", "episodes_command", "Sample episodes into a suite."),
     "eval": (
         "hil_sim.evaluation.command",
         "eval_command",
         "Drive a suite of episodes; print the table.",
     ),
-    "frames": ("hil_sim.frames", "frames_command", "Render labelled frames for training."),
+    "frames": (
+        "hil_sim.training_frames.frames",
+        "frames_command",
+        "Render labelled frames for training.",
+    ),
     "import": (
-        "hil_sim.sweethome.command",
+        "hil_sim.importers.sweethome",
         "import_command",
         "A Sweet Home 3D drawing as a scene.",
     ),
-    "generate": ("hil_sim.generate.command", "generate_command", "Draw furnished homes by seed."),
+    "generate": ("hil_sim.commands.generate", "generate_command", "Draw furnished homes by seed."),
     "questions": (
-        "hil_sim.questions.command",
+        "hil_sim.expert_bench.command",
         "questions_command",
         "Ask the experts what is known, and judge them.",
     ),
     "report": ("hil_sim.evaluation.report", "report_command", "Tables and figures of evaluations."),
-    "show": ("hil_sim.show", "show_command", "Draw a scene."),
+    "show": ("hil_sim.commands.show", "show_command", "Draw a scene."),
 }
-ASSETS = {"pull": ("hil_sim.assets", "pull_command", "Fetch the furniture into the cache.")}
+ASSETS = {
+    "pull": (
+        "hil_sim.scenes.furniture.assets",
+        "pull_command",
+        "Fetch the furniture into the cache.",
+    )
+}
 
 
 class Lazy(click.Group):

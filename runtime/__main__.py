@@ -10,19 +10,19 @@ from pathlib import Path
 import click
 import cv2
 
-from models.command import models_command
 from models.errors import ModelError as ModelFileError
 from runtime import config as configuration
-from runtime.cloud_command import cloud_command
-from runtime.decider import lower_priority
-from runtime.edge.bus import Bus
-from runtime.edge.clock import SystemClock
-from runtime.edge.cloud_config import read_key
+from runtime.clock import SystemClock
+from runtime.commands.cloud import cloud_command
+from runtime.commands.models import models_command
 from runtime.errors import InternalError, RfNavError
-from runtime.helm import Helm
-from runtime.lockstep import Lockstep
-from runtime.mind import LocalMind
-from runtime.realtime import RealTime
+from runtime.experts.cloud_config import read_key
+from runtime.loops.control_loop import Helm
+from runtime.loops.decision_worker import lower_priority
+from runtime.loops.lockstep import Lockstep
+from runtime.loops.realtime import RealTime
+from runtime.perception.loaded_models import LocalMind
+from runtime.robot.bus import Bus
 
 SWITCH_S = 0.0005  # a thread that computes lets the helm in so soon
 WORKERS_NICE = 5

@@ -12,16 +12,16 @@ from typing import Any, Literal
 import cattrs
 from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError
 
-from runtime.core import consensus
-from runtime.core.experts import ExpertConfig
-from runtime.core.speculation import SpeculationConfig
+from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Mount
-from runtime.edge import cloud_config
-from runtime.edge.bus import BusConfig
-from runtime.edge.cloud_config import CloudConfig
+from runtime.core.voting import consensus
+from runtime.core.voting.likelihood_experts import ExpertConfig
+from runtime.core.voting.rehearsal import SpeculationConfig
 from runtime.errors import ConfigError
+from runtime.experts import cloud_config
+from runtime.experts.cloud_config import CloudConfig
 from runtime.navigate import NavigateConfig
-from runtime.safety import SafetyConfig
+from runtime.robot.bus import BusConfig
 
 _RATES = ("max_speed_mps", "max_turn_radps", "max_accel_mps2", "brake_mps2", "look_radps")
 EXPERTS = ("o2f", "r2f", "sle", "both")

@@ -9,20 +9,11 @@ import math
 from dataclasses import replace
 from typing import Protocol, TypeVar
 
-from runtime.core import (
-    brief,
-    consensus,
-    coverage,
-    frontiers,
-    gain,
-    keyframes,
-    map,
-    motion,
-    planner,
-    semantics,
-    target,
-)
-from runtime.core.control import Spin, Toward
+from runtime.core import progress
+from runtime.core.distances import planner
+from runtime.core.mapping import coverage, frontiers, grid, keyframes
+from runtime.core.motion.control import Spin, Toward
+from runtime.core.objects import semantic_map, target
 from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.types import (
     Action,
@@ -33,6 +24,7 @@ from runtime.core.types import (
     Mount,
     Observation,
 )
+from runtime.core.voting import brief, consensus, information_gain
 from runtime.core.world import (
     RESORTS,
     Command,
@@ -55,13 +47,13 @@ def perceive(
     world: World, obs: Observation, detections: Detections, mount: Mount, cfg: NavigateConfig
 ) -> World:
     """Add one observation: navigation map, semantic map, frontiers with stable ids."""
-    motion.advance(world, obs, cfg)
+    progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
     world.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
-    outline = map.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
+    outline = grid.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
     coverage.look(world.looked, world.map.frame, outline, cfg.coverage)
-    semantics.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
+    semantic_map.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
     if detections.scene.size or cfg.keyframes.image_width_px:
         frame = keyframes.take(obs, detections, mount, cfg.keyframes)
         keyframes.keep(world.keyframes, frame, cfg.keyframes)
@@ -117,7 +109,9 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     order: tuple[int, ...] = ()
     if cfg.consensus.fallback == "geometry":
         standing = world.decision.frontier if world.decision else None
-        order = gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain)
+        order = information_gain.ranked(
+            candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain
+        )
     candidates = tuple(f for f in candidates if f.id in unknown_m2)
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
@@ -146,7 +140,7 @@ def act(world: World, cfg: NavigateConfig) -> Command:
         or _finish(world, cfg)
     )
     if cfg.control.mode == "velocity":
-        command = motion.driven(world, command, cfg)
+        command = progress.driven(world, command, cfg)
     world.step += 1
     world.last, world.asked_mps = command, command.twist.v_mps
     return command
@@ -189,22 +183,22 @@ def _approach_target(
             return _approach_target(world, cfg, least)
     what = f"{world.goal} {instance.id} (p {instance.confidence_of(world.goal):.2f})"
     field = planner.approach(world.terrain, stands, world.reach, world.pose)
-    if motion.arrived(world, field, cfg):
-        turn = motion.turn(world, instance.xy, cfg)
-        if turn is not None and not motion.dithers(world, ("face", instance.id), turn, cfg):
+    if progress.arrived(world, field, cfg):
+        turn = progress.turn(world, instance.xy, cfg)
+        if turn is not None and not progress.dithers(world, ("face", instance.id), turn, cfg):
             facing = Toward(instance.xy)
             return Command(turn, "face", instance.xy, f"face {what}", course=facing)
         if target.judge(instance, world.goal, world.pose, cfg.target):
             return Command(Action.STOP, "stop", instance.xy, f"found {what}")
         return _approach_target(world, cfg, least)
-    if motion.stalled(world, ("side" if again else "target", instance.id), field, cfg):
+    if progress.stalled(world, ("side" if again else "target", instance.id), field, cfg):
         if again:
             target.no_other_side(instance, world.goal, world.pose, cfg.target)
         else:
             target.reject(instance, world.goal, cfg.target)
         return _approach_target(world, cfg, least)
     verb = "approach" if target.confirmed(instance, world.goal, cfg.target) else "inspect"
-    action, course = motion.drive(world, field, cfg)
+    action, course = progress.drive(world, field, cfg)
     why = f"{verb} {what}{' from another side' if again else ''}"
     command = Command(action, "target", instance.xy, why, course=course)
     return toward(field, world.pose, command)
@@ -219,8 +213,8 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             return None
         label = f"frontier {aim.id}"
         if aim.distance_m <= cfg.explore.arrived_m:
-            turn = motion.turn(world, aim.centre_xy, cfg)
-            if turn is not None and not motion.stalled(world, ("frontier", aim.id), None, cfg):
+            turn = progress.turn(world, aim.centre_xy, cfg)
+            if turn is not None and not progress.stalled(world, ("frontier", aim.id), None, cfg):
                 facing = Toward(aim.centre_xy)
                 return Command(turn, "frontier", aim.goal_xy, f"face {label}", course=facing)
             world.give_up(aim.cells_xy, cfg.explore.seen_range_m)
@@ -228,11 +222,11 @@ def _explore(world: World, cfg: NavigateConfig) -> Command | None:
             continue
         goal = planner.cells_at(world.terrain, aim.goal_xy)
         field = planner.approach(world.terrain, goal, world.reach, world.pose)
-        if motion.stalled(world, ("frontier", aim.id), field, cfg):
+        if progress.stalled(world, ("frontier", aim.id), field, cfg):
             world.give_up(aim.cells_xy)
             with_frontiers(world, cfg)
             continue
-        action, along = motion.drive(world, field, cfg)
+        action, along = progress.drive(world, field, cfg)
         command = Command(action, "frontier", aim.goal_xy, f"drive to {label}", course=along)
         return toward(field, world.pose, command)
     return None

@@ -1,4 +1,4 @@
-"""Shared by all tests: helper modules beside the tests that use them can be imported by name."""
+"""Shared by all tests: the stand-ins in `doubles` can be imported by name."""
 
 import os
 import sys
@@ -12,5 +12,4 @@ settings.register_profile("repeatable", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
-sys.path[:0] = [str(Path(__file__).parent / "runtime" / part) for part in (".", "core")]
-sys.path[:0] = [str(Path(__file__).parent / part) for part in ("hil_sim", "models")]
+sys.path.insert(0, str(Path(__file__).parent / "doubles"))

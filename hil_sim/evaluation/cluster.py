@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from hil_sim.episode_run import EpisodeResult
+from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.link import HarnessError
 from hil_sim.evaluation.worker import Failure, Job, Message, Send, Settings, drive
-from hil_sim.link import HarnessError
 from runtime.errors import RfNavError
 
 Drive = Callable[[Job, Settings, Send], None]

@@ -8,15 +8,15 @@ from typing import Any
 
 import click
 
-from hil_sim.episodes import Episode, load_suite
+from hil_sim.driving.methods import SINGLE, method_named
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
-from hil_sim.evaluation.metrics import table
 from hil_sim.evaluation.results import Results, errors, sole, stages
 from hil_sim.evaluation.worker import Settings, protocol_for
-from hil_sim.faults import parse_faults
-from hil_sim.methods import SINGLE, method_named
-from runtime.edge.journal import plain
+from hil_sim.ground_truth.episodes import Episode, load_suite
+from hil_sim.ground_truth.metrics import table
+from hil_sim.simulation.faults import parse_faults
 from runtime.errors import RfNavError
+from runtime.journal import plain
 
 KNOWN = f"{', '.join(SINGLE)}, oracle-perception, oracle-perception/METHOD, oracle-goal"
 
@@ -97,7 +97,7 @@ def _episodes(given: dict[str, Any]) -> tuple[str, tuple[Episode, ...], int]:
     folder, limit = given["folder"], given["limit"]
     if folder is None:
         return given["suite"], load_suite(given["suite"]), limit
-    from hil_sim.robothor.episodes import official_episodes
+    from hil_sim.importers.robothor_episodes import official_episodes
 
     chosen = official_episodes(folder, (), limit or None, given["seed"])
     return f"robothor-{folder.name}", chosen, 0

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hil_sim.evaluation.results import RESULTS_FILE, RUN_FILE
-from hil_sim.witness import TRACK_FILE
+from hil_sim.ground_truth.witness import TRACK_FILE
 from runtime.errors import RfNavError
 
 Rows = dict[tuple[str, str], dict[str, Any]]

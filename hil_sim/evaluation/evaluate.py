@@ -13,14 +13,14 @@ from typing import Any
 
 from tqdm import tqdm
 
-from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode, save_suite
-from hil_sim.evaluation.metrics import Summary, summarise
+from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.link import HarnessError
 from hil_sim.evaluation.pool import Work, local
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
-from hil_sim.link import HarnessError
-from runtime.edge.journal import plain
+from hil_sim.ground_truth.episodes import Episode, save_suite
+from hil_sim.ground_truth.metrics import Summary, summarise
+from runtime.journal import plain
 
 MANIFEST = files("models") / "manifest.toml"
 """Checksums of all models' files: other weights are another configuration."""

@@ -10,14 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode
+from hil_sim.commands.show import plan_bounds, plan_image
+from hil_sim.driving.episode_run import EpisodeResult
 from hil_sim.evaluation.failures import CAUSES, split
-from hil_sim.freespace import instances
-from hil_sim.furniture import box_of
-from hil_sim.scene import Scene
-from hil_sim.show import plan_bounds, plan_image
-from hil_sim.witness import TRACK_FILE
+from hil_sim.ground_truth.episodes import Episode
+from hil_sim.ground_truth.freespace import instances
+from hil_sim.ground_truth.witness import TRACK_FILE
+from hil_sim.scenes.format import Scene
+from hil_sim.scenes.furniture.boxes import box_of
 
 Runs = Mapping[str, Sequence[EpisodeResult]]
 DPI = 110

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from runtime.core.types import Pose
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.world import Camera, Frame
+    from hil_sim.simulation.scene_physics import Camera, Frame
 
 LIMIT_BYTES = 1_200_000_000
 """What one worker may keep; then what was not looked at for longest goes."""

@@ -13,15 +13,15 @@ from typing import Any
 
 import click
 
-from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode, load_suite
+from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.methods import METHODS, ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
-from hil_sim.evaluation.metrics import TRIVIAL_M, summarise
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, TIMES_FILE, Results
-from hil_sim.methods import METHODS, ORACLE
-from runtime.edge.journal import plain
+from hil_sim.ground_truth.episodes import Episode, load_suite
+from hil_sim.ground_truth.metrics import TRIVIAL_M, summarise
 from runtime.errors import RfNavError
+from runtime.journal import plain
 
 GROUPS = (
     ("Against baselines", ("closest", "geometry", "single-llm", "paper", "rfnav")),

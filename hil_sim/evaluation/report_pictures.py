@@ -2,11 +2,11 @@
 
 from pathlib import Path
 
-from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode
+from hil_sim.driving.episode_run import EpisodeResult
 from hil_sim.evaluation.figures import draw_actions, draw_failures, draw_paths
 from hil_sim.evaluation.report import FULL, Folder
-from hil_sim.homes import open_scene
+from hil_sim.ground_truth.episodes import Episode
+from hil_sim.scenes.open import open_scene
 from runtime.errors import RfNavError
 
 DRAWN = ("oracle-goal", "closest", "geometry", FULL)

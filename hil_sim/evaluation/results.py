@@ -8,10 +8,10 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 
-from hil_sim.episode_run import EpisodeResult
-from hil_sim.episodes import Episode
-from hil_sim.link import HarnessError
-from hil_sim.methods import METHODS
+from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.link import HarnessError
+from hil_sim.driving.methods import METHODS
+from hil_sim.ground_truth.episodes import Episode
 
 RUN_FILE = "run.json"
 RESULTS_FILE, SUITE_FILE, TIMES_FILE = "episodes.jsonl", "suite.json", "times.jsonl"

@@ -9,10 +9,10 @@ from pathlib import Path
 import click
 from tqdm import tqdm
 
-from hil_sim.episodes import HM3D_GOALS, Episode, sample_episode, save_suite
-from hil_sim.homes import open_scene
-from hil_sim.quiet import keep_stdout_for_python
-from hil_sim.scene import SceneError
+from hil_sim.ground_truth.episodes import HM3D_GOALS, Episode, sample_episode, save_suite
+from hil_sim.scenes.format import SceneError
+from hil_sim.scenes.open import open_scene
+from hil_sim.simulation.quiet import keep_stdout_for_python
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,12 @@ def sample_all(wishes: Iterable[Wish], workers: int = 1) -> list[list[Episode]]:
 def sample_scene(wish: Wish) -> list[Episode]:
     """One wish's episodes; SceneError if it is strict and cannot be met."""
     keep_stdout_for_python()
-    from hil_sim.assets import Assets
-    from hil_sim.rig import open_world
+    from hil_sim.driving.rig import open_world
+    from hil_sim.scenes.furniture.assets import Assets
 
     assets = Assets()
     with open_world(open_scene(wish.scene), assets, "auto") as world:
-        from hil_sim.truth import Truth
+        from hil_sim.ground_truth.truth import Truth
 
         truth = Truth(world, assets)
         if wish.given:

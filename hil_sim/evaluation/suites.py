@@ -11,12 +11,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hil_sim.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode, home_name
 from hil_sim.evaluation.sample import Wish, sample_all
-from hil_sim.scene import SceneError
+from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode, home_name
+from hil_sim.scenes.format import SceneError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.truth import Truth
+    from hil_sim.ground_truth.truth import Truth
 
 REPLICAS = tuple(f"FloorPlan_Val{i}_{j}" for i in (1, 2) for j in range(1, 6))
 OTHERS = ("refrigerator", "bathtub", "stove", "laptop", "bookcase", "washing machine", "desk",
@@ -47,7 +47,7 @@ def make_suite(
 
 def _val(folder: Path, workers: int) -> list[Episode]:
     """20 episodes in replicas and 40 in generated homes, a third and two thirds of any part."""
-    from hil_sim.robothor.episodes import official_episodes
+    from hil_sim.importers.robothor_episodes import official_episodes
 
     wishes = [_home(seed) for seed in range(VAL_HOMES)]
     given = official_episodes(folder, REPLICAS, None, 0)

@@ -13,26 +13,26 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hil_sim.assets import Assets
-from hil_sim.child import end_with_parent
-from hil_sim.episode_run import EpisodeResult, run_episode
-from hil_sim.episodes import Episode, check_start
+from hil_sim.driving.child import end_with_parent
+from hil_sim.driving.episode_run import EpisodeResult, run_episode
+from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
+from hil_sim.driving.methods import Method, method_named
+from hil_sim.driving.rig import camera_of, home_of, open_world, shortest, start_of
+from hil_sim.driving.stage import Driver, Home
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
-from hil_sim.evaluation.metrics import spl
-from hil_sim.faults import model_fault, parse_faults
-from hil_sim.homes import open_scene
-from hil_sim.link import HarnessError, Runtime, rfnav_command
-from hil_sim.methods import Method, method_named
-from hil_sim.protocol import Protocol, protocol_named
-from hil_sim.quiet import keep_stdout_for_python
-from hil_sim.rig import camera_of, home_of, open_world, shortest, start_of
-from hil_sim.scene import SceneError
-from hil_sim.stage import Driver, Home
+from hil_sim.ground_truth.episodes import Episode, check_start
+from hil_sim.ground_truth.metrics import spl
+from hil_sim.scenes.format import SceneError
+from hil_sim.scenes.furniture.assets import Assets
+from hil_sim.scenes.open import open_scene
+from hil_sim.simulation.faults import model_fault, parse_faults
+from hil_sim.simulation.protocol import Protocol, protocol_named
+from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
-    from hil_sim.truth import Truth
-    from hil_sim.world import World
+    from hil_sim.ground_truth.truth import Truth
+    from hil_sim.simulation.scene_physics import World
 
 LABELS_PX = (320, 240)
 """Frame size of methods that get true labels: their colours are never looked at."""
@@ -129,7 +129,7 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
         world = stack.enter_context(open_world(open_scene(job.scene), assets, settings.renderer))
         if needed:
             standby.ready()  # what it cannot do is said before slow work begins
-        from hil_sim.truth import Truth
+        from hil_sim.ground_truth.truth import Truth
 
         truth = Truth(world, assets, lambda text: send(Note(text)))
         rig = _Rig(world, truth, standby, settings)
@@ -185,7 +185,7 @@ class _Rig:
             driver = self._standby.ready()
         log_dir, seed = self._settings.out / name / episode.id, self._settings.seed
         if isinstance(driver, Runtime) and self._settings.realtime:
-            from hil_sim.realtime import run_realtime
+            from hil_sim.driving.realtime import run_realtime
 
             return run_realtime(
                 episode, home, driver, protocol, name, log_dir,

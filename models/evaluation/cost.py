@@ -22,16 +22,16 @@ import onnx
 from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 
-from models import store
-from models.boxes import letterbox
-from models.detections import Detector
-from models.detector import OpenDetector, View, open_detector
+from models.detection.boxes import letterbox
+from models.detection.detections import Detector
+from models.detection.detector import OpenDetector, View, open_detector
+from models.detection.second_look import SecondLook, Sought, look_twice
 from models.errors import ModelError, told
 from models.evaluation.words import LOOKS
-from models.second_look import SecondLook, Sought, look_twice
-from models.session import open_session
-from models.text import TextEncoder
-from models.vocabulary import load_vocabulary
+from models.onnx_session import open_session
+from models.store import manifest
+from models.words.text_encoder import TextEncoder
+from models.words.vocabulary import load_vocabulary
 
 RUNS, WARM = 25, 4
 FRAME = (480, 640, 3)
@@ -42,7 +42,7 @@ LAYERS, CHANNELS, SIDE = 3, 64, (120, 160)
 def measure_cost(detector: Path, second_look: Path | None = None) -> dict[str, Any]:
     """Bytes of the file, resident memory, and times on 1 and 2 threads; with the project's second
     look or another."""
-    looks = second_look or store.fetch("second-look")
+    looks = second_look or manifest.fetch("second-look")
     figures: dict[str, Any] = {"bytes": _file(detector).stat().st_size}
     for threads in (1, 2):
         command = [sys.executable, "-m", "models.evaluation.cost", str(detector)]
@@ -65,7 +65,7 @@ def _file(detector: Path) -> Path:
 
 def one_process(path: Path, second_look: Path, threads: int) -> dict[str, float]:
     """Times in ms and memory in MB of this process."""
-    encoder = TextEncoder(store.fetch("minilm"))
+    encoder = TextEncoder(manifest.fetch("minilm"))
     words = load_vocabulary()
     with tempfile.TemporaryDirectory() as folder:
         reference = open_session(_reference(Path(folder) / "reference.onnx"), threads)
@@ -165,7 +165,7 @@ def _resident_mb() -> float:
 @click.option("--threads", default=1, show_default=True)
 def main(path: Path, second_look: Path | None, threads: int) -> None:
     """Time a detector on one 640x480 frame; figures as JSON."""
-    click.echo(json.dumps(one_process(path, second_look or store.fetch("second-look"), threads)))
+    click.echo(json.dumps(one_process(path, second_look or manifest.fetch("second-look"), threads)))
 
 
 if __name__ == "__main__":

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.boxes import pairwise_iou
-from models.detections import RawDetections
+from models.detection.boxes import pairwise_iou
+from models.detection.detections import RawDetections
 from models.evaluation.precision import MATCH_IOU
 from models.evaluation.truth import Marks, Truth
 

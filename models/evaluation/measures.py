@@ -1,4 +1,4 @@
-"""Everything `python -m models.evaluate` prints, as figures."""
+"""Everything `python -m models.evaluation.command` prints, as figures."""
 
 import functools
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from models.detections import Detector, RawDetections
-from models.detector import OpenDetector
+from models.detection.detections import Detector, RawDetections
+from models.detection.detector import OpenDetector
+from models.detection.second_look import SecondLook
 from models.evaluation.judged import (
     Judged,
     at_threshold,
@@ -24,8 +25,7 @@ from models.evaluation.precision import Precision
 from models.evaluation.second import look_at_all, sightings
 from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
 from models.evaluation.words import as_runtime, looked_for
-from models.second_look import SecondLook
-from models.text import TextEncoder
+from models.words.text_encoder import TextEncoder
 
 LEAST_OBJECTS, LEAST_AP = 5, 0.1
 """A synonym is compared where its category has as many objects and as much AP by its own name."""

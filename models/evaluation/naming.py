@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detections import Detector, RawDetections
-from models.detector import NAMES, OpenDetector, View
+from models.detection.detections import Detector, RawDetections
+from models.detection.detector import NAMES, OpenDetector, View
 from models.evaluation.truth import Truth
-from models.text import TextEncoder
+from models.words.text_encoder import TextEncoder
 
 Floats = NDArray[np.float32]
 NONE = np.zeros((0, 0), np.float32)

@@ -9,7 +9,7 @@ import numpy as np
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
-from models.detections import RawDetections
+from models.detection.detections import RawDetections
 from models.evaluation.truth import Truth
 
 MATCH_IOU = 0.5

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from models.detections import Floats, RawDetections
-from models.detector import OpenDetector
+from models.detection.detections import Floats, RawDetections
+from models.detection.detector import OpenDetector
+from models.detection.second_look import Evidence, SecondLook, places, strangest
 from models.evaluation.truth import Truth, Words
 from models.evaluation.words import LOOKS
-from models.second_look import Evidence, SecondLook, places, strangest
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detections import Detector, RawDetections
+from models.detection.detections import Detector, RawDetections
 from models.errors import ModelError
 from models.evaluation.truth import Marks, Truth, Words
 

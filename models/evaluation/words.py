@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import click
 
-from models import store
 from models.evaluation.truth import Words, read_words
-from models.senses import Senses
-from models.text import TextEncoder
-from models.vocabulary import load_vocabulary
+from models.store import manifest
+from models.words.senses import Senses
+from models.words.text_encoder import TextEncoder
+from models.words.vocabulary import load_vocabulary
 from runtime.config import DetectorConfig, GoalConfig
-from runtime.goal import Goal, understand
-from runtime.goal import Words as WordList
+from runtime.perception.goal_words import Goal, understand
+from runtime.perception.goal_words import Words as WordList
 
 LOOKS = DetectorConfig().second_looks
 """Places of a frame that the runtime looks at again."""
@@ -75,7 +75,7 @@ def verdicts(
 @click.option("--asked", is_flag=True, help="Names of models/evaluation/asked.toml.")
 def main(names: bool, senses: bool, listed: bool, asked: bool) -> None:
     """Print at which class each name that training never saw ends."""
-    encoder, words = TextEncoder(store.fetch("minilm")), read_words()
+    encoder, words = TextEncoder(manifest.fetch("minilm")), read_words()
     classes = tuple(words.trained.values()) if names else None
     others = words.asked if asked else words.unseen
     rows = verdicts(words, as_runtime(encoder, classes, senses, listed), others)

@@ -21,7 +21,7 @@ def calibrate(path: Path, report: Path) -> dict[str, float]:
         values = {"gain": float(fitted["gain"]), "shift": float(fitted["shift"])}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelError(
-            f"{report}: not a report ({error}); write one with `python -m models.evaluate --json`"
+            f"{report}: not a report ({error}); write one with `rfnav models evaluate --json`"
         ) from error
     try:
         model = onnx.load(str(path))

@@ -21,7 +21,7 @@ from onnx import helper
 from torch import Tensor, nn
 
 from models.errors import ModelError, told
-from models.session import open_session
+from models.onnx_session import open_session
 from models.train.data import FULL
 from models.train.graph import halve, simplified
 from models.train.network import Network

@@ -15,9 +15,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from models import store
 from models.errors import told
-from models.text import TextEncoder
+from models.store import manifest
 from models.train.data import Batch, Labelled, batches, read_frames, repeated
 from models.train.export import load_network
 from models.train.losses import background, gather, room_loss, view_loss, word_loss
@@ -26,6 +25,7 @@ from models.train.names import Names, load_names
 from models.train.network import Network
 from models.train.targets import assign, make_grid
 from models.train.trainer import CHECKPOINT, save
+from models.words.text_encoder import TextEncoder
 
 FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
@@ -204,7 +204,7 @@ def _kept(out: Path, passes: float, seed: int, make: Callable[[], Features]) -> 
 @click.option("--seed", default=1, show_default=True)
 def main(data: Path, out: Path, passes: float, seed: int) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
-    names = load_names(TextEncoder(store.fetch("minilm")).embed)
+    names = load_names(TextEncoder(manifest.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
     frames = repeated(
         read_frames(data, names.categories, names.held_out), np.random.default_rng(seed)

@@ -6,18 +6,20 @@ import click
 import cv2
 import torch
 
-from models import store
-from models.text import TextEncoder
+from models.store import manifest
 from models.train.team import Team
 from models.train.trainer import Recipe, train
+from models.words.text_encoder import TextEncoder
 
 
 def take_part(data: Path, out: Path, recipe: Recipe, start: Path | None, team: Team) -> None:
     """Train on one core, as a member of a team; its leader says how it goes."""
     torch.set_num_threads(1)
     cv2.setNumThreads(1)
-    backbone = torch.load(store.fetch("efficientnet-lite0"), map_location="cpu", weights_only=True)
-    encoder = TextEncoder(store.fetch("minilm"))
+    backbone = torch.load(
+        manifest.fetch("efficientnet-lite0"), map_location="cpu", weights_only=True
+    )
+    encoder = TextEncoder(manifest.fetch("minilm"))
     say = click.echo if team.leads else _nothing
     train(data, out, backbone, encoder.embed, recipe, say, start, team)
 

@@ -20,7 +20,7 @@ from onnxruntime.quantization import (
 )
 from onnxruntime.quantization.quant_utils import add_pre_process_metadata
 
-from models.boxes import letterbox
+from models.detection.boxes import letterbox
 from models.train.data import load
 
 QUANTISED = ["Conv", "Clip", "Relu", "Add", "MaxPool", "Resize"]

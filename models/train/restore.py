@@ -17,7 +17,7 @@ from onnx import numpy_helper
 from torch import Tensor, nn
 
 from models.errors import ModelError, told
-from models.session import image_size, open_session
+from models.onnx_session import image_size, open_session
 from models.train.data import Labelled, batches, read_frames
 from models.train.export import FORMAT, Selected, check_parity
 from models.train.memory import keep_memory

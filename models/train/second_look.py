@@ -21,17 +21,17 @@ from onnx import helper
 from torch import Tensor, nn
 from torch.nn import functional as F
 
-from models import store
-from models.detector import OpenDetector, open_detector
+from models.detection.detector import OpenDetector, open_detector
+from models.detection.second_look import FITTED, FORMAT, SecondLook
 from models.errors import ModelError, told
 from models.evaluation.judged import fit_odds, verdicts
 from models.evaluation.second import Places, Sightings, look_at_all, sightings
 from models.evaluation.truth import Truth, Words, read_truth, read_words
-from models.second_look import FITTED, FORMAT, SecondLook
-from models.text import TextEncoder
+from models.store import manifest
 from models.train.export import OPSET
 from models.train.graph import halve, simplified
 from models.train.network import Backbone, SameConv, fold
+from models.words.text_encoder import TextEncoder
 
 SIZE = 224
 MEAN, DEVIATION = 127.0, 128.0
@@ -152,11 +152,14 @@ def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
             f"{dev}: no trained category has {RARE[0]} to {RARE[1]} objects in 1,000 "
             "frames; evidence is fitted on such: give more frames"
         )
-    encoder, names = TextEncoder(store.fetch("minilm")), read_names(store.fetch("imagenet-names"))
-    detector = open_detector(path or store.fetch("rfnav-det"), "rfnav", encoder, threads)
+    encoder, names = (
+        TextEncoder(manifest.fetch("minilm")),
+        read_names(manifest.fetch("imagenet-names")),
+    )
+    detector = open_detector(path or manifest.fetch("rfnav-det"), "rfnav", encoder, threads)
     assert isinstance(detector, OpenDetector)
     partial = out.with_suffix(".partial.onnx")
-    build(partial, store.fetch("efficientnet-lite0"), names)
+    build(partial, manifest.fetch("efficientnet-lite0"), names)
     write(partial, {"rows": rows(names, encoder)})
     looked = look_at_all(detector, SecondLook(partial, encoder, threads), truth, words)
     write(partial, {"usual": json.dumps(usual(looked))})

@@ -10,14 +10,14 @@ from typing import Any
 import click
 import cv2
 
-from models import store
-from models.detector import open_detector
+from models.detection.detector import open_detector
 from models.errors import ModelError, told
 from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure
 from models.evaluation.truth import read_truth, read_words
-from models.text import TextEncoder
+from models.store import manifest
 from models.train.export import export, parse_size
+from models.words.text_encoder import TextEncoder
 
 DIRECTORY = click.Path(path_type=Path, exists=True)
 SIZES = ("416x320", "512x384", "640x480")
@@ -64,7 +64,7 @@ def main(
 ) -> None:  # fmt: skip
     """Export, judge and time a checkpoint at several sizes, in 32 and in 8 bits."""
     cv2.setNumThreads(1)
-    encoder, words = TextEncoder(store.fetch("minilm")), read_words()
+    encoder, words = TextEncoder(manifest.fetch("minilm")), read_words()
     truth, fitting = read_truth(data, limit), read_truth(dev, limit)
     calibrate = sorted((int8 / "images").glob("*.jpg"))
     if not calibrate:

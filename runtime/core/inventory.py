@@ -1,8 +1,8 @@
 """What is on the semantic map, as it is told to others."""
 
-from runtime.core.instances import Instance, shares, size_m
+from runtime.core.objects.instances import Instance, shares, size_m
+from runtime.core.objects.target import look_from
 from runtime.core.settings import NavigateConfig
-from runtime.core.target import look_from
 from runtime.core.world import World
 
 

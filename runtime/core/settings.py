@@ -2,17 +2,17 @@
 
 from dataclasses import dataclass, field
 
-from runtime.core.brief import BriefConfig
-from runtime.core.consensus import ConsensusConfig
-from runtime.core.control import ControlConfig
-from runtime.core.coverage import CoverageConfig
-from runtime.core.frontiers import FrontierConfig
-from runtime.core.gain import GainConfig
-from runtime.core.instances import SemanticsConfig
-from runtime.core.keyframes import KeyframeConfig
-from runtime.core.map import MapConfig
-from runtime.core.planner import PlannerConfig
-from runtime.core.target import TargetConfig
+from runtime.core.distances.planner import PlannerConfig
+from runtime.core.mapping.coverage import CoverageConfig
+from runtime.core.mapping.frontiers import FrontierConfig
+from runtime.core.mapping.grid import MapConfig
+from runtime.core.mapping.keyframes import KeyframeConfig
+from runtime.core.motion.control import ControlConfig
+from runtime.core.objects.instances import SemanticsConfig
+from runtime.core.objects.target import TargetConfig
+from runtime.core.voting.brief import BriefConfig
+from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.voting.information_gain import GainConfig
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field, replace
 import cv2
 import numpy as np
 
-from runtime.core.control import STILL, Course
-from runtime.core.frontiers import FrontierMemory
+from runtime.core.distances.planner import Field, Terrain, descend
 from runtime.core.geometry import seen_from_m
-from runtime.core.keyframes import Keyframe
-from runtime.core.map import MapConfig, NavigationMap
-from runtime.core.planner import Field, Terrain, descend
-from runtime.core.semantics import SemanticMap
+from runtime.core.mapping.frontiers import FrontierMemory
+from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.keyframes import Keyframe
+from runtime.core.motion.control import STILL, Course
+from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F64,
     I32,

@@ -8,13 +8,13 @@ import pytest
 from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 
-from models import store
-from models.text import TextEncoder
+from models.store import manifest
+from models.words.text_encoder import TextEncoder
 
 
 @pytest.fixture(scope="session")
 def encoder() -> TextEncoder:
-    return TextEncoder(store.fetch("minilm"))
+    return TextEncoder(manifest.fetch("minilm"))
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from places import ROOT
 
 from runtime.config import Config, load
 from runtime.errors import ConfigError
@@ -57,6 +58,6 @@ def test_files_that_cannot_be_used_are_named(tmp_path: Path):
 
 
 def test_the_example_for_robots_is_the_defaults_but_for_its_bus():
-    config = load(Path(__file__).parents[2] / "deploy" / "robot.toml")
+    config = load(ROOT / "deploy" / "robot.toml")
     assert config.bus.mode == "client"
     assert replace(config, bus=Config().bus) == Config()

@@ -1,0 +1,207 @@
+"""`hil-sim demo`: one episode, told as it happens."""
+
+import json
+import sys
+import time
+from contextlib import ExitStack
+from dataclasses import asdict, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hil_sim.driving.episode_run import EpisodeResult, Home, Step, run_episode
+from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
+from hil_sim.driving.methods import SINGLE, method_named
+from hil_sim.driving.realtime import run_realtime
+from hil_sim.driving.rig import home_of, open_world
+from hil_sim.ground_truth.episodes import Episode, sample_episode
+from hil_sim.ground_truth.freespace import instances
+from hil_sim.scenes.furniture.assets import Assets
+from hil_sim.scenes.open import open_scene
+from hil_sim.simulation.faults import Fault, model_fault, parse_faults
+from hil_sim.simulation.protocol import Protocol, protocol_named
+from hil_sim.simulation.quiet import keep_stdout_for_python
+from runtime.errors import ConfigError
+from runtime.journal import MAP_FILE
+
+if TYPE_CHECKING:  # PyBullet prints when it is imported
+    from hil_sim.simulation.scene_physics import World
+
+SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
+
+
+@click.command(
+    "demo",
+    epilog="Examples:  hil-sim demo --goal toilet   |   "
+    "hil-sim demo --goal plant --scene cedar --start 3   |   "
+    "hil-sim demo --goal bed --protocol onrobot --fault person:at=40",
+)
+@click.option("--goal", required=True, help='What to find, e.g. "toilet".')
+@click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
+@click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
+@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join(SINGLE)}.")
+@click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
+@click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
+@click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
+@click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
+@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
+@click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
+@click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
+@click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
+@click.option("--out", type=click.Path(path_type=Path), help="Default: out/SCENE-GOAL-START.")
+@click.option(
+    "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
+)
+def demo_command(**given: Any) -> None:
+    """Let the robot find something in a furnished home, and tell what it does and why.
+
+    Writes OUT/{summary.json, decisions.jsonl, map.png}. Exit status: 0 found, 1 not found,
+    2 an error.
+    """
+    began_s = time.monotonic()
+    goal, method, start = " ".join(given["goal"].split()), given["method"], given["start"]
+    if not goal:
+        raise ConfigError("goal: is empty; say what to find, e.g. --goal toilet")
+    home = open_scene(given["scene"])
+    instances(home, goal)  # an error that names what there is, before anything slow
+    if method_named(method).driver != "runtime":
+        raise ConfigError(f"method {method}: asks no runtime; `hil-sim eval` drives it")
+    protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
+    faults = parse_faults(given["faults"])
+    run_dir = given["out"] or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
+    _clear(run_dir)
+    keep_stdout_for_python()
+    assets = Assets()
+    with ExitStack() as stack:
+        assets.catalog  # noqa: B018 -- missing furniture is an error before models are loaded
+        click.echo(f"loading {home.name} and the models")
+        runtime = _runtime(run_dir, faults, given)
+        stack.callback(runtime.close)
+        world = stack.enter_context(open_world(home, assets, given["renderer"]))
+        stack.enter_context(runtime)
+        episode, staged = _stage(world, assets, protocol, goal, start)
+        setup_s = time.monotonic() - began_s
+        _announce(episode, method, protocol, setup_s)
+        drive = partial(run_realtime, renderer=given["renderer"])
+        result = (drive if given["realtime"] else run_episode)(
+            episode, staged, runtime, protocol, method, run_dir, _tell, faults, given["seed"]
+        )
+    result = replace(result, wall={"setup": round(setup_s, 4), **result.wall})
+    _finish(run_dir, result)
+    if result.ended.startswith("error"):
+        raise HarnessError(result.ended.removeprefix("error: "))
+    sys.exit(0 if result.success else 1)
+
+
+def _stage(
+    world: "World", assets: Assets, protocol: Protocol, goal: str, start: int
+) -> tuple[Episode, Home]:
+    """An episode in this world, and the home that it is played in."""
+    from hil_sim.ground_truth.truth import Truth
+
+    truth = Truth(world, assets, click.echo)
+    name, success = world.scene.name, truth.success(goal)
+    episode = sample_episode(truth.space, success, goal, start, truth.sees(goal), name)
+    return episode, home_of(world, truth, protocol, goal)
+
+
+def _runtime(run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any]) -> Runtime:
+    """The runtime that was asked for, as it starts."""
+    mode = () if given["realtime"] else ("--lockstep",)
+    command, more = model_fault(faults, mode)
+    return Runtime(
+        run_dir / "runtime.log",
+        given["config"],
+        (*given["sets"], *more),
+        command or rfnav_command(mode),
+    )
+
+
+def _clear(run_dir: Path) -> None:
+    """Remove an earlier run's results, so that none of them is taken for this one's."""
+    try:
+        run_dir.mkdir(parents=True, exist_ok=True)
+        for name in (SUMMARY_FILE, PICTURE_FILE, MAP_FILE, "decisions.jsonl"):
+            (run_dir / name).unlink(missing_ok=True)
+    except OSError as error:
+        raise ConfigError(f"{run_dir}: cannot be written ({error.strerror})") from error
+
+
+def _announce(episode: Episode, method: str, protocol: Protocol, setup_s: float) -> None:
+    click.echo(
+        f"find a {episode.goal} in {episode.scene}: {episode.shortest_path_m:.1f} m away; "
+        f"method {method}, protocol {protocol.name}; ready after {setup_s:.1f} s"
+    )
+
+
+def _tell(step: Step) -> None:
+    """A line a step, and a few more when there was a decision."""
+    answer = step.answer
+    if answer is None:
+        click.echo(f"{step.number:4}  nothing was asked")
+        return
+    for decision in answer.decisions:
+        for line in vote_lines(decision):
+            click.echo(line)
+    state = answer.state
+    frontier = state.get("frontier")
+    aim = f"frontier {frontier}" if frontier is not None else "no frontier"
+    if state.get("mode") in ("target", "face", "stop", "look"):
+        aim = str(state["mode"])
+    click.echo(f"{step.number:4}  {answer.action.value:12}  {aim:12}  {state.get('reason', '')}")
+
+
+def vote_lines(decision: dict[str, Any]) -> list[str]:
+    """Who voted for what, and why: one line for the decision, one for each expert."""
+    elected, closest = decision.get("frontier"), decision.get("closest")
+    what = f"frontier {elected}" if elected is not None else "no frontier"
+    beside = "" if elected == closest else f", where the closest is {closest}"
+    lines = [f"      vote ({decision.get('why')}): {what} by {decision.get('rule')}{beside}"]
+    said = {vote["expert"]: (_set(vote["frontiers"]), vote["reason"]) for vote in decision["votes"]}
+    said |= {absent["expert"]: ("abstains", absent["cause"]) for absent in decision["missing"]}
+    return lines + [f"        {name}: {who}: {why}" for name, (who, why) in sorted(said.items())]
+
+
+def _set(ids: list[int]) -> str:
+    return "{" + ", ".join(str(number) for number in ids) + "}"
+
+
+def _finish(run_dir: Path, result: EpisodeResult) -> None:
+    text = json.dumps(asdict(result), indent=1) + "\n"
+    (run_dir / SUMMARY_FILE).write_text(text, encoding="utf-8")
+    for line in final_lines(result):
+        click.echo(line)
+    if (run_dir / MAP_FILE).is_file():
+        from hil_sim.driving.draw import draw_map
+
+        draw_map(run_dir, run_dir / PICTURE_FILE)
+    names = [SUMMARY_FILE, "decisions.jsonl", PICTURE_FILE]
+    here = ", ".join(name for name in names if (run_dir / name).is_file())
+    click.echo(f"{run_dir}/: {here}")
+
+
+def final_lines(result: EpisodeResult) -> list[str]:
+    """How it went: outcome, path, wall time by stage."""
+    left = "cut off" if result.distance_m is None else f"{result.distance_m:.2f} m"
+    why = f": {result.reason}" if result.reason else ""
+    outcome = "SUCCESS" if result.success else "FAILURE"
+    spl = "–" if result.spl is None else f"{result.spl:.2f}"
+    stages = dict(result.wall)
+    total = stages.pop("total", 0.0)
+    setup = stages.pop("setup", 0.0)
+    parts = ", ".join(f"{name.removeprefix('runtime.')} {s:.1f}" for name, s in stages.items())
+    return [
+        f"{outcome}: {result.ended}{why}; {left} from where it counts",
+        f"path {result.path_m:.2f} m in {result.steps} steps, shortest "
+        f"{result.shortest_path_m:.2f} m, SPL {spl}; {result.decisions} decisions, "
+        f"{result.collisions} collisions"
+        + (f"; {result.fault}: ended {_standing(result)}" if result.fault else ""),
+        f"wall time {total:.1f} s ({parts}) after {setup:.1f} s to set up",
+    ]
+
+
+def _standing(result: EpisodeResult) -> str:
+    return "standing still" if result.stopped else "on the move"

@@ -1,0 +1,208 @@
+"""The picture of an episode: what the robot knew of the home, and what it did there."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from runtime.journal import read_journal, read_map
+
+UNKNOWN, FREE, OCCUPIED = (0.80, 0.81, 0.83), (1.0, 1.0, 1.0), (0.22, 0.24, 0.28)
+ROOM_STRENGTH = 0.28
+CERTAIN = 0.6  # objects at least this sure are named
+MARGIN_M = 0.6
+
+Extent = tuple[float, float, float, float]
+
+
+def draw_map(run_dir: Path, out: Path) -> Path:
+    """run_dir/{map.npz, decisions.jsonl, summary.json} -> a top-down PNG at `out`."""
+    arrays, meta = read_map(run_dir)
+    summary = _summary(run_dir)
+    figure = Figure(figsize=(11, 8.2), dpi=110, layout="constrained")
+    axes = figure.add_subplot()
+    rooms = _ground(axes, arrays, meta)
+    _frontiers(axes, meta)
+    _objects(axes, meta)
+    _path(axes, arrays, run_dir)
+    _target(axes, meta, summary)
+    _window(axes, arrays, meta)
+    axes.set_title(_title(meta, summary), fontsize=11, loc="left")
+    axes.set_xlabel("x, m (forward at the start)")
+    axes.set_ylabel("y, m")
+    axes.set_aspect("equal")
+    axes.legend(
+        handles=_legend(meta, rooms), loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8
+    )
+    figure.savefig(out)
+    return out
+
+
+def _summary(run_dir: Path) -> dict[str, Any]:
+    path = run_dir / "summary.json"
+    table: dict[str, Any] = json.loads(path.read_text()) if path.is_file() else {}
+    return table
+
+
+def _colours(n: int, map_name: str) -> list[tuple[float, float, float]]:
+    table = mpl.colormaps[map_name]
+    return [table(i % table.N)[:3] for i in range(n)]
+
+
+def _extent(meta: dict[str, Any], shape: tuple[int, ...]) -> Extent:
+    f = meta["frame"]
+    r = f["resolution_m"]
+    return f["x0_m"], f["x0_m"] + shape[1] * r, f["y0_m"], f["y0_m"] + shape[0] * r
+
+
+def _ground(axes: Axes, arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> list[int]:
+    """Free, occupied and unknown cells, free ones tinted by room type; returns the types seen."""
+    free, occupied = arrays["free"], arrays["occupied"]
+    image = np.empty((*free.shape, 3))
+    image[:] = UNKNOWN
+    image[free] = FREE
+    seen: list[int] = []
+    evidence = arrays["rooms"].astype(np.float32)
+    if evidence.size:
+        kind = evidence.argmax(axis=0)
+        known = free & (evidence.sum(axis=0) > 1.0)
+        for i, colour in enumerate(_colours(len(meta["room_names"]), "Set2")):
+            cells = known & (kind == i)
+            if cells.any():
+                seen.append(i)
+                image[cells] = (1 - ROOM_STRENGTH) * 1.0 + ROOM_STRENGTH * np.array(colour)
+                _name_room(axes, cells, meta, meta["room_names"][i])
+    image[occupied] = OCCUPIED
+    axes.imshow(image, origin="lower", extent=_extent(meta, free.shape), interpolation="nearest")
+    return seen
+
+
+def _name_room(axes: Axes, cells: NDArray[np.bool_], meta: dict[str, Any], name: str) -> None:
+    """The room type's name in the middle of each of its larger patches."""
+    import cv2
+
+    f = meta["frame"]
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(cells.astype(np.uint8))
+    for i in range(1, count):
+        if stats[i, cv2.CC_STAT_AREA] * f["resolution_m"] ** 2 < 1.0:
+            continue
+        rows, cols = np.nonzero(labels == i)
+        x = f["x0_m"] + (np.median(cols) + 0.5) * f["resolution_m"]
+        y = f["y0_m"] + (np.median(rows) + 0.5) * f["resolution_m"]
+        axes.text(x, y, name, ha="center", fontsize=9, color="0.45", style="italic", zorder=2)
+
+
+def _frontiers(axes: Axes, meta: dict[str, Any]) -> None:
+    for frontier in meta["frontiers"]:
+        if frontier["distance_m"] is None:
+            continue  # no way leads there
+        cells = np.array(frontier["cells_xy"])
+        chosen = frontier["id"] == meta["elected"]
+        colour = "tab:orange" if chosen else "tab:cyan"
+        axes.scatter(cells[:, 0], cells[:, 1], s=3, marker="s", color=colour, zorder=3)
+        x, y = cells.mean(axis=0)
+        axes.text(x, y, str(frontier["id"]), color=colour, fontsize=7, weight="bold", zorder=6)
+
+
+def _objects(axes: Axes, meta: dict[str, Any]) -> None:
+    names = sorted({o["name"] for o in meta["objects"]})
+    colour = dict(zip(names, _colours(len(names), "tab20"), strict=True))
+    for thing in meta["objects"]:
+        if thing["confidence"] < CERTAIN and not thing["rejections"]:
+            continue
+        cells = np.array(thing["cells_xy"])
+        axes.scatter(
+            cells[:, 0],
+            cells[:, 1],
+            s=4,
+            marker="s",
+            color=colour[thing["name"]],
+            alpha=0.8,
+            zorder=4,
+        )
+        text = thing["name"] + (" (rejected)" if thing["rejections"] else "")
+        axes.annotate(
+            text,
+            thing["xy"],
+            fontsize=7,
+            ha="center",
+            zorder=7,
+            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": colour[thing["name"]]},
+        )
+
+
+def _path(axes: Axes, arrays: dict[str, NDArray[Any]], run_dir: Path) -> None:
+    path = arrays["path_xy"]
+    axes.plot(*path.T, color="tab:blue", lw=1.8, zorder=5)
+    axes.plot(*path[0], "o", color="tab:green", ms=9, mec="white", zorder=8)
+    axes.plot(*path[-1], "s", color="tab:blue", ms=9, mec="white", zorder=8)
+    journal = run_dir / "decisions.jsonl"
+    if not journal.is_file():
+        return
+    lines = list(read_journal(journal))
+    decided = [line["step"] for line in lines if line["kind"] == "decision"]
+    at = path[[s for s in decided if s < len(path)]]
+    axes.plot(*at.T, ".", color="navy", ms=5, zorder=6)
+
+
+def _target(axes: Axes, meta: dict[str, Any], summary: dict[str, Any]) -> None:
+    if meta["stopped_at"] is not None:
+        colour = "tab:green" if summary.get("success") else "tab:red"
+        axes.plot(*meta["stopped_at"], "*", color=colour, ms=20, mec="black", zorder=9)
+
+
+def _window(axes: Axes, arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> None:
+    rows, cols = np.nonzero(arrays["free"] | arrays["occupied"])
+    f = meta["frame"]
+    r = f["resolution_m"]
+    axes.set_xlim(f["x0_m"] + cols.min() * r - MARGIN_M, f["x0_m"] + cols.max() * r + MARGIN_M)
+    axes.set_ylim(f["y0_m"] + rows.min() * r - MARGIN_M, f["y0_m"] + rows.max() * r + MARGIN_M)
+
+
+def _title(meta: dict[str, Any], summary: dict[str, Any]) -> str:
+    title = f"find a {meta['goal']}"
+    if not summary:
+        return title
+    result = "success" if summary.get("success") else "failure"
+    parts = [f"{title} in {summary.get('scene', '?')}: {result} ({summary.get('ended', '')})"]
+    if summary.get("path_m") is not None:
+        shortest, spl = summary.get("shortest_path_m"), summary.get("spl")
+        parts.append(
+            f"{summary.get('steps')} steps, {summary['path_m']:.1f} m driven"
+            + (f", shortest {shortest:.1f} m" if shortest is not None else "")
+            + (f", SPL {spl:.2f}" if spl is not None else "")
+        )
+    return "\n".join(parts)
+
+
+def _legend(meta: dict[str, Any], rooms: list[int]) -> list[Any]:
+    colours = _colours(len(meta["room_names"]), "Set2")
+    tint = [
+        Patch(
+            color=(
+                1 - ROOM_STRENGTH * (1 - colours[i][0]),
+                1 - ROOM_STRENGTH * (1 - colours[i][1]),
+                1 - ROOM_STRENGTH * (1 - colours[i][2]),
+            ),
+            label=meta["room_names"][i],
+        )
+        for i in rooms
+    ]
+    return [
+        Line2D([], [], marker="o", color="tab:green", ls="", label="start"),
+        Line2D([], [], marker="s", color="tab:blue", ls="-", label="path and end"),
+        Line2D([], [], marker=".", color="navy", ls="", label="decision"),
+        Line2D([], [], marker="*", color="tab:green", mec="black", ls="", ms=12, label="target"),
+        Line2D([], [], marker="s", color="tab:cyan", ls="", label="frontier (id)"),
+        Line2D([], [], marker="s", color="tab:orange", ls="", label="elected frontier"),
+        Patch(color=OCCUPIED, label="obstacle"),
+        Patch(color=UNKNOWN, label="unknown"),
+        *tint,
+    ]

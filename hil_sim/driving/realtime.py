@@ -1,0 +1,225 @@
+"""An episode in real time: the base rolls and reports 50 times a second, frames come at up to 5 a
+second, and the runtime commands velocities on `cmd_vel` whenever it likes.
+
+    with Eyes(scene, protocol, episode.id, seed, renderer) as eyes:
+        run_episode(..., play=partial(realtime.drive, eyes=eyes))
+
+`run_realtime` does that. The runtime must have been started without `--lockstep`
+(`link.rfnav_command(())`).
+"""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+from typing import Protocol as Port
+
+from hil_sim.driving.camera_process import Eyes, Glance, Sight
+from hil_sim.driving.episode_run import EpisodeResult, Home, Step, run_episode
+from hil_sim.driving.link import Answer, HarnessError, Runtime
+from hil_sim.driving.lockstep import Run
+from hil_sim.ground_truth.episodes import Episode
+from hil_sim.ground_truth.true_labels import true_labels
+from hil_sim.ground_truth.witness import to_scene
+from hil_sim.simulation.drive import drive as roll
+from hil_sim.simulation.drive import ordered, still
+from hil_sim.simulation.faults import Fault, Sensed, When
+from hil_sim.simulation.noise import generator
+from hil_sim.simulation.protocol import Base, Protocol
+from hil_sim.simulation.robot import Robot
+from hil_sim.simulation.sensors import beside
+from runtime.core.types import Action, Pose, Twist
+from runtime.robot import wire
+
+TICK_S = 0.02
+FRAME_S = 0.2
+LONGEST_S = 0.5
+"""A tick that comes later than this does not make up for it."""
+BRAKE_S = 2.0
+"""How long the base has to come to rest when the search is over."""
+OVER = ("found", "not_found")
+
+
+class Camera(Port):
+    """What looks; see `Eyes`."""
+
+    busy: bool
+
+    def look(self, glance: Glance) -> None: ...
+
+    def seen(self) -> Sight | None: ...
+
+
+def run_realtime(
+    episode: Episode,
+    home: Home,
+    runtime: Runtime,
+    protocol: Protocol,
+    method: str,
+    log_dir: Path,
+    watch: Callable[[Step], None] = lambda step: None,
+    faults: tuple[Fault, ...] = (),
+    seed: int = 0,
+    renderer: str = "auto",
+) -> EpisodeResult:
+    """`run_episode` in real time. A protocol of discrete actions gets a base that drives; the time
+    allowed is its observations times the time between them. PyBullet's calls for collisions are
+    made in the calling thread; frames are rendered in another process."""
+    protocol = replace(protocol, base=protocol.base or Base())
+    with Eyes(home.scene, protocol, episode.id, seed, renderer) as eyes:
+        play = partial(drive, eyes=eyes)
+        return run_episode(
+            episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play
+        )
+
+
+@dataclass
+class _Frame:
+    """One that is being rendered, and what was true when it was asked for."""
+
+    when: When
+    robot: Robot
+    stamp_ns: int
+
+
+@dataclass
+class _State:
+    """What the loop remembers."""
+
+    began_s: float
+    now_s: float
+    frame: _Frame | None = None
+    next_frame_s: float = 0.0
+    ticks: int = 0
+    said: dict[str, Any] | None = None
+    aim: list[float] | None = None  # what the runtime went for last, in its map
+    decisions: tuple[dict[str, Any], ...] = ()
+    collisions: int = 0  # until the last frame
+
+
+def drive(run: Run, eyes: Camera, clock: Callable[[], float] = time.monotonic) -> None:
+    """Until the runtime says that the search is over, or the time allowed has passed."""
+    if not isinstance(run.driver, Runtime) or run.protocol.base is None:
+        raise HarnessError("real time needs a runtime, and a base that drives")
+    state = _State(clock(), clock())
+    allowed_s = run.protocol.max_steps * run.protocol.observe_s
+    while not run.tally.robot.stopped and state.now_s - state.began_s < allowed_s:
+        _tick(run, run.driver, eyes, state, clock)
+        if state.said is not None and state.said.get("state") in OVER:
+            _conclude(run, state, state.said)
+    until_s = clock() + BRAKE_S
+    while not still(run.tally.robot) and clock() < until_s:
+        _tick(run, run.driver, eyes, state, clock)
+    run.driver.call_again(wait=False)
+    run.tally.halted = still(run.tally.robot)
+
+
+def _conclude(run: Run, state: _State, said: dict[str, Any]) -> None:
+    """The runtime says that the search is over: a stop, for what it went for last if it found."""
+    tally = run.tally
+    robot = tally.robot
+    aim = state.aim if said["state"] == "found" else None
+    here = to_scene(robot.pose, robot.odometry(run.start))
+    run.witness.hear(tally.steps, {"mode": "stop", "toward_xy": aim}, state.decisions, here)
+    tally.decisions += len(state.decisions)
+    tally.reason = str(said.get("reason", ""))
+    tally.robot, state.decisions = replace(robot, stopped=True), ()
+
+
+def _tick(
+    run: Run, runtime: Runtime, eyes: Camera, state: _State, clock: Callable[[], float]
+) -> None:
+    """Obey, roll, report; begin a frame or hand one over when it is time."""
+    time.sleep(max(0.0, state.now_s + TICK_S - clock()))
+    passed_s, state.now_s = clock() - state.now_s, clock()
+    state.ticks += 1
+    runtime.check_alive()
+    when = When(run.tally.steps + 1, state.now_s - state.began_s)
+    base, protocol = run.protocol.base, run.protocol
+    assert base is not None
+    command = runtime.command()
+    if command is not None and not run.mishaps.deaf(when):
+        run.tally.robot = ordered(run.tally.robot, command, base)
+    rng = generator(run.seed, run.episode, state.ticks, "base")
+    run.tally.robot = roll(
+        run.tally.robot, min(passed_s, LONGEST_S), run.home.ground, base, protocol.noise, rng
+    )
+    stamp_ns = time.time_ns()
+    _link(run, runtime, when)
+    _report(run, runtime, when, stamp_ns)
+    _listen(runtime, state)
+    sight = eyes.seen() if eyes.busy else None
+    if sight is not None and state.frame is not None:
+        _deliver(run, runtime, state, state.frame, sight)
+        state.frame = None
+    if not eyes.busy and state.now_s >= state.next_frame_s:
+        state.next_frame_s = state.now_s + FRAME_S
+        run.mishaps.move_bodies(when, run.tally.robot.pose)
+        robot = run.tally.robot
+        state.frame = _Frame(when, robot, stamp_ns)
+        eyes.look(Glance(when.step, robot.pose, robot.twist.w_radps, run.mishaps.bodies))
+
+
+def _link(run: Run, runtime: Runtime, when: When) -> None:
+    if run.mishaps.active("link-lost", when):
+        runtime.hang_up()
+    else:
+        runtime.call_again(wait=False)
+
+
+def _report(run: Run, runtime: Runtime, when: When, stamp_ns: int) -> None:
+    """Odometry, and what else has a rate of its own."""
+    robot = run.tally.robot
+    told = run.mishaps.odometry(when, robot.odometry(run.start), stamp_ns)
+    if told is not None:
+        pose, stamp_ns = told
+        runtime.publish("odom", wire.encode_odometry(pose, stamp_ns))
+
+
+def _listen(runtime: Runtime, state: _State) -> None:
+    for name, message in runtime.hear():
+        if name == "state":
+            state.said = message
+            state.aim = message.get("toward_xy") or state.aim
+        elif name == "decision":
+            state.decisions = (*state.decisions, message)
+
+
+def _deliver(run: Run, runtime: Runtime, state: _State, frame: _Frame, sight: Sight) -> None:
+    """Publish a frame as it was when it was asked for, and take note of what is known by now."""
+    tally, robot, when = run.tally, frame.robot, frame.when
+    run.witness.look(when.step, robot.pose, sight.true_depth_m, sight.segmentation)
+    reported = robot.odometry(run.start)
+    sensed = run.mishaps.sense(when, Sensed(sight.rgb, sight.depth_m, reported, frame.stamp_ns))
+    if sensed is not None:
+        _publish(run, runtime, robot.pose, sensed, sight, tally.robot.touching)
+    tally.steps += 1
+    said, action = state.said or {}, Action.STOP if tally.robot.stopped else Action.MOVE_FORWARD
+    run.witness.hear(when.step, said, state.decisions, to_scene(robot.pose, reported))
+    tally.decisions += len(state.decisions)
+    tally.reason = str(said.get("reason", "")) or tally.reason
+    tally.stages = said.get("seconds", tally.stages)
+    collided = tally.robot.collisions > state.collisions
+    run.witness.moved(robot, str(said.get("mode", "")), "velocity", collided)
+    twist = Twist(robot.twist.v_mps, robot.twist.w_radps)
+    answer = Answer(action, said, state.decisions, twist)
+    run.watch(Step(when.step, answer, robot, run.home.distance_m(robot.pose)))
+    state.decisions, state.collisions = (), tally.robot.collisions
+
+
+def _publish(
+    run: Run, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight, touching: bool
+) -> None:
+    protocol, stamp_ns = run.protocol, sensed.stamp_ns
+    scanner = run.home.scan if protocol.laser else None
+    ranges_m = scanner(pose) if scanner is not None else None
+    for topic, payload in beside(protocol, ranges_m, touching, stamp_ns).items():
+        runtime.publish(topic, payload)
+    if run.how.labels:
+        labels = true_labels(run.home.scene, pose, sight.segmentation, sight.true_depth_m)
+        runtime.publish("detections", wire.encode_json({"stamp_ns": stamp_ns, **labels}))
+    runtime.publish("camera_info", wire.encode_camera_info(protocol.intrinsics, stamp_ns))
+    runtime.publish("depth", wire.encode_depth(sensed.depth_m, stamp_ns))
+    runtime.publish("color", wire.encode_color(sensed.rgb, stamp_ns))

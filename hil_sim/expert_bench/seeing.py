@@ -1,0 +1,58 @@
+"""The robot's own map in a home that is driven through without a bus: true objects, and the
+detector's word on rooms and views."""
+
+import hashlib
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from hil_sim.ground_truth.labels import LABELLED
+from hil_sim.ground_truth.true_labels import true_labels
+from hil_sim.scenes.format import Scene
+from hil_sim.simulation.protocol import HM3D
+from runtime.clock import SystemClock
+from runtime.config import Config, load
+from runtime.core.types import Detections, Pose
+from runtime.perception.loaded_models import LocalMind
+from runtime.robot.labels import read_labels
+
+if TYPE_CHECKING:  # PyBullet prints when it is imported
+    from hil_sim.simulation.scene_physics import Frame
+
+
+@dataclass(frozen=True)
+class Eyes:
+    """The detector, and the names that objects go by on the map."""
+
+    mind: LocalMind
+    names: tuple[str, ...]
+    config: Config
+
+    @classmethod
+    def open(cls) -> Self:
+        """ModelError when a model is missing."""
+        config = cls.settings()
+        mind = LocalMind(config, SystemClock())
+        goal, _ = mind.accept("toilet", config)
+        return cls(mind, tuple(known[0] for known in goal.classes), config)
+
+    @staticmethod
+    def settings() -> Config:
+        """As `oracle-perception/geometry` sets the runtime, without experts."""
+        names = ", ".join(repr(name) for name in LABELLED)
+        labels = f"detector.labels=[{names}]"
+        sets = "panel.experts=[]", "models.threads=1", 'consensus.fallback="geometry"', labels
+        return load(None, (*sets, *HM3D.settings))
+
+    def see(self, scene: Scene, pose: Pose, frame: "Frame") -> Detections:
+        """The truth's objects, the detector's room and view."""
+        told = true_labels(scene, pose, frame.segmentation, frame.depth_m)
+        true = read_labels(told, self.names, self.mind.rooms)
+        seen = self.mind.detect(frame.rgb)
+        return replace(true, rooms=seen.rooms, scene=seen.scene)
+
+    def identity(self) -> str:
+        """Changes with the detector's weights."""
+        seen = self.mind.detect(np.full((480, 640, 3), 128, np.uint8))
+        return hashlib.blake2b(seen.scene.astype("<f2").tobytes(), digest_size=6).hexdigest()

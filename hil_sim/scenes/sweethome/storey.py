@@ -1,0 +1,74 @@
+"""Which storey of a drawing is imported."""
+
+import math
+from dataclasses import dataclass
+
+from hil_sim.scenes.format import SceneError
+from hil_sim.scenes.sweethome.drawing import Drawing, Drawn, DrawnRoom, DrawnWall, Level
+
+LARGEST_M = 100.0
+SAME_FLOOR_M = 0.05
+
+
+@dataclass(frozen=True)
+class Storey:
+    """What of the drawing is on the storey that is imported."""
+
+    walls: tuple[DrawnWall, ...]
+    rooms: tuple[DrawnRoom, ...]
+    pieces: tuple[Drawn, ...]
+    height_m: float
+
+
+def pick_storey(drawing: Drawing, name: str | None, label: str, notes: list[str]) -> Storey:
+    """The named storey, or the ground floor: the level with walls whose floor is nearest to 0.
+
+    Levels on the same height are one storey. `notes` hears of what is left out."""
+    height = drawing.wall_height_m
+    if not drawing.levels:
+        if name is not None:
+            raise SceneError(f"{label}: level {name!r}: the drawing has no levels")
+        return Storey(drawing.walls, drawing.rooms, drawing.pieces, height)
+    walled = {wall.level for wall in drawing.walls}
+    chosen = _level(drawing.levels, walled, name, label)
+    here = {
+        level.id
+        for level in drawing.levels
+        if abs(level.elevation_m - chosen.elevation_m) <= SAME_FLOOR_M
+    }
+    if len(here) < len(drawing.levels):
+        others = sorted({level.name for level in drawing.levels if level.id not in here})
+        notes.append(
+            f"level {chosen.name!r} is imported; others are not: {', '.join(others)} (see --level)"
+        )
+    return Storey(
+        tuple(wall for wall in drawing.walls if wall.level in here),
+        tuple(room for room in drawing.rooms if room.level in here),
+        tuple(piece for piece in drawing.pieces if piece.level in here),
+        chosen.height_m if chosen.height_m > 1 else height,
+    )
+
+
+def _level(
+    levels: tuple[Level, ...], walled: set[str | None], name: str | None, label: str
+) -> Level:
+    if name is not None:
+        found = [level for level in levels if level.name == name]
+        if not found:
+            known = ", ".join(repr(level.name) for level in levels)
+            raise SceneError(f"{label}: level {name!r}: no such level; there are: {known}")
+        return found[0]
+    candidates = [level for level in levels if level.id in walled] or list(levels)
+    return min(candidates, key=lambda level: abs(level.elevation_m))
+
+
+def check_extent(storey: Storey, label: str) -> None:
+    """SceneError when the walls lie further apart than a home is wide."""
+    for wall in storey.walls:
+        for mine, at in ((wall.start, "Start"), (wall.end, "End")):
+            far = math.dist(mine, storey.walls[0].start)
+            if far > LARGEST_M:
+                raise SceneError(
+                    f"{label}: {wall.place}: x{at}, y{at}: {far:.0f} m from the first wall; a home "
+                    f"may be {LARGEST_M:.0f} m wide"
+                )

@@ -1,0 +1,224 @@
+"""Detectors by contract; ours, whose classes are text chosen at run time."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import onnxruntime
+from numpy.typing import NDArray
+
+from models.detection.boxes import letterbox
+from models.detection.detections import Detector as Detector
+from models.detection.detections import Floats, checked, select
+from models.detection.detections import RawDetections as RawDetections
+from models.detection.fixed_list import YoloDetector
+from models.detection.prompted import PromptedDetector, open_prompts
+from models.errors import ModelError
+from models.onnx_session import image_size, open_session, run
+from models.words.class_names import ClassText, room_rows
+from models.words.text_encoder import TextEncoder
+
+FORMAT = "rf-nav-detector/1"
+MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
+TEXTS_FILE, TOWER_FILE = "texts.npz", "text.onnx"
+"""An imported detector's files."""
+NAMES = 2
+"""How many classes a place may be called, each with its own score: a mug is often called a cup too.
+With one, less is found at the same rate of false sightings."""
+OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
+NO_VOCABULARY = "the detector has no vocabulary; set one before the first frame"
+
+Kind = Literal["auto", "rfnav", "prompted", "yolo"]
+
+
+CONTRACTS = f"""known contracts:
+  rfnav     input image (1, 3, H, W), metadata format = {FORMAT}
+  prompted  inputs images (1, 3, H, W) and texts (N, D) or (1, N, D)
+  yolo      input images (1, 3, H, W), output of YOLOv5, YOLOv8 or YOLOX"""
+
+
+def open_detector(
+    path: Path,
+    kind: Kind,
+    encoder: TextEncoder,
+    threads: int = 1,
+    classes_file: Path | None = None,
+    texts: Path | None = None,
+) -> Detector:
+    """Open an ONNX detector. Raises ModelError when the file or what belongs to it is of no use.
+
+    `path` is the file, or a directory as `rfnav models import` makes it: `model.onnx` with its
+    `classes.txt`, `texts.npz` or text tower. `texts`: the embeddings or the tower of a "prompted"
+    one.
+    """
+    path = Path(path)
+    if path.is_dir():
+        classes_file = classes_file or _companion(path, CLASSES_FILE)
+        texts = texts or _companion(path, TEXTS_FILE) or _companion(path, TOWER_FILE)
+        path = path / MODEL_FILE
+    session = open_session(path, threads)
+    contract = contract_of(session, path) if kind == "auto" else kind
+    if contract == "rfnav":
+        return OpenDetector(session, path, encoder)
+    if contract == "prompted":
+        if texts is None:
+            raise ModelError(
+                f"{path}: it takes embedded texts; give them, or its text tower, to "
+                "`rfnav models import` with --texts"
+            )
+        return PromptedDetector(session, path, open_prompts(texts))
+    if contract == "yolo":
+        return YoloDetector(session, path, encoder, classes_file)
+    raise ModelError(
+        f"{path}: detector kind {kind!r} is unknown; known are auto, rfnav, prompted, yolo"
+    )
+
+
+def contract_of(session: onnxruntime.InferenceSession, path: Path) -> Kind:
+    """Which contract a graph's metadata and inputs say it keeps; ModelError for none."""
+    if "format" in session.get_modelmeta().custom_metadata_map:
+        return "rfnav"
+    inputs = session.get_inputs()
+    ranks = sorted(len(i.shape) for i in inputs)
+    floats = all(i.type == "tensor(float)" for i in inputs)
+    if floats and ranks in ([2, 4], [3, 4]):
+        return "prompted"
+    if floats and ranks == [4]:
+        return "yolo"
+    have = ", ".join(f"{i.name} {i.shape} {i.type}" for i in inputs)
+    raise ModelError(f"{path}: no detector of a known contract (inputs {have}); {CONTRACTS}")
+
+
+def _companion(directory: Path, name: str) -> Path | None:
+    return directory / name if (directory / name).is_file() else None
+
+
+class View(NamedTuple):
+    """What the network makes of a frame, before any word: K candidates.
+
+    `boxes_px` (K, 4) image px; `objectness` (K,) in 0..1; `regions` (K, D) and `scene` (D,) unit
+    rows in the text encoder's space.
+    """
+
+    boxes_px: Floats
+    objectness: Floats
+    regions: Floats
+    scene: Floats
+
+
+class OpenDetector:
+    """Our network: boxes, objectness and region embeddings; words are compared here, outside it.
+
+    score = sigmoid(gain * logit(objectness * sigmoid(scale * cosine + bias)) + shift), where gain
+    and shift were fitted so that a score is the share of such detections that are right.
+    """
+
+    def __init__(
+        self, session: onnxruntime.InferenceSession, path: Path, encoder: TextEncoder
+    ) -> None:
+        self._session, self._encoder, self._path = session, encoder, path
+        constants = _constants(session, path)
+        try:
+            self._scale, self._bias = constants["scale"], constants["bias"]
+            self._room_scale = constants["room_scale"]
+        except KeyError as error:
+            raise ModelError(f"{path}: its metadata lacks value.{error.args[0]}") from error
+        self.gain, self.shift = constants.get("gain", 1.0), constants.get("shift", 0.0)
+        self._input = session.get_inputs()[0]
+        self.size = image_size(self._input.shape, path)
+        self._text: ClassText | None = None
+        self._rooms: Floats = np.zeros((0, encoder.dimension), np.float32)
+        self.capabilities: dict[str, Any] = {
+            "contract": "rfnav",
+            "open_vocabulary": True,
+            "rooms": True,
+            "embeddings": True,
+            "classes": None,
+        }
+
+    def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
+        """Embed the names; the next frames are compared with them."""
+        self._text = ClassText(classes, self._encoder)
+        self._rooms = room_rows(rooms, self._encoder)
+        # Any text can be compared with a region: none is seen by way of another's name.
+        self.capabilities |= {"matched": {}, "unseen": []}
+
+    def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
+        """(H, W, 3) uint8 RGB -> detections. A place is given its best classes, NAMES of them."""
+        if self._text is None:
+            raise ModelError(NO_VOCABULARY)
+        return self.name(self.look(rgb))
+
+    def look(self, rgb: NDArray[np.uint8]) -> View:
+        """(H, W, 3) uint8 RGB -> what is there, not yet named."""
+        image, fit = letterbox(checked(rgb), *self.size)
+        feed = np.ascontiguousarray(image.transpose(2, 0, 1)[None], np.float32)
+        outputs = run(self._session, {self._input.name: feed}, self._path)
+        if len(outputs) != 4:
+            raise ModelError(f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}")
+        boxes, objectness, regions, scene = (out[0] for out in outputs)
+        return View(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, scene)
+
+    def name(self, view: View) -> RawDetections:
+        """Compare a view with the vocabulary."""
+        if self._text is None:
+            raise ModelError(NO_VOCABULARY)
+        return self.named(view, self._text.similarity(view.regions))
+
+    def named(self, view: View, cosines: Floats) -> RawDetections:
+        """Detections, given the (K, C) cosines of a view's regions with each class."""
+        likeliest = _best(cosines, NAMES)
+        labels = likeliest.reshape(-1).astype(np.int32)
+        place = np.repeat(np.arange(len(cosines)), likeliest.shape[1])
+        scores = self.score(view.objectness[place], cosines[place, labels]).astype(np.float32)
+        kept = select(view.boxes_px[place], scores, labels, across=1.0)
+        boxes, regions = view.boxes_px[place[kept]], view.regions[place[kept]]
+        return RawDetections(
+            boxes, scores[kept], labels[kept], regions, self.room(view), view.scene
+        )
+
+    def room(self, view: View) -> Floats:
+        """(R,) probabilities of the room types."""
+        return _softmax(self._rooms @ view.scene * self._room_scale)
+
+    def score(self, objectness: Floats, cosines: Floats) -> NDArray[np.float64]:
+        """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores. In
+        double precision what is very likely still differs from what is even more so."""
+        p = np.clip(objectness * self._word(cosines), 1e-6, 1 - 1e-6)
+        odds = self.gain * np.log(p / (1 - p)) + self.shift
+        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+
+    def words(self, view: View) -> Floats:
+        """(K, C) with what probability each place is called each class, if it is anything."""
+        if self._text is None:
+            raise ModelError(NO_VOCABULARY)
+        return self._word(self._text.similarity(view.regions)).astype(np.float32)
+
+    def _word(self, cosines: Floats) -> NDArray[np.float64]:
+        """With what probability what is there is called so."""
+        odds = cosines.astype(np.float64) * self._scale + self._bias
+        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+
+
+def _best(values: Floats, count: int) -> NDArray[np.int64]:
+    """(K, C) -> (K, min(count, C)) columns of each row's largest values."""
+    count = min(count, values.shape[1])
+    return np.argpartition(-values, count - 1, axis=1)[:, :count]
+
+
+def _softmax(logits: Floats) -> Floats:
+    if not len(logits):
+        return np.zeros(0, np.float32)
+    weights = np.exp(logits - logits.max())
+    return np.asarray(weights / weights.sum(), np.float32)
+
+
+def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, float]:
+    metadata = session.get_modelmeta().custom_metadata_map
+    if metadata.get("format") != FORMAT:
+        raise ModelError(
+            f"{path}: not an RF-NAV detector (format {metadata.get('format', 'missing')!r}, "
+            f"expected {FORMAT!r}); {CONTRACTS}"
+        )
+    return {k[6:]: float(v) for k, v in metadata.items() if k.startswith("value.")}

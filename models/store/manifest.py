@@ -1,0 +1,217 @@
+"""Models by name: where they come from, where they lie, and whether they are what they claim.
+
+A file counts only when its sha256 is the manifest's. What arrives with another is refused and
+not kept; a download in progress has a temporary name, so that a file with its final name is
+whole.
+"""
+
+import contextlib
+import hashlib
+import os
+import shutil
+import tempfile
+import tomllib
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from models.errors import ModelError
+from models.store import sources
+
+PACKAGE = Path(__file__).parents[1]
+MANIFEST = PACKAGE / "manifest.toml"
+
+Progress = Callable[[str, int, int], None]
+"""Called as (what is arriving, bytes so far, bytes in all or 0)."""
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """One file of a model: its name in the cache, size, checksum and sources in order."""
+
+    name: str
+    size: int
+    sha256: str
+    sources: tuple[sources.Source, ...]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A model of the manifest."""
+
+    name: str
+    task: str
+    files: tuple[ModelFile, ...]
+    default: bool
+    licence: str
+    about: str
+    contract: str
+    style: str = "score"  # of a language or vision model: "score" or "reason"
+    handler: str = ""  # of a vision model: see models/language/vision.py
+
+    @property
+    def size(self) -> int:
+        """Bytes of all files."""
+        return sum(f.size for f in self.files)
+
+
+def cache_dir() -> Path:
+    """`$XDG_CACHE_HOME/rf-nav/models`, with the XDG default."""
+    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    return Path(base) / "rf-nav" / "models"
+
+
+def user_manifest() -> Path:
+    """`$XDG_DATA_HOME/rf-nav/models.toml`, with the XDG default: what was imported."""
+    base = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
+    return Path(base) / "rf-nav" / "models.toml"
+
+
+def load_manifest(path: Path = MANIFEST, users: bool = True) -> dict[str, Entry]:
+    """Read the manifest; with the project's, what the user imported, unless `users` is False.
+
+    Raises ModelError naming the model whose entry is wrong.
+    """
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, tomllib.TOMLDecodeError) as error:
+        raise ModelError(f"{path}: not a readable manifest ({error})") from error
+    entries = {name: _entry(path, name, body) for name, body in table.items()}
+    if path == MANIFEST and users and user_manifest().is_file():
+        return load_manifest(user_manifest()) | entries
+    return entries
+
+
+def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
+    try:
+        files = tuple(
+            ModelFile(
+                name=f["name"],
+                size=int(f["bytes"]),
+                sha256=f["sha256"],
+                sources=tuple(sources.Source(**s) for s in f["sources"]),
+            )
+            for f in body["files"]
+        )
+        return Entry(
+            name=name,
+            task=body["task"],
+            files=files,
+            default=bool(body.get("default", False)),
+            licence=body["licence"],
+            about=body.get("about", ""),
+            contract=body.get("contract", ""),
+            style=body.get("style", "score"),
+            handler=body.get("handler", ""),
+        )
+    except (KeyError, TypeError) as error:
+        raise ModelError(f"{path}: model {name!r}: wrong or missing key: {error}") from error
+
+
+def entry(name: str, manifest: Path = MANIFEST) -> Entry:
+    """The manifest's entry of that name; an unknown name lists the known ones."""
+    known = load_manifest(manifest)
+    if name not in known:
+        raise ModelError(f"{name}: no such model; known are {', '.join(sorted(known))}")
+    return known[name]
+
+
+def fetch(name: str, progress: Progress | None = None, manifest: Path = MANIFEST) -> Path:
+    """Path of a model, verified; what is missing or damaged is fetched first.
+
+    One file: the path of the file. Several: the path of the directory that holds them.
+    """
+    model = entry(name, manifest)
+    paths = [_obtain(model, f, progress, manifest) for f in model.files]
+    return _location(model, paths)
+
+
+def locate(name: str, manifest: Path = MANIFEST) -> Path:
+    """Path of a model that is already here, verified; never downloads.
+
+    Raises ModelError with the command that repairs it.
+    """
+    model = entry(name, manifest)
+    return _location(model, [_present(model, f, manifest) for f in model.files])
+
+
+def verify(name: str, manifest: Path = MANIFEST) -> None:
+    """Raise ModelError when a model is missing or damaged."""
+    locate(name, manifest)
+
+
+def _location(model: Entry, paths: list[Path]) -> Path:
+    return paths[0] if len(paths) == 1 else cache_dir() / model.name
+
+
+def _packaged(file: ModelFile, manifest: Path) -> Path | None:
+    for source in file.sources:
+        if source.file:
+            return manifest.parent / source.file
+    return None
+
+
+def _present(model: Entry, file: ModelFile, manifest: Path) -> Path:
+    remedy = f"run `rfnav models pull {model.name}`"
+    cached = cache_dir() / model.name / file.name
+    packaged = _packaged(file, manifest)
+    if packaged is not None and len(model.files) == 1 and not cached.exists():
+        path, remedy = packaged, "restore it from the repository"
+    else:
+        path = cached
+    if not path.is_file():
+        raise ModelError(f"{path}: model {model.name} is missing; {remedy}")
+    found = sha256(path)
+    if found != file.sha256:
+        raise ModelError(
+            f"{path}: damaged: sha256 {found[:12]}…, expected {file.sha256[:12]}…; {remedy}"
+        )
+    return path
+
+
+def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: Path) -> Path:
+    try:
+        return _present(model, file, manifest)
+    except ModelError:
+        pass
+    target = cache_dir() / model.name / file.name
+    failures = []
+    for source in file.sources:
+        try:
+            with _arriving(target) as (work, partial):
+                sources.deliver(source, manifest.parent, work, partial, progress)
+                _admit(partial, file, target)
+            return target
+        except ModelError as error:
+            failures.append(str(error))
+    raise ModelError(f"{model.name}: {file.name}: {'; '.join(failures) or 'no source is given'}")
+
+
+def _admit(partial: Path, file: ModelFile, target: Path) -> None:
+    found = sha256(partial)
+    if found != file.sha256:
+        raise ModelError(f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…")
+    os.replace(partial, target)
+
+
+@contextlib.contextmanager
+def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
+    """A scratch directory beside the target, gone afterwards, and the partial file in it."""
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        work = Path(tempfile.mkdtemp(prefix=".partial-", dir=target.parent))
+    except OSError as error:
+        raise ModelError(f"{target.parent}: cannot be written ({error.strerror})") from error
+    try:
+        yield work, work / target.name
+    except OSError as error:
+        raise ModelError(f"{target}: {error.strerror or error}") from error
+    finally:
+        shutil.rmtree(work, ignore_errors=True)
+
+
+def sha256(path: Path) -> str:
+    """Of a file, in hexadecimal digits."""
+    with path.open("rb") as stream:
+        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -1,0 +1,157 @@
+"""Keyframes: which of the images seen so far looks toward a frontier best."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from runtime.core.geometry import map_to_optical, project, wrap_angle
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.types import (
+    F32,
+    F64,
+    U8,
+    Detections,
+    Intrinsics,
+    Mask,
+    Mount,
+    Observation,
+    Pose,
+)
+
+
+@dataclass(frozen=True)
+class KeyframeConfig:
+    """[keyframes]"""
+
+    kept: int = 200  # the oldest are forgotten
+    moved_m: float = 0.3  # from every other, to be worth keeping
+    turned_rad: float = math.radians(25.0)
+    range_m: tuple[float, float] = (0.4, 5.0)  # to the frontier cells it shows
+    half_view_rad: float = math.radians(34.0)  # they are well inside the image
+    blurred: float = 0.6  # share of the older one's sharpness below which the older is kept
+    image_width_px: int = 0  # of the images kept for a model that sees; 0 keeps none
+
+
+CELLS = 12  # of a frontier that are looked for in each image
+TRIED = 12  # images whose line of sight is checked, best first
+NOTHING = np.zeros(0, np.float32)
+NO_IMAGE = np.zeros((0, 0, 3), np.uint8)
+
+
+@dataclass(frozen=True)
+class Keyframe:
+    """An image's embedding (D,), where it was taken (map frame), and the image itself, (h, w, 3)
+    RGB, where images are kept, with what is needed to find a point of the map in it."""
+
+    pose: Pose
+    embedding: F32
+    sharpness: float = 0.0
+    image: U8 = field(default_factory=lambda: NO_IMAGE)
+    intrinsics: Intrinsics | None = None
+    mount: Mount | None = None
+
+
+class View(NamedTuple):
+    """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b""."""
+
+    embedding: F32 = NOTHING
+    jpeg: bytes = b""
+
+
+def take(obs: Observation, detections: Detections, mount: Mount, cfg: KeyframeConfig) -> Keyframe:
+    """The observation as a keyframe."""
+    small = cv2.resize(obs.rgb, (160, 120), interpolation=cv2.INTER_AREA)
+    edges = cv2.Laplacian(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), cv2.CV_16S)
+    sharpness = float(np.abs(edges).mean())
+    if not cfg.image_width_px:
+        return Keyframe(obs.pose, detections.scene, sharpness)
+    k = obs.intrinsics
+    scale = cfg.image_width_px / k.width
+    size = cfg.image_width_px, round(k.height * scale)
+    image = np.asarray(cv2.resize(obs.rgb, size, interpolation=cv2.INTER_AREA), np.uint8)
+    shrunk = Intrinsics(k.fx * scale, k.fy * scale, k.cx * scale, k.cy * scale, *size)
+    return Keyframe(obs.pose, detections.scene, sharpness, image, shrunk, mount)
+
+
+def keep(frames: list[Keyframe], frame: Keyframe, cfg: KeyframeConfig) -> None:
+    """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
+    them."""
+    same = [f for f in frames if _alike(f.pose, frame.pose, cfg)]
+    if any(frame.sharpness < cfg.blurred * old.sharpness for old in same):
+        return
+    for old in same:
+        frames.remove(old)
+    frames.append(frame)
+    del frames[: -cfg.kept]
+
+
+def best_view(
+    frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap, cfg: KeyframeConfig
+) -> View:
+    """The keyframe that shows most of a frontier's cells (N, 2) m, the nearer the better, with
+    nothing known in between; an empty view when none shows any."""
+    if not frames:
+        return View()
+    cells = cells_xy[np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)]
+    poses = np.array([(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in frames])
+    worth = _worth(poses, cells, cfg)
+    ranked = np.argsort(-worth.sum(axis=1), kind="stable")[:TRIED]
+    best, found = 0.0, -1
+    for n in ranked:
+        if worth[n].sum() <= best:
+            break
+        shown = float(worth[n][_clear(grid, poses[n, :2], cells)].sum())
+        if shown > best:
+            best, found = shown, int(n)
+    return View() if found < 0 else View(frames[found].embedding, _marked(frames[found], cells_xy))
+
+
+def _worth(poses: F64, cells: F64, cfg: KeyframeConfig) -> F64:
+    """(N, 3) poses, (M, 2) cells -> (N, M) how well each is placed in each view: 0 out of sight,
+    less when far or off the middle."""
+    gap = cells[None] - poses[:, None, :2]
+    range_m = np.hypot(gap[..., 0], gap[..., 1])
+    off = np.arctan2(gap[..., 1], gap[..., 0]) - poses[:, None, 2]
+    off = np.abs((off + math.pi) % (2 * math.pi) - math.pi)
+    near, far = cfg.range_m
+    inside = (off <= cfg.half_view_rad) & (range_m >= near) & (range_m <= far)
+    worth: F64 = inside / (1.0 + range_m) / (1.0 + off / cfg.half_view_rad)
+    return worth
+
+
+def _clear(grid: NavigationMap, start: F64, ends: F64) -> Mask:
+    """(2,), (M, 2) m -> (M,) whether nothing is known to stand on the straight line."""
+    span = float(np.hypot(*(ends - start).T).max())
+    steps = max(2, math.ceil(span / grid.frame.resolution_m))
+    share = np.linspace(0.0, 1.0, steps)[:-1, None, None]
+    line = start + share * (ends - start)
+    cells = grid.frame.cells(line.reshape(-1, 2))
+    blocked = grid.occupied[cells[:, 0], cells[:, 1]].reshape(steps - 1, len(ends))
+    return np.asarray(~blocked.any(axis=0), bool)
+
+
+def _marked(frame: Keyframe, cells_xy: F64) -> bytes:
+    """The keyframe's image as a JPEG with a marker on the floor where the frontier is."""
+    if not frame.image.size or frame.intrinsics is None or frame.mount is None:
+        return b""
+    points = np.column_stack((cells_xy, np.zeros(len(cells_xy))))
+    optical = map_to_optical(points, frame.pose, frame.mount)
+    optical = optical[optical[:, 2] > 0.1]
+    image = frame.image.copy()
+    if len(optical):
+        height, width = image.shape[:2]
+        u, v = np.median(project(optical, frame.intrinsics), axis=0)
+        at = round(float(np.clip(u, 8, width - 9))), round(float(np.clip(v, 8, height - 9)))
+        for radius, colour in ((7, (255, 255, 255)), (5, (255, 0, 0))):
+            cv2.circle(image, at, radius, colour, -1, cv2.LINE_AA)
+    ok, data = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
+    return data.tobytes() if ok else b""
+
+
+def _alike(a: Pose, b: Pose, cfg: KeyframeConfig) -> bool:
+    moved = math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
+    return moved < cfg.moved_m and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < cfg.turned_rad

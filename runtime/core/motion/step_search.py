@@ -1,0 +1,132 @@
+"""Through a tight place in whole steps: which turns and steps, one after the other, lead on where
+no single step does."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runtime.core.distances.planner import Field, Terrain
+from runtime.core.motion.control import ControlConfig, clearance_between, whole_turns
+from runtime.core.types import F64, Action, Mask, Pose
+
+STEPS = 10  # at most, one after the other
+REACH_M = 1.2  # from the robot, within which a way is looked for
+SAME_M = 0.03  # places nearer to each other count as one
+GAIN_M = 0.2  # of arrival, that the way must win
+
+Indices = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Way:
+    """What leads through, nothing where there is no way; and the place, (x, y) m in the map frame,
+    nearest to the field's sources that whole steps reach."""
+
+    actions: tuple[Action, ...]
+    nearest_xy: tuple[float, float]
+
+
+def through(
+    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig, best_m: float
+) -> Way:
+    """The fewest steps, and of those with the fewest turns, to where the arrival is below `best_m`
+    by GAIN_M, or to the sources. Breadth first over all places that steps of `cfg.forward_m` at
+    headings `cfg.turn_rad` apart reach; the clearance is read between the cells' centres, as a
+    finger's breadth decides."""
+    turns = np.array(whole_turns(cfg))
+    xy, heading, cost = pose.xy[None], np.zeros(1, np.int64), np.zeros(1, np.int64)
+    seen: set[tuple[int, int]] = set()
+    nearest_m, nearest = field.at(pose.x_m, pose.y_m), pose.xy
+    layers: list[tuple[Indices, Indices]] = []  # of each step: the place before it, and its turns
+    for _ in range(STEPS):
+        facing = heading[:, None] + turns
+        ends, free = _steps(terrain, xy, pose.yaw_rad + facing * cfg.turn_rad, radius_m, cfg)
+        arrival = np.where(free, _arrival(field, ends), np.inf)
+        arrival[np.hypot(*(ends - pose.xy).transpose(2, 0, 1)) > REACH_M] = np.inf
+        node, turn = np.nonzero(np.isfinite(arrival))
+        if not node.size:
+            break
+        left_m, cost = arrival[node, turn], cost[node] + abs(turns[turn])
+        new = _new(ends[node, turn], cost, seen)
+        node, turn, left_m, cost = node[new], turn[new], left_m[new], cost[new]
+        xy, heading = ends[node, turn], facing[node, turn]
+        layers.append((node, turns[turn]))
+        there = np.flatnonzero(left_m <= max(0.0, best_m - GAIN_M))
+        if there.size:
+            chosen = int(there[cost[there].argmin()])
+            return Way(_traced(layers, chosen), _point(xy[chosen]))
+        if left_m.size and left_m.min() < nearest_m:
+            nearest_m, nearest = float(left_m.min()), xy[int(left_m.argmin())]
+    return Way((), _point(nearest))
+
+
+def clear(
+    terrain: Terrain, pose: Pose, actions: Sequence[Action], radius_m: float, cfg: ControlConfig
+) -> bool:
+    """Whether the body keeps its clearance along all these actions."""
+    for action in actions:
+        if action is not Action.MOVE_FORWARD:
+            turn = cfg.turn_rad if action is Action.TURN_LEFT else -cfg.turn_rad
+            pose = replace(pose, yaw_rad=pose.yaw_rad + turn)
+            continue
+        ends, free = _steps(terrain, pose.xy[None], np.array([[pose.yaw_rad]]), radius_m, cfg)
+        if not free[0, 0]:
+            return False
+        pose = replace(pose, x_m=float(ends[0, 0, 0]), y_m=float(ends[0, 0, 1]))
+    return True
+
+
+def _traced(layers: list[tuple[Indices, Indices]], at: int) -> tuple[Action, ...]:
+    """The actions that end in place `at` of the last layer."""
+    actions: list[Action] = []
+    for node, turns in reversed(layers):
+        way = Action.TURN_LEFT if turns[at] > 0 else Action.TURN_RIGHT
+        actions += [Action.MOVE_FORWARD, *[way] * abs(int(turns[at]))]
+        at = int(node[at])
+    return tuple(reversed(actions))
+
+
+def _new(xy: F64, cost: Indices, seen: set[tuple[int, int]]) -> Indices:
+    """Of (N, 2) m places those not seen before, the one with the fewest turns of each; they are
+    seen from now on."""
+    keys = np.round(xy / SAME_M).astype(np.int64)
+    kept = []
+    for at in np.argsort(cost, kind="stable"):
+        key = int(keys[at, 0]), int(keys[at, 1])
+        if key not in seen:
+            seen.add(key)
+            kept.append(at)
+    return np.array(kept, np.int64)
+
+
+def _steps(
+    terrain: Terrain, xy: F64, heading_rad: F64, radius_m: float, cfg: ControlConfig
+) -> tuple[F64, Mask]:
+    """(N, 2) m places and (N, H) headings -> (N, H, 2) m where one step ends, and (N, H) whether
+    the body keeps its clearance along it, or where it has less already loses no more."""
+    step = cfg.forward_m * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
+    share = np.linspace(0.0, 1.0, cfg.samples + 1)
+    points = xy[:, None, None] + share[:, None] * step[:, :, None]
+    cells, shape = terrain.frame.cells(points), np.array(terrain.frame.shape)
+    inside = ((cells >= 1) & (cells < shape - 1)).all(axis=(2, 3))
+    clearance = np.full(points.shape[:3], -math.inf)
+    clearance[inside] = clearance_between(terrain, points[inside])
+    needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance, axis=2))
+    short = (clearance[..., 1:] < needed[..., 1:] - 1e-6).any(axis=2)
+    return points[:, :, -1], np.asarray(inside & ~short, bool)
+
+
+def _arrival(field: Field, xy: F64) -> F64:
+    """(N, H, 2) m -> (N, H) arrival, inf outside."""
+    cells = field.frame.cells(xy)
+    inside = ((cells >= 0) & (cells < field.frame.shape)).all(axis=-1)
+    out = np.full(inside.shape, np.inf)
+    out[inside] = field.arrival_m[cells[inside, 0], cells[inside, 1]]
+    return out
+
+
+def _point(xy: F64) -> tuple[float, float]:
+    return float(xy[0]), float(xy[1])

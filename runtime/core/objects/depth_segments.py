@@ -1,0 +1,79 @@
+"""How far away the object in a box is: its surface lies within the box, while what hides a part of
+it, or is behind it, mostly goes on beyond."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from runtime.core.objects.instances import SemanticsConfig
+from runtime.core.types import F32, I32, Mask
+
+
+class Surfaces(NamedTuple):
+    """What hangs together in a depth image: `label` (h, w), 0 for edges, floor and nothing;
+    `size` (n,) pixels of each label."""
+
+    label: I32
+    size: I32
+
+
+def segment(depth_m: F32, high_m: F32, cfg: SemanticsConfig) -> Surfaces:
+    """Depth (h, w) m, 0 for unknown, and the height (h, w) m of what is seen there."""
+    limit = np.maximum(cfg.edge_m, cfg.edge_share * depth_m)
+    inside = (depth_m > 0) & (high_m > cfg.floor_m)
+    inside[:, 1:] &= np.abs(np.diff(depth_m, axis=1)) <= limit[:, 1:]
+    inside[1:] &= np.abs(np.diff(depth_m, axis=0)) <= limit[1:]
+    _, label = cv2.connectedComponents(inside.astype(np.uint8), connectivity=4)
+    return Surfaces(np.asarray(label, np.int32), np.bincount(label.ravel()).astype(np.int32))
+
+
+def distance_m(depth_m: F32, label: I32, size: I32, cfg: SemanticsConfig) -> float:
+    """Of a box's patch (h, w) of depth and of `Surfaces.label`: how far its object is, m; 0 where
+    no depth is known. That is the nearest substantial surface in the middle of the box or, where
+    that one goes on beyond, the one within the box that spans most of it, if there is one."""
+    core = _core(depth_m.shape, cfg)
+    known = depth_m[core][depth_m[core] > 0]
+    if not known.size:
+        return 0.0
+    nearest_m = float(np.quantile(known, cfg.near_quantile))
+    there = label[(np.abs(depth_m - nearest_m) <= cfg.edge_m) & (label > 0)]
+    if not there.size:
+        return nearest_m
+    count = np.bincount(label.ravel(), minlength=len(size))
+    nearest = int(np.bincount(there).argmax())
+    if count[nearest] >= cfg.within_share * size[nearest]:
+        return nearest_m
+    within = np.flatnonzero((count > 0) & (count >= cfg.within_share * size))
+    own = _spanning(label, within, cfg)
+    if own is None:
+        return nearest_m
+    middle = depth_m[core][own[core]]
+    return float(np.quantile(middle if middle.size else depth_m[own], cfg.near_quantile))
+
+
+def attached(depth_m: F32, label: I32, near_m: float, cfg: SemanticsConfig) -> Mask:
+    """Of a box's patch (h, w): what hangs together with something as far away as `near_m`."""
+    there = np.unique(label[np.abs(depth_m - near_m) <= cfg.edge_m])
+    mask: Mask = np.isin(label, there[there > 0])
+    return mask
+
+
+def _spanning(label: I32, candidates: NDArray[np.intp], cfg: SemanticsConfig) -> Mask | None:
+    """The mask (h, w) of the candidate whose extent is the largest, if it spans enough."""
+    largest, found = cfg.span_share * label.size, None
+    for one in candidates[candidates > 0]:
+        own = label == one
+        rows, cols = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
+        extent = float(np.ptp(rows) + 1) * float(np.ptp(cols) + 1)
+        if extent >= largest:
+            largest, found = extent, own
+    return found
+
+
+def _core(shape: tuple[int, ...], cfg: SemanticsConfig) -> tuple[slice, slice]:
+    """The middle of a box."""
+    h, w = shape
+    dy, dx = int(h * (1 - cfg.core_share) / 2), int(w * (1 - cfg.core_share) / 2)
+    return slice(dy, h - dy), slice(dx, w - dx)

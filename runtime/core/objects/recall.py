@@ -1,0 +1,48 @@
+"""Memory: a new goal, asked of what an earlier search has seen."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from runtime.core.objects.instances import Instance, SemanticsConfig, logit
+from runtime.core.objects.semantic_map import SemanticMap
+from runtime.core.types import F32, F64
+
+
+def embedded(semantic: SemanticMap) -> tuple[tuple[Instance, ...], F32]:
+    """The instances that have an embedding, by id, and those as (N, D) unit rows."""
+    found = tuple(i for _, i in sorted(semantic.instances.items()) if i.embedding.size)
+    rows = [i.embedding for i in found]
+    return found, np.stack(rows) if rows else np.zeros((0, 0), np.float32)
+
+
+def recall(
+    semantic: SemanticMap,
+    goal: str,
+    names: Sequence[str],
+    likeness: F64,
+    cfg: SemanticsConfig,
+) -> tuple[int, ...]:
+    """Give the `embedded` instances evidence for a new goal, in place; returns the ids of those
+    that became candidates.
+
+    `names` are the new vocabulary's classes, the goal among them; `likeness` (N, C) says with what
+    probability each instance is each of them. One that is the goal more likely than anything else
+    is called that from now on. Memory alone confirms nothing: the evidence is bounded, and every
+    instance has to be seen again. What was rejected as this goal before stays rejected.
+    """
+    for instance in semantic.instances.values():
+        instance.looks.clear()
+        for name in instance.odds:
+            instance.forget_evidence(name)
+    found = []
+    for instance, row in zip(embedded(semantic)[0], likeness, strict=True):
+        if goal in instance.rejections or names[int(row.argmax())] != goal:
+            continue
+        is_goal = float(row[names.index(goal)]) * instance.confidence
+        odds = max(min(logit(is_goal), cfg.recall_log_odds), instance.odds.get(goal, -np.inf))
+        for other in instance.odds:  # with the new words at hand it is less likely that
+            instance.odds[other] = min(instance.odds[other], odds - cfg.miss_step)
+        instance.odds[goal] = float(odds)
+        found.append(instance.id)
+    return tuple(found)

@@ -1,0 +1,62 @@
+"""A decision in one line that a person can read: what, by whose word, and what else it could be."""
+
+from collections.abc import Sequence
+
+from runtime.core.types import Decision, Vote
+from runtime.core.voting import consensus
+
+REASON_MAX = 100  # characters of one expert's reason
+
+
+def in_words(decision: Decision) -> str:
+    """ "frontier 7, on which o2f and r2f agree (o2f: sink, towel (0.61); ...); the closest is 3;
+    without r2f: 3"."""
+    if decision.frontier is None:
+        return "no frontier can be reached"
+    parts = [f"frontier {decision.frontier}, {_why(decision)}"]
+    if decision.closest != decision.frontier:
+        parts.append(f"the closest is {decision.closest}")
+    others = [f"without {e}: {i}" for e, i in decision.without if i != decision.frontier]
+    return "; ".join(parts + others)
+
+
+def _why(decision: Decision) -> str:
+    votes = decision.ballot.votes
+    backers = [v for v in votes if decision.frontier in v.frontiers] or list(votes)
+    if decision.chosen:
+        said = "; ".join(f"{v.expert}: {_reason(v, decision.frontier)}" for v in backers)
+        names = [v.expert for v in backers]
+        verb = {
+            "lone": "for which {0} alone speaks",
+            "weighted": "the least way by the weighed evidence of {0}",
+            "best": "of which {0} is surest",
+            "majority": "most frequent of the samples of {0}",
+        }.get(decision.rule, "on which {0} agree")
+        return verb.format(_listed(names)) + f" ({said})"
+    what = "the closest" if decision.rule == "closest" else f"by {decision.rule}"
+    return f"{what}, as {_no_agreement(decision)}"
+
+
+def _no_agreement(decision: Decision) -> str:
+    names = [vote.expert for vote in decision.ballot.votes]
+    absent = "; ".join(f"{m.expert}: {m.cause}" for m in decision.ballot.missing)
+    beside = f" ({absent})" if absent else ""
+    if not names:
+        return f"no expert votes{beside}"
+    if len(names) == 1:
+        return f"{names[0]} votes alone{beside}"
+    if consensus.agree([frozenset(v.frontiers) for v in decision.ballot.votes])[1]:
+        return f"what {_listed(names)} agree on is too far away or voted against{beside}"
+    return f"{_listed(names)} do not agree{beside}"
+
+
+def _reason(vote: Vote, frontier: int | None) -> str:
+    """What was said of this frontier, where reasons are listed by frontier; else all of it."""
+    prefix = f"{frontier}: "
+    own = [part for part in vote.reason.split("; ") if part.startswith(prefix)]
+    text = own[0].removeprefix(prefix) if own else vote.reason
+    return text if len(text) <= REASON_MAX else text[: REASON_MAX - 1] + "…"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

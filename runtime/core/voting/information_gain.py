@@ -1,0 +1,69 @@
+"""Frontiers ranked without any semantics: how much is unknown behind one, against the way there.
+
+The strongest policy we know that sees geometry only, to compare the experts with: information gain
+discounted by distance (Gonzalez-Banos and Latombe 2002), a bonus for the frontier under way and for
+those in the room where the robot is.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from runtime.core.distances.planner import Terrain
+from runtime.core.types import Frontier, Mask, Pose
+
+
+@dataclass(frozen=True)
+class GainConfig:
+    """[gain]"""
+
+    discount_per_m: float = 0.35  # exponential, of the way there
+    keep_bonus: float = 1.3  # of the frontier under way
+    room_bonus: float = 2.0  # of a frontier in the robot's own room
+    doorway_m: float = 0.5  # clearance below which a place separates rooms
+
+
+def ranked(
+    frontiers: Sequence[Frontier],
+    unknown_m2: Mapping[int, float],
+    current: int | None,
+    terrain: Terrain,
+    pose: Pose,
+    cfg: GainConfig,
+) -> tuple[int, ...]:
+    """Ids of the frontiers in `unknown_m2` (the area behind each), best first; ties go to the
+    nearer, then the older."""
+    here = room_of(terrain, pose, cfg)
+    scored = []
+    for frontier in frontiers:
+        if frontier.id not in unknown_m2:
+            continue
+        value = unknown_m2[frontier.id]
+        value *= math.exp(-cfg.discount_per_m * frontier.distance_m)
+        if frontier.id == current:
+            value *= cfg.keep_bonus
+        row, col = terrain.frame.cell(*frontier.goal_xy)
+        if terrain.frame.contains(row, col) and here[row, col]:
+            value *= cfg.room_bonus
+        scored.append((-value, frontier.distance_m, frontier.id))
+    return tuple(id for _, _, id in sorted(scored))
+
+
+def room_of(terrain: Terrain, pose: Pose, cfg: GainConfig) -> Mask:
+    """(r, c) cells of the robot's room: what is connected without passing a doorway's width, and
+    the margin that was taken off for that."""
+    wide = (terrain.clearance_m >= cfg.doorway_m) & terrain.traversable
+    _, labels = cv2.connectedComponents(wide.view(np.uint8), connectivity=4)
+    row, col = terrain.frame.cell(pose.x_m, pose.y_m)
+    n = math.ceil(1.2 * cfg.doorway_m / terrain.frame.resolution_m)
+    near = labels[max(0, row - n) : row + n + 1, max(0, col - n) : col + n + 1]
+    found = np.bincount(near[near > 0]) if (near > 0).any() else np.zeros(0, np.int64)
+    if not found.size:
+        return np.zeros(terrain.frame.shape, bool)  # the robot stands in a doorway
+    core = (labels == int(found.argmax())).astype(np.uint8)
+    wider = cv2.dilate(core, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * n + 1, 2 * n + 1)))
+    room: Mask = wider.astype(bool)
+    return room

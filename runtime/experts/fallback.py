@@ -1,0 +1,54 @@
+"""One expert on several rungs: the best is asked first, and the next below when it cannot answer.
+
+A rung that has nothing to go by, or sees no reason to prefer anything, has answered: the ladder
+ends there, and the expert abstains. One that is late, broken, at rest or talks nonsense has not.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from runtime.clock import Deadline
+from runtime.core.types import Brief, Missing, Vote
+from runtime.experts.panel import Expert
+
+ANSWERS = ("no evidence", "no preference", "abstains")
+"""How causes begin that are answers too."""
+
+
+@dataclass(frozen=True)
+class Rung:
+    """An expert on one rung. `share` of the time left may be spent on it while there are rungs
+    below; `ready` says whether it is worth asking now."""
+
+    name: str
+    expert: Expert
+    share: float = 1.0
+    ready: Callable[[Deadline], bool] = lambda by: True
+
+
+def climb(name: str, rungs: Sequence[Rung]) -> Expert:
+    """The expert `name` that asks one rung after the other, until one has answered."""
+
+    def ask(brief: Brief, by: Deadline) -> Vote | Missing:
+        causes: list[str] = []
+        for n, rung in enumerate(rungs):
+            if not rung.ready(by):
+                causes.append(f"{rung.name}: not ready")
+                continue
+            lowest = n == len(rungs) - 1
+            outcome = _try(rung, brief, by if lowest else by.tightened(rung.share * by.left_s()))
+            if isinstance(outcome, Vote):
+                return replace(outcome, expert=name, rung=rung.name)
+            if outcome.cause.startswith(ANSWERS):
+                return Missing(name, outcome.cause)
+            causes.append(f"{rung.name}: {outcome.cause}")
+        return Missing(name, "; ".join(causes) or "no model")
+
+    return ask
+
+
+def _try(rung: Rung, brief: Brief, by: Deadline) -> Vote | Missing:
+    try:
+        return rung.expert(brief, by)
+    except Exception as error:  # noqa: BLE001 -- whatever it is, the rung below may do better
+        return Missing("", " ".join(str(error).split())[:160] or type(error).__name__)

@@ -1,0 +1,61 @@
+"""Scores that outlive the process: a home's words are the same tomorrow."""
+
+import os
+import sqlite3
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+
+from runtime.core.voting.likelihood_experts import Question
+
+_TABLE = """CREATE TABLE IF NOT EXISTS score (
+    model TEXT, context TEXT, continuation TEXT, value REAL,
+    PRIMARY KEY (model, context, continuation)) WITHOUT ROWID"""
+
+
+def default_path() -> Path:
+    """`scores.sqlite` in RF-NAV's cache."""
+    cache = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(cache) / "rf-nav" / "scores.sqlite"
+
+
+class ScoreFile:
+    """One model's scores in an SQLite file, which several processes and models may share.
+
+    `model` must change with whatever changes its scores. A file that cannot be used is not:
+    `load` returns nothing, and `error` says why.
+    """
+
+    def __init__(self, path: Path, model: str) -> None:
+        self._path, self._model = path, model
+        self.error = ""
+
+    def load(self) -> dict[Question, float]:
+        """All of them."""
+        query = "SELECT context, continuation, value FROM score WHERE model = ?"
+        try:
+            self._path.parent.mkdir(parents=True, exist_ok=True)
+            with closing(self._open()) as file, file:
+                file.execute(_TABLE)
+                rows = file.execute(query, (self._model,)).fetchall()
+        except (sqlite3.Error, OSError) as error:
+            self.error = f"{self._path}: {error}; remove it to begin anew"
+            return {}
+        return {Question(context, text): value for context, text, value in rows}
+
+    def keep(self, scores: Iterable[tuple[Question, float]]) -> None:
+        """Add scores. After an error nothing more is written."""
+        if self.error:
+            return
+        rows = [(self._model, q.context, q.continuation, value) for q, value in scores]
+        try:
+            with closing(self._open()) as file, file:
+                file.executemany("INSERT OR REPLACE INTO score VALUES (?, ?, ?, ?)", rows)
+        except (sqlite3.Error, OSError) as error:
+            self.error = f"{self._path}: {error}"
+
+    def _open(self) -> sqlite3.Connection:
+        file = sqlite3.connect(self._path, timeout=10.0)
+        file.execute("PRAGMA journal_mode=WAL")
+        file.execute("PRAGMA synchronous=NORMAL")
+        return file

@@ -1,0 +1,154 @@
+"""Who answers for each expert: the ladder of models under it, and the cloud it may appeal to."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from runtime.clock import Deadline
+from runtime.config import Config
+from runtime.core.types import Brief, Missing, Vote
+from runtime.core.voting import likelihood_experts
+from runtime.experts.cloud import RUNG, Bill, Cloud
+from runtime.experts.fallback import Rung, climb
+from runtime.experts.likelihood import Scored
+from runtime.experts.panel import Expert
+from runtime.experts.reasoner import Reasoner
+
+LOCAL, EMBEDDING = "local", "embedding"
+LOCAL_SHARE = 0.6
+"""Of the time left, that a model on the robot has while another rung is below it."""
+CLOUD_SHARE = 0.85
+
+
+@dataclass
+class Seats:
+    """The models that experts are seated on. `language` names the one that answers on the robot,
+    `likeness` is the cosine of each frontier's view with the goal; `looks_in_words`: whether a
+    model that sees is asked about all pictures at once, for a reason and a set."""
+
+    language: str
+    likeness: Callable[[Brief], Mapping[int, float]]
+    alike: Scored  # by the text encoder, the lowest rung
+    scored: Scored | None = None  # by a small language model
+    reasoner: Reasoner | None = None  # a large one
+    eyes: Reasoner | None = None  # one that sees
+    looks_in_words: bool = False
+    cloud: Cloud | None = None
+    answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
+    """By expert: the brief it last voted on, and by which rung."""
+
+    def begin(self, goal: str) -> None:
+        """Score in the background what every search for this goal needs."""
+        self.answered.clear()
+        for scored in self._scoring():
+            scored.begin(goal)
+
+    def notice(self, goal: str, names: tuple[str, ...]) -> None:
+        """Score objects that are on the map by now, in the background."""
+        for scored in self._scoring():
+            scored.notice(goal, names)
+
+    def settle(self, by: Deadline) -> bool:
+        """Wait until nothing is left to be scored in the background; False when `by` came first."""
+        return all(scored.scorer.settle(by) for scored in self._scoring())
+
+    def close(self) -> None:
+        """End the worker threads."""
+        for part in (self.reasoner, self.eyes):
+            if part is not None:
+                part.close()
+        for scored in (self.scored, self.alike):
+            if scored is not None:
+                scored.scorer.close()
+
+    def rung(self) -> str:
+        """Which model answers the experts of words: that of the lowest rung any came down to."""
+        found = {rung for name, (_, rung) in self.answered.copy().items() if name != "sle"}
+        lowest = next((r for r in (EMBEDDING, RUNG) if r in found), LOCAL)
+        return self.language if lowest == LOCAL else lowest
+
+    def health(self) -> dict[str, object]:
+        """For people: the rung that answered each expert last, what models said that failed, and
+        what the cloud costs."""
+        told: dict[str, object] = {
+            "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
+            "errors": self.scored.scorer.errors if self.scored is not None else [],
+        }
+        return told if self.cloud is None else told | {"cloud": self.cloud.status()}
+
+    def bills(self) -> tuple[Bill, ...]:
+        """Calls of the cloud since this was asked last."""
+        return self.cloud.bills() if self.cloud is not None else ()
+
+    def experts(self, config: Config) -> dict[str, Expert]:
+        """Those that the configuration seats, by name."""
+        local, below = self._local(config), self.alike.experts(config.experts)
+        below["sle"] = lambda brief, by: likelihood_experts.vote_scene(
+            brief, self.likeness(brief), config.experts
+        )
+        return {
+            name: self._noting(name, climb(name, self._rungs(name, local, below)))
+            for name in config.panel.experts
+        }
+
+    def appeals(self, config: Config) -> dict[str, Expert]:
+        """By name: the cloud, for experts that it has not answered for on this brief already."""
+        if self.cloud is None or not config.cloud.on_disagreement:
+            return {}
+        return {name: self._appeal(name, self.cloud) for name in config.panel.experts}
+
+    def _scoring(self) -> list[Scored]:
+        """Those that are asked in the background: the lower one only after it was needed."""
+        below = self.alike if self.alike.used else None
+        return [scored for scored in (self.scored, below) if scored is not None]
+
+    def _rungs(
+        self, name: str, local: Mapping[str, Rung], below: Mapping[str, Expert]
+    ) -> list[Rung]:
+        rungs = [local[name]] if name in local else []
+        if self.cloud is not None:
+            rungs.append(Rung(RUNG, self.cloud.expert(name), CLOUD_SHARE, self.cloud.ready))
+        return [*rungs, Rung(EMBEDDING, below[name])]
+
+    def _local(self, config: Config) -> dict[str, Rung]:
+        """The rungs of the language models on the robot."""
+        share = LOCAL_SHARE if self.cloud is None else config.cloud.local_share
+        table: dict[str, Rung] = {}
+        if self.scored is not None:
+            scorer = self.scored.scorer
+
+            def ready(by: Deadline) -> bool:
+                return math.isinf(by.at_s) or not scorer.stuck
+
+            for name, ask in self.scored.experts(config.experts).items():
+                table[name] = Rung(LOCAL, ask, share, ready)
+        if self.reasoner is not None:
+            for name in ("o2f", "r2f", "both"):
+                table[name] = Rung(LOCAL, self.reasoner.expert(name), share, self.reasoner.ready)
+        if self.eyes is not None:
+            look = self.eyes.look(config.experts)
+            look = self.eyes.expert("sle") if self.looks_in_words else look
+            table["sle"] = Rung(LOCAL, look, share, self.eyes.ready)
+        return table
+
+    def _appeal(self, name: str, cloud: Cloud) -> Expert:
+        asked = self._noting(name, cloud.expert(name))
+
+        def ask(brief: Brief, by: Deadline) -> Vote | Missing:
+            last = self.answered.get(name)
+            if last is not None and last[0] is brief and last[1] == RUNG:
+                return Missing(name, "the cloud has voted")
+            return asked(brief, by)
+
+        return ask
+
+    def _noting(self, name: str, expert: Expert) -> Expert:
+        """The expert, and which rung answered for it is remembered."""
+
+        def ask(brief: Brief, by: Deadline) -> Vote | Missing:
+            outcome = expert(brief, by)
+            if isinstance(outcome, Vote):
+                self.answered[name] = brief, outcome.rung
+            return outcome
+
+        return ask

@@ -1,0 +1,242 @@
+"""The control loop of real time: newest odometry and plan in, a velocity out, 20 times a second.
+
+It shares nothing with the other threads but the plan, which is immutable. What it lives on is
+watched by `safety.Guard`: when that is stale or contradicts itself, the base is held until it is
+fresh again.
+"""
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from runtime.clock import Clock
+from runtime.config import RealtimeConfig
+from runtime.core.motion.control import STILL, ControlConfig, Course, steer
+from runtime.core.motion.safety import Guard, Halt, Odometry, SafetyConfig
+from runtime.core.types import Pose, Twist
+from runtime.errors import RfNavError
+from runtime.robot.wire import Stamped
+
+ZEROS_S = 1.0  # how long a base at rest is still told so; then others may drive it
+LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
+
+
+class Base(Protocol):
+    """The robot, as the control loop needs it. Every method may be called from any thread."""
+
+    def pose(self) -> tuple[Stamped[Pose], float] | None: ...
+
+    def frame_arrival_s(self) -> float | None: ...
+
+    def publish_twist(self, forward_mps: float, turn_radps: float, stamp_ns: int = 0) -> None: ...
+
+    def publish_state(self, state: Mapping[str, object]) -> None: ...
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to follow until the next plan comes. `frame_s`: when the frame arrived that it was made
+    of; its age is the plan's. `report`: what is known of it to those who watch."""
+
+    course: Course | None
+    frame_s: float
+    radius_m: float
+    control: ControlConfig
+    report: Mapping[str, object] = field(default_factory=dict)
+
+
+class Helm:
+    """Drives the base in a thread of its own. `stopping` ends all motion at once."""
+
+    def __init__(
+        self,
+        base: Base,
+        clock: Clock,
+        safety: SafetyConfig,
+        rates: RealtimeConfig,
+        stopping: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._base, self._clock, self._rates, self._stopping = base, clock, rates, stopping
+        self._guard = Guard(safety)
+        self._changed = threading.Condition()
+        self._plan: Plan | None = None
+        self._state, self._report = "ready", dict[str, object]()
+        self._zeros = round(ZEROS_S * rates.control_hz)  # still to be published at rest
+        self._twist = STILL
+        self._least_mps = math.inf  # asked for since `asked_mps` was called last
+        self._ticked_s: float | None = None
+        self._said: tuple[object, ...] = ()
+        self._silent_ticks = 0
+        self._halt: Halt | None = None
+        self._late_s: deque[float] = deque(maxlen=4000)
+        self._error: BaseException | None = None
+        self._ending = False
+        self._thread = threading.Thread(target=self._run, name="helm", daemon=True)
+
+    # -- for the thread that plans -----------------------------------------------------------------
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def follow(self, plan: Plan) -> None:
+        """Drive by this plan from now on."""
+        with self._changed:
+            self._plan, self._state, self._report = plan, "searching", dict(plan.report)
+
+    def rest(self, state: str, report: Mapping[str, object]) -> None:
+        """Bring the base to rest and say why; when this returns, zero has been commanded."""
+        with self._changed:
+            self._plan, self._state, self._report = None, state, dict(report)
+            self._zeros = round(ZEROS_S * self._rates.control_hz)
+            self._send(STILL, 0)
+
+    def asked_mps(self) -> float:
+        """The least forward speed that was asked of the base since the last call."""
+        with self._changed:
+            least = self._least_mps if math.isfinite(self._least_mps) else self._twist.v_mps
+            self._least_mps = math.inf
+        return least
+
+    def halted(self) -> str:
+        """Why the base is held; "" when it is not."""
+        with self._changed:
+            return self._halt.reason if self._halt else ""
+
+    def halts(self) -> dict[str, int]:
+        """How often the base was held, by kind."""
+        with self._changed:
+            return dict(sorted(self._guard.halts.items()))
+
+    def check(self) -> None:
+        """Raise what ended the control loop, if anything did."""
+        if self._error is not None:
+            raise self._error
+
+    def status(self) -> dict[str, object]:
+        """Halts by kind, why the base is held now, and how late ticks were."""
+        with self._changed:
+            late_ms = np.array(self._late_s) * 1e3
+            status: dict[str, object] = {
+                "state": self._state,
+                "halt": self._halt.reason if self._halt else "",
+                "halts": dict(sorted(self._guard.halts.items())),
+            }
+        if late_ms.size:
+            p50, p99 = np.percentile(late_ms, [50, 99])
+            status["tick_late_ms"] = {
+                "p50": round(float(p50), 2),
+                "p99": round(float(p99), 2),
+                "max": round(float(late_ms.max()), 2),
+                "ticks": int(late_ms.size),
+            }
+        return status
+
+    def close(self) -> None:
+        """End the loop and command zero, whatever state it is in. Idempotent."""
+        with self._changed:
+            self._ending, self._plan = True, None
+            self._changed.notify_all()
+        if self._thread.is_alive():
+            self._thread.join(timeout=2.0)
+        self._zero()
+
+    # -- the loop ----------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        period_s = 1.0 / self._rates.control_hz
+        due_s = self._clock.now_s()
+        try:
+            while not self._ending:
+                self._late_s.append(max(0.0, self._clock.now_s() - due_s))
+                self.tick()
+                due_s = max(due_s + period_s, self._clock.now_s() - period_s)
+                with self._changed:
+                    while not self._ending and self._clock.now_s() < due_s:
+                        self._clock.wait(self._changed, due_s)
+        except BaseException as error:  # noqa: BLE001 -- raised again by `check`
+            self._error = error
+        finally:
+            self._zero()
+
+    def tick(self) -> None:
+        """One turn of the loop: judge, steer, command, say."""
+        now_s = self._clock.now_s()
+        odometry = self._odometry()
+        frame_s = self._base.frame_arrival_s()
+        dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
+        self._ticked_s = now_s
+        with self._changed:
+            plan = self._plan
+            if odometry is not None:
+                self._guard.watch(odometry)
+            halt = None
+            if plan is not None:
+                driving = plan.course is not None
+                halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s, driving)
+        twist = STILL
+        if plan is not None and odometry is not None and halt is None and not self._stopping():
+            pose = odometry.pose
+            twist = steer(plan.course, pose, self._twist, dt_s, plan.radius_m, plan.control)
+        with self._changed:
+            if self._plan is None:
+                twist = STILL  # it was taken away meanwhile
+            self._halt = halt
+            self._command(twist, odometry)
+        self._say(odometry)
+
+    def _command(self, twist: Twist, odometry: Odometry | None) -> None:
+        """Holding the lock, so that nothing is sent after `rest` has returned."""
+        self._least_mps = min(self._least_mps, twist.v_mps)
+        if self._plan is None:
+            if self._zeros <= 0:
+                self._twist = STILL
+                return
+            self._zeros -= 1
+        self._send(twist, odometry.stamp_ns if odometry else 0)
+
+    def _send(self, twist: Twist, stamp_ns: int) -> None:
+        self._twist = twist
+        self._base.publish_twist(twist.v_mps, twist.w_radps, stamp_ns)
+
+    def _zero(self) -> None:
+        with suppress(RfNavError):  # the bus may be what broke
+            self._base.publish_twist(0.0, 0.0)
+
+    def _odometry(self) -> Odometry | None:
+        newest = self._base.pose()
+        if newest is None:
+            return None
+        stamped, arrival_s = newest
+        return Odometry(stamped.value, stamped.stamp_ns, arrival_s)
+
+    def _say(self, odometry: Odometry | None) -> None:
+        """Publish the state, when it changed and a few times a second."""
+        with self._changed:
+            state, report, halt, twist = self._state, self._report, self._halt, self._twist
+        kind = halt.kind if halt else ""
+        now = state, report.get("mode"), report.get("frontier"), kind
+        self._silent_ticks += 1
+        due = self._silent_ticks * self._rates.state_hz >= self._rates.control_hz
+        if now == self._said and not due:
+            return
+        self._said, self._silent_ticks = now, 0
+        pose = odometry.pose if odometry else None
+        at = [round(v, 4) for v in (pose.x_m, pose.y_m, pose.yaw_rad)] if pose else None
+        self._base.publish_state(
+            {
+                **report,
+                "state": state,
+                "halt": halt.reason if halt else "",
+                "halts": dict(sorted(self._guard.halts.items())),
+                "v_mps": round(twist.v_mps, 4),
+                "w_radps": round(twist.w_radps, 4),
+                "pose": at,
+                "odom_stamp_ns": odometry.stamp_ns if odometry else None,
+            }
+        )

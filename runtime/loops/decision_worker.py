@@ -1,0 +1,190 @@
+"""Decisions beside the drive: one at a time, in a worker, on a snapshot that nobody changes. While
+none is asked for, the next may be rehearsed."""
+
+import os
+import threading
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+from runtime import navigate
+from runtime.clock import Deadline
+from runtime.core.types import Ballot, Decision
+from runtime.core.voting import consensus
+from runtime.core.voting import rehearsal as rehearsing
+from runtime.core.voting.rehearsal import SpeculationConfig
+from runtime.core.world import Snapshot
+from runtime.experts.panel import Panel
+from runtime.navigate import NavigateConfig
+
+
+@dataclass(frozen=True)
+class Question:
+    """What is to be decided; `asker` is whose it is, for an answer that comes too late."""
+
+    asker: object
+    snapshot: Snapshot
+    panel: Panel
+    by: Deadline
+    cfg: NavigateConfig
+    tolerance: SpeculationConfig = field(default_factory=SpeculationConfig)
+    without: int | None = None  # of a rehearsal: the frontier that is taken to be explored
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A decision, and what became of the rehearsal before it: "used", why it could not be, or ""
+    when there was none."""
+
+    question: Question
+    decision: Decision
+    rehearsal: str = ""
+
+
+class Decider:
+    """A thread that decides. Only the thread that owns the world calls it."""
+
+    def __init__(self, nice: int = 0) -> None:
+        self._changed = threading.Condition()
+        self._question: Question | None = None
+        self._answer: Answer | None = None
+        self._rehearsal: Question | None = None  # to come, under way, or done
+        self._rehearsed: Ballot | None = None  # what it brought
+        self._error: BaseException | None = None
+        self._closed = False
+        self._nice = nice
+        self._thread = threading.Thread(target=self._work, name="decider", daemon=True)
+        self._thread.start()
+
+    @property
+    def busy(self) -> bool:
+        """Whether a question is open, or its answer was not taken yet."""
+        with self._changed:
+            return self._question is not None or self._answer is not None
+
+    @property
+    def idle(self) -> bool:
+        """Whether there is nothing to do, not even to rehearse."""
+        with self._changed:
+            busy = self._question is not None or self._answer is not None
+            return not busy and (self._rehearsal is None or self._rehearsed is not None)
+
+    def ask(self, question: Question) -> None:
+        """Begin to decide; must not be busy. A rehearsal of something else ends."""
+        with self._changed:
+            assert self._question is None
+            self._question = question
+            rehearsal = self._rehearsal
+            self._changed.notify_all()
+        if rehearsal is not None:
+            rehearsal.panel.nudge()
+
+    def rehearse(self, question: Question) -> None:
+        """Prepare for a question that may come; must be idle. What is prepared already is kept."""
+        with self._changed:
+            before, ballot = self._rehearsal, self._rehearsed
+            if before and ballot and not _apart(before, question) and not _unfit(ballot, question):
+                return
+            self._rehearsal, self._rehearsed = question, None
+            self._changed.notify_all()
+
+    def take(self) -> Answer | None:
+        """The decision that was made meanwhile; raises what went wrong in making it."""
+        with self._changed:
+            if self._error is not None:
+                raise self._error
+            answer, self._answer = self._answer, None
+            return answer
+
+    def close(self) -> None:
+        """Let the thread end; one that still waits for its panel is left to its deadline."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join(timeout=0.5)
+
+    def _work(self) -> None:
+        lower_priority(self._nice)
+        while True:
+            with self._changed:
+                while not self._something_to_do():
+                    self._changed.wait()
+                if self._closed:
+                    return
+                question, rehearsal = self._question, self._rehearsal
+            try:
+                if rehearsal is not None and self._rehearsed is None:
+                    self._try_out(rehearsal)
+                elif question is not None:
+                    self._decide(question)
+            except BaseException as error:  # noqa: BLE001 -- raised again by `take`
+                with self._changed:
+                    self._error = error
+                return
+
+    def _something_to_do(self) -> bool:
+        waiting = self._rehearsal is not None and self._rehearsed is None
+        return self._closed or self._question is not None or waiting
+
+    def _try_out(self, rehearsal: Question) -> None:
+        def wanted() -> bool:
+            """Nothing is asked yet, or just this."""
+            with self._changed:
+                question = self._question
+                return not self._closed and (question is None or not _apart(rehearsal, question))
+
+        ballot = rehearsal.panel.rehearse(rehearsal.snapshot.brief, rehearsal.by, wanted)
+        with self._changed:
+            self._rehearsed = ballot
+            if ballot is None:
+                self._rehearsal = None
+            self._changed.notify_all()
+
+    def _decide(self, question: Question) -> None:
+        rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
+        early = rehearsal is not None and _early(rehearsal, question)
+        if rehearsal is not None and ballot is not None and not early:
+            told = _apart(rehearsal, question) or _unfit(ballot, question)
+        if ballot is not None and not early and not told:
+            told, snap = "used", question.snapshot
+            decision = consensus.elect(
+                ballot,
+                snap.frontiers,
+                question.cfg.consensus,
+                snap.stamp_ns,
+                snap.why,
+                snap.brief.order,
+            )
+        else:
+            decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)
+        with self._changed:
+            if not early:
+                self._rehearsal = self._rehearsed = None
+            self._question, self._answer = None, Answer(question, decision, told)
+
+
+def _early(rehearsal: Question, question: Question) -> bool:
+    """Whether the frontier that the rehearsal is without is still there: its time may come."""
+    there = rehearsal.without in {f.id for f in question.snapshot.brief.frontiers}
+    return there and rehearsal.asker is question.asker
+
+
+def _apart(rehearsal: Question, question: Question) -> str:
+    """Why a rehearsal was not of this question; "" when it was."""
+    if rehearsal.asker is not question.asker or rehearsal.panel is not question.panel:
+        return "another search"
+    prepared, now = rehearsal.snapshot.brief, question.snapshot.brief
+    return rehearsing.differs(prepared, now, question.tolerance)
+
+
+def _unfit(ballot: Ballot, question: Question) -> str:
+    """Why a rehearsed ballot cannot stand for one that is asked for; "" when it can."""
+    if not rehearsing.complete(ballot):
+        return "an expert was late"
+    return "" if consensus.agreed(ballot, question.cfg.consensus) else "no agreement"
+
+
+def lower_priority(nice: int) -> None:
+    """Give the calling thread, and those it starts from now on, a higher nice value. Where a thread
+    cannot have one of its own, nothing changes."""
+    with suppress(OSError):
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), nice)

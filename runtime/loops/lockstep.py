@@ -1,0 +1,134 @@
+"""The loop under a harness: one observation in, one action out; simulated time waits meanwhile.
+
+Episodes begin with a request on `goal` and end with one on `cancel`, which is answered when the
+journal and the map have been written.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from time import perf_counter
+from typing import Any
+
+from runtime import navigate
+from runtime.clock import Clock, Deadline
+from runtime.config import Config
+from runtime.core.types import Observation
+from runtime.core.world import Command, World
+from runtime.errors import RfNavError, SensorError
+from runtime.loops.search import Mind, Search, seen, understand
+from runtime.robot.bus import Bus, Request
+
+LABELS_S = 10.0  # to the labels of an image, in lockstep
+
+
+class Lockstep:
+    """Answers requests and observations until it is told to end.
+
+    A goal may bring settings of its own: `configure` makes the search's configuration of them.
+    """
+
+    def __init__(
+        self, bus: Bus, mind: Mind, configure: Callable[[Sequence[str]], Config], clock: Clock
+    ) -> None:
+        self._bus, self._mind, self._configure, self._clock = bus, mind, configure, clock
+        self._search: Search | None = None
+        self._last: Search | None = None  # ended, for a goal that keeps its map
+
+    def run(self, until: Callable[[], bool]) -> None:
+        """Serve until `until()`; SensorError ends it when the first frame can never be used."""
+        try:
+            while not until():
+                request = self._bus.request()
+                if request is not None:
+                    self._answer(request)
+                    continue
+                obs = self._bus.next(0.5)
+                if obs is not None and self._search is not None:
+                    self._step(self._search, obs)
+        finally:
+            self._end("the runtime ends")  # what was found out is not lost
+
+    # -- requests ------------------------------------------------------------------------------
+
+    def _answer(self, request: Request) -> None:
+        if request.kind == "status":
+            request.reply(self._status())
+        elif request.kind == "goal":
+            request.reply(self._accept(request.body))
+        elif request.kind == "cancel":
+            request.reply(self._end(str(request.body.get("reason", "cancelled"))))
+            self._mind.finish()
+
+    def _status(self) -> dict[str, object]:
+        health = self._bus.health()
+        return {
+            "state": "searching" if self._search else "ready",
+            "goal": self._search.goal.text if self._search else None,
+            "rung": self._mind.rung(),
+            "detector": self._mind.capabilities(),
+            "models": self._mind.health(),
+            "streams": {t: vars(h) for t, h in health.items()},
+        }
+
+    def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
+        try:
+            order = understand(body, self._mind, self._configure)
+            if self._search is not None:
+                self._end("preempted")
+            search = Search.begin(order)
+            if order.config.goal.keep_map and self._last is not None and self._last.world:
+                search.inherit(self._last.world, self._mind)
+            self._search = search
+        except RfNavError as error:
+            return {"accepted": False, "error": str(error)}
+        self._bus.flush()
+        return {"accepted": True, "name": order.goal.name, "how": order.goal.how}
+
+    def _end(self, reason: str) -> dict[str, object]:
+        search, self._search = self._search, None
+        if search is None:
+            return {"ended": False, "error": "no search is under way"}
+        self._last = search
+        search.billed(self._mind)
+        return search.end(reason)
+
+    # -- one step --------------------------------------------------------------------------------
+
+    def _step(self, search: Search, obs: Observation) -> None:
+        cfg = search.config.navigate
+        began_s = perf_counter()
+        detections = seen(search, obs, self._mind, self._bus, LABELS_S)
+        if detections is None:
+            raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")
+        now_s = search.timed("detect", began_s)
+        world = search.perceive(obs, detections, self._mind)
+        now_s = search.timed("map", now_s)
+        why = navigate.due(world, cfg)
+        if why:
+            self._decide(search, world, why)
+        now_s = search.timed("decide", now_s)
+        command = navigate.act(world, cfg)
+        search.timed("plan", now_s)
+        self._publish(search, world, command, perf_counter() - began_s)
+
+    def _decide(self, search: Search, world: World, why: str) -> None:
+        cfg = search.config.navigate
+        snap = navigate.snapshot(world, why, cfg)
+        decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
+        self._bus.publish_decision(search.decided(decision, snap.brief, world))
+        search.billed(self._mind)
+
+    def _deadline(self, search: Search) -> Deadline:
+        """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`
+        experts run to completion, and runs repeat."""
+        panel = search.config.panel
+        if panel.budget_in_lockstep:
+            return Deadline.after(panel.votes_s, self._clock)
+        return Deadline.never(self._clock)
+
+    def _publish(self, search: Search, world: World, command: Command, took_s: float) -> None:
+        state = search.stepped(world, command, self._mind.rung())
+        told = {"took_s": took_s, "seconds": search.seconds, "models": self._mind.health()}
+        self._bus.publish_state({**state, **told})
+        velocity = search.config.navigate.control.mode == "velocity"
+        twist = command.twist if velocity else None
+        self._bus.publish_action(world.stamp_ns, command.action, twist)

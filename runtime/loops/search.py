@@ -1,0 +1,326 @@
+"""One search for one goal: how it begins, what it remembers, what it leaves behind. Both loops, in
+lockstep and in real time, are made of it."""
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any, Protocol
+
+import numpy as np
+
+from runtime import navigate
+from runtime.config import Config
+from runtime.core.inventory import inventory
+from runtime.core.objects.recall import embedded, recall
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import F32, F64, U8, Action, Brief, Decision, Detections, Observation
+from runtime.core.voting import consensus
+from runtime.core.voting.explain import in_words
+from runtime.core.world import Command, World
+from runtime.errors import ConfigError
+from runtime.experts.hindsight import CHOICES_KEPT, Choice
+from runtime.experts.panel import Panel
+from runtime.journal import Journal, write_map
+from runtime.perception.goal_words import Goal
+from runtime.robot.bus import Bus
+from runtime.robot.labels import read_labels
+
+JOURNAL_FILE = "decisions.jsonl"
+
+
+class Mind(Protocol):
+    """The models, as the loops need them."""
+
+    rooms: tuple[str, ...]
+
+    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
+        """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
+
+    def detect(self, rgb: U8) -> Detections: ...
+
+    def notice(self, goal: str, names: tuple[str, ...]) -> None:
+        """Objects that are on the map by now: score them in the background."""
+
+    def likeness(self, embeddings: F32) -> F64:
+        """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
+        the classes of the goal accepted last."""
+
+    def capabilities(self) -> Mapping[str, object]:
+        """What the detector can do and, once there is a goal, what stands for each class and what
+        it cannot see."""
+
+    def rung(self) -> str:
+        """Which rung of the ladder answers the experts."""
+
+    def health(self) -> Mapping[str, object]:
+        """For people: rungs by expert, what models said that failed, what the cloud costs."""
+
+    def bills(self) -> Sequence[object]:
+        """Calls of a cloud since this was asked last."""
+
+    def finish(self) -> None:
+        """The search for the goal accepted last is over."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """A goal request that can be followed: understood, with its own configuration."""
+
+    goal: Goal
+    config: Config
+    panel: Panel
+    log_dir: Path
+    episode: object  # as the requester calls it
+    rooms: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The classes that are looked for and looked at."""
+        return tuple(names[0] for names in self.goal.classes)
+
+
+def understand(
+    body: Mapping[str, Any],
+    mind: Mind,
+    configure: Callable[[Sequence[str]], Config],
+    default_dir: Path | None = None,
+) -> Order:
+    """The request {"goal", "log_dir", "settings", "episode"}; RfNavError says what is wrong. With
+    a `default_dir` the log_dir may be left out."""
+    config, text = configure(_settings(body)), _text(body, "goal")
+    named = default_dir is None or "log_dir" in body
+    log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
+    goal, panel = mind.accept(text, config)
+    return Order(goal, config, panel, log_dir, body.get("episode"), mind.rooms)
+
+
+@dataclass
+class Search:
+    """A search under way: its world, journal and timings (seconds by stage, summed)."""
+
+    order: Order
+    journal: Journal
+    world: World | None = None
+    decisions: int = 0
+    rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
+    choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
+    seconds: dict[str, float] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, order: Order) -> "Search":
+        """With a journal of its own; ConfigError when that cannot be written."""
+        path = order.log_dir / JOURNAL_FILE
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as error:
+            raise ConfigError(f"{path}: cannot be replaced ({error.strerror})") from error
+        journal, goal = Journal(path), order.goal
+        journal.write("goal", text=goal.text, name=goal.name, how=goal.how, episode=order.episode)
+        return cls(order, journal)
+
+    @property
+    def config(self) -> Config:
+        return self.order.config
+
+    @property
+    def goal(self) -> Goal:
+        return self.order.goal
+
+    def timed(self, stage: str, since_s: float) -> float:
+        """Book the time since `since_s`; returns now."""
+        now_s = perf_counter()
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now_s - since_s
+        return now_s
+
+    def perceive(self, obs: Observation, detections: Detections, mind: Mind) -> World:
+        """Add one observation to the world, which begins with the first; experts hear early of
+        objects that are new."""
+        cfg = self.config.navigate
+        if self.world is None:
+            self.world = self._first(obs)
+        known = len(self.world.semantic.instances)
+        navigate.perceive(self.world, obs, detections, self.config.camera, cfg)
+        if len(self.world.semantic.instances) != known:
+            names = sorted({i.name for i in self.world.semantic.instances.values()})
+            mind.notice(self.goal.name, tuple(names))
+        return self.world
+
+    def inherit(self, before: World, mind: Mind) -> None:
+        """Begin with another search's map and memory, of the same odometry frame: what it has seen
+        that is the new goal is gone to at once, and looked at again."""
+        cfg = self.config.navigate
+        names, rooms = self.order.names, self.order.rooms
+        world = World.begin(
+            self.goal.name, names, rooms, before.pose, 0, cfg.robot.radius_m, cfg.map
+        )
+        world.map, world.memory, world.keyframes = before.map, before.memory, before.keyframes
+        world.semantic = replace(before.semantic, names=names)
+        world.given_up = np.zeros_like(before.given_up)
+        world.looked = np.zeros_like(before.looked)
+        world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
+        self.world = world
+        things, rows = embedded(world.semantic)
+        likeness = mind.likeness(rows) if things else np.zeros((0, len(names)))
+        goal = self.goal.name
+        recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
+        known = [i for i in world.semantic.instances.values() if goal in i.odds]
+        told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
+        self.journal.write(
+            "memory", objects=len(world.semantic.instances), renamed=recalled, goal=told
+        )
+
+    def decided(
+        self, decision: Decision, brief: Brief, world: World, rehearsal: str = ""
+    ) -> dict[str, object]:
+        """Adopt a decision and journal it; returns what is to be published. `rehearsal`: "used",
+        why the one that was made was not, or "" for none."""
+        navigate.adopt(world, decision, self.config.navigate)
+        self.decisions += 1
+        self.choices.append(Choice.of(decision, world.frontiers))
+        report = _explain(decision, world, self.config.navigate.consensus.rank)
+        if rehearsal:
+            report["rehearsal"] = rehearsal
+            self.rehearsals["used" if rehearsal == "used" else "missed"] += 1
+        self.journal.write("decision", brief=brief, **report)
+        return report
+
+    def stepped(self, world: World, command: Command, rung: str) -> dict[str, object]:
+        """Journal a step; returns the state that is to be published."""
+        state: dict[str, object] = {
+            "stamp_ns": world.stamp_ns,
+            "step": world.step,
+            "action": command.action.value,
+            "mode": command.mode,
+            "reason": command.reason,
+            "toward_xy": command.toward_xy,
+            "frontier": world.decision.frontier if world.decision else None,
+            "frontiers": len(world.frontiers),
+            "objects": len(world.semantic.instances),
+            "collisions": world.collisions,
+            "rung": rung,
+        }
+        if self.config.navigate.control.mode == "velocity":
+            twist = command.twist
+            state |= {"v_mps": round(twist.v_mps, 4), "w_radps": round(twist.w_radps, 4)}
+        at = world.pose
+        pose = [round(v, 4) for v in (at.x_m, at.y_m, at.yaw_rad)]
+        self.journal.write("step", pose=pose, **state)
+        return state
+
+    def billed(self, mind: Mind) -> None:
+        """Journal what was asked of a cloud, and what it cost."""
+        for bill in mind.bills():
+            self.journal.write("cloud", call=bill)
+
+    def end(self, reason: str, **extra: object) -> dict[str, object]:
+        """Close the journal and write the map; returns the summary that a cancel is answered."""
+        self.journal.write("end", reason=reason, **extra)
+        self.journal.close()
+        if self.world is not None:
+            write_map(self.order.log_dir, *_map_of(self.world, self.goal, self.config.navigate))
+        return {
+            "ended": True,
+            "steps": self.world.step if self.world else 0,
+            "decisions": self.decisions,
+            "seconds": self.seconds,
+            "collisions": self.world.collisions if self.world else 0,
+        }
+
+    def _first(self, obs: Observation) -> World:
+        cfg = self.config.navigate
+        return World.begin(
+            self.goal.name,
+            self.order.names,
+            self.order.rooms,
+            obs.pose,
+            cfg.explore.first_looks,
+            cfg.robot.radius_m,
+            cfg.map,
+        )
+
+
+def seen(
+    search: Search, obs: Observation, mind: Mind, bus: Bus, labels_s: float
+) -> Detections | None:
+    """What is in the image, by the detector or by labels from the bus; None when those do not come
+    in time."""
+    if search.config.detector.source == "model":
+        return mind.detect(obs.rgb)
+    labels = bus.labels(obs.stamp_ns, labels_s)
+    return None if labels is None else read_labels(labels, search.order.names, mind.rooms)
+
+
+def _text(body: Mapping[str, Any], key: str) -> str:
+    value = body.get(key)
+    if not isinstance(value, str):
+        raise ConfigError(f"goal request: {key}: must be text")
+    return value
+
+
+def _settings(body: Mapping[str, Any]) -> tuple[str, ...]:
+    value = body.get("settings", [])
+    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+        raise ConfigError('goal request: settings: must be a list of "KEY=VALUE"')
+    return tuple(value)
+
+
+def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
+    """A decision as it is published and logged: what was elected, by whom, and why; what would have
+    been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
+    have gone while the vote ran."""
+    return {
+        "step": world.step,
+        "stamp_ns": decision.stamp_ns,
+        "why": decision.why,
+        "frontier": decision.frontier,
+        "rule": decision.rule,
+        "chosen": decision.chosen,
+        "closest": decision.closest,
+        "heads_for": consensus.successor(decision, world.frontiers, rank),
+        "in_words": in_words(decision),
+        "without": dict(decision.without),
+        "votes": decision.ballot.votes,
+        "missing": decision.ballot.missing,
+        "latency_s": {k: round(v, 4) for k, v in decision.ballot.latency_s.items()},
+        "frontiers": [
+            {
+                "id": f.id,
+                "goal_xy": f.goal_xy,
+                "distance_m": f.distance_m,
+                "cells": len(f.cells_xy),
+            }
+            for f in world.frontiers
+        ],
+    }
+
+
+def _map_of(
+    world: World, goal: Goal, cfg: NavigateConfig
+) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
+    """What `map.npz` holds: grids over one frame, and the rest as metadata."""
+    arrays: dict[str, np.ndarray[Any, Any]] = {
+        "occupied": world.map.occupied,
+        "free": world.map.free,
+        "rooms": world.semantic.rooms.astype(np.float16),
+        "path_xy": np.array(world.visited_xy).reshape(-1, 2),
+        "planned_xy": world.last.path_xy if world.last else np.zeros((0, 2)),
+    }
+    frame = world.map.frame
+    found = world.last is not None and world.last.action is Action.STOP
+    meta: dict[str, object] = {
+        "goal": goal.text,
+        "goal_name": goal.name,
+        "frame": frame,
+        "room_names": world.semantic.room_names,
+        "pose": world.pose,
+        "frontiers": [
+            {"id": f.id, "cells_xy": f.cells_xy.round(3), "distance_m": f.distance_m}
+            for f in world.frontiers
+        ],
+        "elected": world.decision.frontier if world.decision else None,
+        "stopped_at": world.last.toward_xy if world.last is not None and found else None,
+        "objects": inventory(world, cfg),
+    }
+    return arrays, meta

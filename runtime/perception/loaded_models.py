@@ -1,0 +1,239 @@
+"""The models put to work: detector, text encoder and language model behind the loop's `Mind`.
+
+With `eyes` and `__main__` the only importer of models/.
+"""
+
+import sys
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Self
+
+from models.errors import ModelError as ModelFileError
+from models.language.likelihood import LanguageModel, ReasoningModel
+from models.language.vision import VisionModel
+from models.store import manifest
+from models.words.senses import Senses
+from models.words.text_encoder import TextEncoder
+from models.words.vocabulary import Vocabulary, load_vocabulary
+from runtime.clock import Clock, Deadline
+from runtime.config import Config, ModelsConfig
+from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
+from runtime.core.voting import consensus, likelihood_experts
+from runtime.errors import ConfigError, ModelError
+from runtime.experts.cloud import Bill, Cloud
+from runtime.experts.likelihood import Scored
+from runtime.experts.panel import Expert, Panel
+from runtime.experts.reasoner import Reasoner
+from runtime.experts.score_cache import ScoreFile, default_path
+from runtime.experts.scorer import Scorer, Similarity
+from runtime.experts.seating import EMBEDDING, Seats
+from runtime.perception.detection import Eyes, located
+from runtime.perception.goal_words import Goal, Words, understand
+
+GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
+
+
+class LocalMind:
+    """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
+
+    def __init__(self, config: Config, clock: Clock) -> None:
+        self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
+        models, threads = config.models, config.models.threads
+        vocabulary = _vocabulary(models.vocabulary)
+        self.rooms = vocabulary.rooms
+        self._spoken = tuple(likelihood_experts.spoken_room(name) for name in vocabulary.rooms)
+        self._seats: Seats | None = None
+        self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
+        self._panel: Panel | None = None
+        try:
+            self._encoder = TextEncoder(_directory(models.text), threads)
+            also, kinds = vocabulary.also, vocabulary.kinds
+            self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
+            self._eyes = Eyes(config, self._encoder, vocabulary)
+        except ModelFileError as error:
+            raise ModelError(str(error)) from error
+        if config.panel.experts:
+            self._open_seats()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker threads."""
+        for part in (self._panel, self._seats, self._cloud):
+            if part is not None:
+                part.close()
+
+    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
+        """Understand a goal, set the detector's vocabulary, seat and warm the experts. When it
+        raises, the goal accepted before is still looked for."""
+        if config.models != self._models:
+            raise ConfigError("models: cannot change while the runtime runs; start another")
+        if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
+            raise ConfigError("cloud: cannot change while the runtime runs; start another")
+        known = {name for names in self._words.classes for name in names}
+        others = tuple((name,) for name in config.detector.labels if name not in known)
+        words = replace(self._words, classes=(*self._words.classes, *others))
+        understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
+        seats = self._open_seats() if config.panel.experts else None
+        try:
+            told = self._eyes.seek(understood, config)
+        except ModelFileError as error:
+            raise ModelError(str(error)) from error
+        understood = replace(understood, how=understood.how + told)
+        if self._cloud is not None:
+            self._cloud.begin(understood.name)
+        if seats is not None:
+            seats.begin(understood.name)
+        if self._panel is not None:
+            self._panel.close()
+        rule = config.navigate.consensus
+
+        def settled(votes: Sequence[Vote], pending: Collection[str], brief: Brief) -> bool:
+            return consensus.settled(votes, pending, brief.frontiers, rule, brief.order)
+
+        def agreed(ballot: Ballot) -> bool:
+            return consensus.agreed(ballot, rule)
+
+        appeals = seats.appeals(config) if seats else {}
+        self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
+        return understood, self._panel
+
+    def finish(self) -> None:
+        """The search is over: what its goal may cost is counted anew for the next."""
+        if self._cloud is not None:
+            self._cloud.finish()
+
+    def _open_seats(self) -> Seats:
+        """The experts' models; they are loaded when the first expert is seated."""
+        if self._seats is None:
+            try:
+                self._seats = self._load_seats()
+            except ModelFileError as error:
+                raise ModelError(str(error)) from error
+        return self._seats
+
+    def _load_seats(self) -> Seats:
+        models = self._models
+        below = Scorer([(EMBEDDING, Similarity(self._encoder))], self._clock)
+        seats = Seats(models.language, self._likeness, Scored(below, self._spoken))
+        seats.cloud = self._cloud
+        if models.vision:
+            seats.eyes = self._reason(_open_vision(models), sees=True)
+            seats.looks_in_words = _style(models.vision, models.vision_style) == "reason"
+        if _style(models.language, models.language_style) == "score":
+            seats.scored = Scored(self._open_scorer(), self._spoken)
+        elif models.language == models.vision:  # one model for all experts
+            seats.reasoner = seats.eyes
+        else:
+            path, sizes = _file(models.language), (models.context_tokens, models.gpu_layers)
+            seats.reasoner = self._reason(ReasoningModel(path, models.threads, *sizes), sees=False)
+        return seats
+
+    def _open_scorer(self) -> Scorer:
+        local = LanguageModel(_file(self._models.language), self._models.threads)
+        path = Path(self._models.score_file) if self._models.score_file else default_path()
+        file = ScoreFile(path, local.identity)
+        scorer = Scorer([(self._models.language, local)], self._clock, file)
+        if file.error:  # nothing depends on it but how soon the experts answer
+            print(f"rfnav: {file.error}", file=sys.stderr)
+        return scorer
+
+    def _reason(self, model: ReasoningModel, sees: bool) -> Reasoner:
+        return Reasoner(model, self._clock, self._models.reply_tokens, sees)
+
+    def detect(self, rgb: U8) -> Detections:
+        """(H, W, 3) -> what is seen surely enough."""
+        return self._eyes.detect(rgb)
+
+    def likeness(self, embeddings: F32) -> F64:
+        """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
+        the goal's classes."""
+        return self._eyes.likeness(embeddings)
+
+    def notice(self, goal: str, names: tuple[str, ...]) -> None:
+        """Score objects that are on the map by now, in the background."""
+        if self._seats is not None:
+            self._seats.notice(goal, names)
+
+    def settle(self, by: Deadline) -> bool:
+        """Wait until nothing is left to be scored in the background; False when `by` came first."""
+        return self._seats is None or self._seats.settle(by)
+
+    def capabilities(self) -> Mapping[str, object]:
+        """The detector's; see models.detections.Detector."""
+        return self._eyes.capabilities()
+
+    def rung(self) -> str:
+        """Which model answers the experts."""
+        return self._seats.rung() if self._seats is not None else "none"
+
+    def health(self) -> dict[str, object]:
+        """For people: rungs by expert, models' errors, what the cloud costs."""
+        return self._seats.health() if self._seats is not None else {}
+
+    def bills(self) -> tuple[Bill, ...]:
+        """Calls of the cloud since this was asked last, for the journal."""
+        return self._seats.bills() if self._seats is not None else ()
+
+    def seated(self, config: Config) -> dict[str, Expert]:
+        """Those that the configuration seats, by name; they may be asked without a panel too."""
+        return self._open_seats().experts(config) if config.panel.experts else {}
+
+    def _likeness(self, brief: Brief) -> dict[int, float]:
+        """Cosine of each frontier's view with the goal's room prompt: the rung below a
+        vision-language model."""
+        views = {f.id: f.view for f in brief.frontiers if f.view.size}
+        if len(views) < 2:
+            return {}
+        goal = self._encoder.embed([likelihood_experts.SCENE.format(thing=brief.goal)])[0]
+        return {id: float(view @ goal) for id, view in views.items()}
+
+
+def _vocabulary(path: str) -> Vocabulary:
+    try:
+        return load_vocabulary(Path(path)) if path else load_vocabulary()
+    except ModelFileError as error:
+        raise ModelError(str(error)) from error
+
+
+def _directory(name: str) -> Path:
+    path = Path(name)
+    return path if path.is_dir() else manifest.fetch(name)
+
+
+def _file(name: str) -> Path:
+    """A path to a file as it is, else the first of a model's from the manifest, fetched when it is
+    not here."""
+    path = located(name)
+    return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path
+
+
+def _style(name: str, configured: str) -> str:
+    """ "score" or "reason": as configured, else as the manifest has it; a file scores."""
+    if configured or name.endswith(GGUF):
+        return configured or "score"
+    return manifest.entry(name).style
+
+
+def _open_vision(models: ModelsConfig) -> VisionModel:
+    """A name from the manifest, which has both files and the handler, or two files."""
+    name, projector, handler = models.vision, models.vision_projector, models.vision_handler
+    if name.endswith(GGUF):
+        if not projector:
+            raise ConfigError("models.vision_projector: must name the mmproj GGUF of models.vision")
+        text, mmproj = Path(name), Path(projector)
+    else:
+        entry, folder = manifest.entry(name), manifest.fetch(name)
+        if entry.task != "vision" or len(entry.files) != 2:
+            raise ConfigError(
+                f"models.vision: {name} is a model for {entry.task}, and sees nothing"
+            )
+        text, mmproj = (folder / file.name for file in entry.files)
+        handler = handler or entry.handler
+    sizes = models.threads, models.context_tokens, models.gpu_layers
+    return VisionModel(text, mmproj, handler or "mtmd", *sizes)

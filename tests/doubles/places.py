@@ -1,0 +1,8 @@
+"""Where things lie: the checkout, its tests, the stand-ins, and what may be shared beside it."""
+
+from pathlib import Path
+
+DOUBLES = Path(__file__).parent
+TESTS = DOUBLES.parent
+ROOT = TESTS.parent
+SHARED = ROOT.parent / "shared"

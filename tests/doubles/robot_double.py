@@ -1,0 +1,136 @@
+"""A robot in the flat-land apartment, on the wall clock: CDR over Zenoh at the rates of a real one,
+and a base that obeys cmd_vel until its watchdog expires."""
+
+import json
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from runtime.core.types import Pose, Twist
+from runtime.robot import wire
+from runtime.robot.session import BusConfig, open_session
+
+WATCHDOG_S = 0.5
+STEP_S = 0.02
+
+
+class RobotDouble:
+    """`sending` names the streams that are alive; `bend` alters the odometry that is told."""
+
+    def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
+        self.home, self.topics = home, config.topics
+        self.session: Any = open_session(config)
+        self.sending = {"odom", "frames"}
+        self.bend: Callable[[Pose, int], tuple[Pose, int]] = lambda pose, stamp: (pose, stamp)
+        self.twist, self.told_s = Twist(), -math.inf
+        self.commands: list[Twist] = []
+        self.states: list[dict[str, Any]] = []
+        self.decisions: list[dict[str, Any]] = []
+        self.feedback: list[dict[str, Any]] = []
+        self.changed = threading.Condition()
+        self._ending = threading.Event()
+        self._odom_s, self._frame_s = 1 / odom_hz, 1 / fps
+        topics = self.topics
+        self._declared = [
+            self.session.declare_subscriber(topics.cmd_vel, self._obey),
+            self.session.declare_subscriber(topics.state, self._hear(self.states, topics.state)),
+            self.session.declare_subscriber(
+                topics.decision, self._hear(self.decisions, topics.decision)
+            ),
+            self.session.declare_subscriber(
+                topics.feedback, self._hear(self.feedback, topics.feedback)
+            ),
+        ]
+        self._threads = [threading.Thread(target=f) for f in (self._drive, self._film)]
+
+    def start(self) -> None:
+        for thread in self._threads:
+            thread.start()
+
+    def close(self) -> None:
+        self._ending.set()
+        for thread in self._threads:
+            if thread.ident:
+                thread.join()
+        for one in self._declared:
+            one.undeclare()
+        self.session.close()
+
+    def ask(self, query: str, body: dict[str, Any] | None = None, tries: int = 300) -> dict:
+        for _ in range(tries):
+            payload = json.dumps(body or {})
+            for reply in self.session.get(f"rfnav/{query}", payload=payload, timeout=30.0):
+                if reply.ok is not None:
+                    return json.loads(reply.ok.payload.to_bytes())
+            time.sleep(0.1)  # the link is not up yet
+        raise AssertionError(f"nobody answers rfnav/{query}")
+
+    def hears(self, what: Callable[[], Any], seconds: float) -> bool:
+        """Whether something becomes true of what was heard within that time."""
+        with self.changed:
+            return bool(self.changed.wait_for(what, seconds))
+
+    def until(self, what: Callable[[], Any], seconds: float = 60.0) -> None:
+        """Wait for something to become true of what was heard."""
+        with self.changed:
+            assert self.changed.wait_for(what, seconds), self.states[-1:]
+
+    def state(self) -> dict[str, Any]:
+        return self.states[-1] if self.states else {}
+
+    def _hear(self, heard: list, topic: str) -> Callable[[zenoh.Sample], None]:
+        def receive(sample: zenoh.Sample) -> None:
+            with self.changed:
+                heard.append(wire.decode_json(sample.payload.to_bytes(), topic))
+                self.changed.notify_all()
+
+        return receive
+
+    def _obey(self, sample: zenoh.Sample) -> None:
+        with self.changed:
+            self.twist = Twist(*wire.decode_twist(sample.payload.to_bytes(), "cmd_vel"))
+            self.told_s = time.monotonic()
+            self.commands.append(self.twist)
+            self.changed.notify_all()
+
+    def _drive(self) -> None:
+        """Move in small steps, publish odometry."""
+        last_s = said_s = time.monotonic()
+        while not self._ending.wait(STEP_S):
+            now_s = time.monotonic()
+            dt, last_s = now_s - last_s, now_s
+            with self.changed:
+                live = now_s - self.told_s < WATCHDOG_S
+                if live:
+                    self._move(self.twist, dt)
+            if now_s - said_s >= self._odom_s and "odom" in self.sending:
+                said_s = now_s
+                pose, stamp = self.bend(self.home.pose, time.time_ns())
+                self.session.put(self.topics.odom, wire.encode_odometry(pose, stamp))
+
+    def _move(self, twist: Twist, dt: float) -> None:
+        p = self.home.pose
+        yaw = math.remainder(p.yaw_rad + twist.w_radps * dt, math.tau)
+        x = p.x_m + twist.v_mps * dt * math.cos(yaw)
+        y = p.y_m + twist.v_mps * dt * math.sin(yaw)
+        if not twist.v_mps or self.home.fits(x, y):
+            self.home.pose = Pose(x, y, yaw)
+        else:
+            self.home.collisions += 1
+            self.home.pose = Pose(p.x_m, p.y_m, yaw)
+
+    def _film(self) -> None:
+        while not self._ending.wait(self._frame_s):
+            if "frames" not in self.sending:
+                continue
+            stamp = time.time_ns()
+            obs = self.home.observe()
+            _, stamp = self.bend(obs.pose, stamp)
+            info = wire.encode_camera_info(obs.intrinsics, stamp)
+            self.session.put(self.topics.camera_info, info)
+            self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, stamp))
+            self.session.put(self.topics.color, wire.encode_color(obs.rgb, stamp))

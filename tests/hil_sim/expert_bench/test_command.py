@@ -1,0 +1,94 @@
+"""`hil-sim questions` from the outside: what it refuses, and what it leaves in a document."""
+
+import json
+from pathlib import Path
+
+import pytest
+from asked import moment
+from click.testing import CliRunner
+
+from hil_sim.expert_bench import command, voting
+from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, Home, Plan, write_home
+from hil_sim.expert_bench.make import make_bank, plan_of
+from runtime.clock import Deadline, ManualClock
+from runtime.config import EXPERTS
+from runtime.core.types import Missing
+from runtime.errors import RfNavError
+
+
+class Mute:
+    """Voters of whom none votes."""
+
+    def __init__(self, settings: tuple[str, ...] = ()) -> None:
+        self.settings = settings
+
+    def __enter__(self) -> "Mute":
+        return self
+
+    def __exit__(self, *_: object) -> None: ...
+
+    def warm(self, bank: object, briefs: object) -> None: ...
+
+    def asked(self, config: object, questions: object) -> voting.Votes:
+        table = {e: (lambda brief, by, e=e: Missing(e, "no evidence")) for e in EXPERTS}
+        return voting.Votes(table, questions, Deadline.never(ManualClock()))
+
+    def check(self) -> None: ...
+
+
+@pytest.fixture
+def bank(tmp_path: Path) -> Path:
+    folder = tmp_path / "bank"
+    make_bank(folder, [], Plan(), 1)
+    for name in ("train-100000", "train-100001"):
+        write_home(folder / HOMES / f"{name}.jsonl.gz", Home(name, (moment(name),), {}, "e"))
+    return folder
+
+
+def run(*arguments: str):
+    return CliRunner().invoke(command.questions_command, arguments)
+
+
+def test_tables_are_put_between_markers_and_come_out_the_same(
+    bank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(voting, "Voters", Mute)
+    out, figures = tmp_path / "experts.md", tmp_path / "figures.json"
+    out.write_text("# Ours\n\nkept\n", encoding="utf-8")
+    asked = ("--bank", str(bank), "--homes", "0", "--quick", "--out", str(out))
+    done = run(*asked, "--side", "fit", "--json", str(figures))
+    assert done.exit_code == 0, done.output
+    first = out.read_text(encoding="utf-8")
+    assert first.startswith("# Ours\n\nkept\n")
+    assert "<!-- report questions-fit -->" in first
+    assert "| closest | 5.00 [5.00, 5.00] |" in first
+    assert json.loads(figures.read_text())["votes"]["o2f"] == {"no evidence": 1.0}
+    assert run(*asked, "--side", "fit").exit_code == 0
+    assert out.read_text(encoding="utf-8") == first
+    assert run(*asked, "--side", "test").exit_code == 0
+    assert out.read_text(encoding="utf-8").startswith(first.rstrip())
+
+
+def test_a_bank_is_not_mixed(bank: Path) -> None:
+    with pytest.raises(RfNavError, match=r"bank\.json: was made with other seed, steps"):
+        make_bank(bank, [], Plan(seed=1, steps=50), 1)
+    assert plan_of(bank) == Plan()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [("{", "not a bank's plan"), ('{"sed": 1}', "not a bank's plan"), (None, "no such file")],
+)
+def test_a_folder_that_is_no_bank_is_refused(tmp_path: Path, text: str | None, said: str) -> None:
+    if text is not None:
+        (tmp_path / PLAN_FILE).write_text(text)
+    done = run("--bank", str(tmp_path), "--homes", "0", "--side", "all", "--tell-again")
+    assert isinstance(done.exception, RfNavError)
+    assert said in str(done.exception)
+    assert "\n" not in str(done.exception)
+
+
+def test_an_empty_bank_says_how_to_make_one(tmp_path: Path) -> None:
+    done = run("--bank", str(tmp_path), "--homes", "0")
+    assert isinstance(done.exception, RfNavError)
+    assert "make them: hil-sim questions" in str(done.exception)

@@ -1,0 +1,180 @@
+"""The evaluation, on drawn frames and a detector whose answers are known."""
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+pytest.importorskip("pycocotools")
+
+from models.detection.detections import RawDetections
+from models.detection.detector import OpenDetector, open_detector
+from models.errors import ModelError
+from models.evaluation import judged as judging
+from models.evaluation.measures import measure, room_accuracy
+from models.evaluation.naming import look
+from models.evaluation.precision import Precision
+from models.evaluation.report import markdown
+from models.evaluation.sheet import COLUMNS, ROWS, WIDTH, draw_sheet
+from models.evaluation.truth import Truth, read_truth, read_words
+from models.words.text_encoder import TextEncoder
+
+CATEGORIES = ("sofa", "toilet", "guitar")
+ROOMS = ("kitchen", "bathroom")
+
+
+def write_frames(folder: Path, notes: list[list[tuple[int, list[float], int]]]) -> Truth:
+    """One 96x64 frame a list of (category id, x y w h, ignored)."""
+    (folder / "images").mkdir(parents=True)
+    images, rows = [], []
+    for k, marks in enumerate(notes, 1):
+        name = f"{k}.png"
+        cv2.imwrite(str(folder / "images" / name), np.full((64, 96, 3), 90, np.uint8))
+        images.append({"id": k, "file_name": name, "width": 96, "height": 64, "room": "bathroom"})
+        for category, box, crowd in marks:
+            area = box[2] * box[3]
+            row = {"image_id": k, "category_id": category, "bbox": box, "iscrowd": crowd}
+            rows.append({"id": len(rows) + 1, **row, "area": area})
+    categories = [{"id": i, "name": name} for i, name in enumerate(CATEGORIES, 1)]
+    table = {"images": images, "annotations": rows, "categories": categories}
+    (folder / "annotations.json").write_text(json.dumps(table))
+    return read_truth(folder)
+
+
+@pytest.fixture
+def truth(tmp_path: Path) -> Truth:
+    """Ten frames; a sofa in the first eight, one of them too hidden to count."""
+    sofa = [1, [10, 10, 50, 40], 0]
+    notes = [[tuple(sofa)] for _ in range(7)] + [[(1, [10, 10, 50, 40], 1)]]
+    return write_frames(tmp_path / "frames", [*notes, [], [(2, [60, 30, 20, 20], 0)]])
+
+
+@pytest.fixture
+def detector(constant_graph, encoder: TextEncoder) -> OpenDetector:
+    """It sees a sofa, 10..60 by 10..50 px, whatever it is shown."""
+    sofa, bathroom = encoder.embed(["sofa", "a bathroom"])
+    outputs = {
+        "boxes": np.array([[[10, 10, 60, 50], [70, 2, 90, 20]]], np.float32),
+        "objectness": np.array([[0.9, 0.1]], np.float32),
+        "embeddings": np.stack((sofa, sofa))[None],
+        "scene": bathroom[None],
+    }
+    values = {"scale": "20.0", "bias": "-12.0", "room_scale": "10.0", "gain": "1.5"}
+    metadata = {f"value.{k}": v for k, v in values.items()} | {"format": "rf-nav-detector/1"}
+    found = open_detector(constant_graph(outputs, (64, 96), metadata), "auto", encoder)
+    assert isinstance(found, OpenDetector)
+    return found
+
+
+def seen(*rows: tuple[int, float, tuple[float, ...]]) -> RawDetections:
+    boxes = np.array([r[2] for r in rows], np.float32).reshape(-1, 4)
+    scores, labels = np.array([r[1] for r in rows], np.float32), np.array([r[0] for r in rows], int)
+    nothing = np.zeros(0, np.float32)
+    return RawDetections(boxes, scores, labels, np.zeros((len(rows), 0)), nothing, nothing)
+
+
+def test_average_precision_of_hits_misses_and_ignored_ones(truth: Truth) -> None:
+    box = (10.0, 10.0, 60.0, 50.0)
+    everywhere = [seen((0, 0.9 if k < 7 else 0.95, box)) for k in range(10)]
+    ap = Precision(truth).average(everywhere, range(3))
+    assert ap.keys() == {0, 1}  # no guitar counts
+    # two wrong ones before seven right ones; on the hidden sofa a detection is neither
+    assert ap[0] == pytest.approx(7 / 9)
+    assert ap[1] == 0
+    nowhere = [seen() for _ in truth.marks]
+    assert Precision(truth).average(nowhere, [0]) == {0: 0.0}
+    right = [seen((0, 0.9, box)) if k < 7 else seen() for k in range(10)]
+    assert Precision(truth).average(right, [0]) == {0: pytest.approx(1)}
+
+
+def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: Truth) -> None:
+    rooms = ("kitchen", "bathroom")
+    likeliest = [1] * 6 + [0] * 4  # right where the sofa counts, but once
+    assert room_accuracy(truth, likeliest, rooms) == pytest.approx(6 / 10)
+    assert room_accuracy(truth, likeliest, rooms, things=True) == pytest.approx(6 / 8)
+    assert np.isnan(room_accuracy(truth, likeliest, ("kitchen",)))
+
+
+def test_false_sightings_count_frames_without_the_goal_only(truth: Truth) -> None:
+    box = (10.0, 10.0, 60.0, 50.0)
+    found = [seen((0, 0.905 if k < 9 else 0.4, box)) for k in range(10)]
+    absent = judging.without(truth, [0])
+    assert absent.tolist() == [False] * 8 + [True, True]
+    scores = judging.best_scores(found, 0)
+    assert judging.false_seen(scores, absent, 0.5) == 500
+    assert judging.false_seen(scores, absent, 0.95) == 0
+    assert judging.choose_threshold([(scores, absent)]) == pytest.approx(0.91)
+
+
+def test_calibration_makes_a_score_the_share_that_is_right() -> None:
+    rng = np.random.default_rng(0)
+    p = rng.uniform(0.02, 0.98, 20_000)
+    right = rng.uniform(size=len(p)) < p
+    sure = 1 / (1 + np.exp(-3 * np.log(p / (1 - p)) - 1))  # scores that claim too much
+    judged = judging.Judged(sure, right, np.zeros(len(p), int), np.array([1]))
+    assert judging.calibration_error(judged) > 0.08
+    gain, shift = judging.fit_calibration(judged)
+    assert judging.calibration_error(judged.recalibrated(gain, shift)) < 0.02
+    assert (gain, shift) == (pytest.approx(1 / 3, abs=0.05), pytest.approx(-1 / 3, abs=0.05))
+
+
+def test_a_frame_is_looked_at_once_and_named_as_the_detector_would(
+    truth: Truth, detector: OpenDetector, encoder: TextEncoder
+) -> None:
+    looked = look(detector, truth, encoder, list(ROOMS))
+    plain = detector.detect(np.full((64, 96, 3), 90, np.uint8))
+    for mine in looked.found:
+        np.testing.assert_allclose(mine.boxes_px, plain.boxes_px)
+        np.testing.assert_allclose(mine.scores, plain.scores, rtol=1e-5)
+        assert mine.labels.tolist() == plain.labels.tolist()
+    assert set(looked.rooms) == {1}
+    (other,) = {f.labels.tolist()[0] for f in looked.with_names(0, encoder.embed(["sofa"]))}
+    assert other == 0
+    detector.set_vocabulary((("giraffe",), ("toilet",), ("guitar",)), ROOMS)
+    renamed = detector.detect(np.full((64, 96, 3), 90, np.uint8))
+    odd = looked.with_names(0, encoder.embed(["giraffe"]))[0]
+    assert odd.labels.tolist() == renamed.labels.tolist()
+    np.testing.assert_allclose(odd.scores, renamed.scores, rtol=1e-2)
+
+
+def test_the_report_has_every_figure(
+    truth: Truth, detector: OpenDetector, encoder: TextEncoder, tmp_path: Path
+) -> None:
+    dev = write_frames(tmp_path / "dev", [[(1, [10, 10, 50, 40], 0)], []])
+    report = measure(detector, truth, dev, read_words(), encoder)
+    sofa = report["groups"]["HM3D goals"]
+    assert (sofa["categories"], sofa["of"]) == (2, 6)
+    assert report["room_top1"] == 1
+    assert report["goals"]["sofa"]["recall"] in (0, 1)
+    assert report["goals"]["sofa"]["frames_without"] == 2
+    names = {row["synonym"] for row in report["synonyms"]["rows"]}
+    assert names == {"couch", "settee"}
+    assert {row["category"] for row in report["asked"]["rows"]} == {"sofa"}
+    text = markdown(report)
+    assert "AP50, HM3D goals (2 of 6 categories)" in text
+    assert "fitted on other frames" in text
+    assert f"other names ({len(report['asked']['rows'])}): share of own AP" in text
+
+
+def test_a_sheet_is_drawn(truth: Truth, detector: OpenDetector, tmp_path: Path) -> None:
+    draw_sheet(detector, truth, read_words(), tmp_path / "sheet.png")
+    sheet = cv2.imread(str(tmp_path / "sheet.png"))
+    rows = -(-min(len(truth.marks), COLUMNS * ROWS) // COLUMNS)
+    assert sheet.shape == (rows * round(64 * WIDTH / 96), COLUMNS * WIDTH, 3)
+    assert len(np.unique(sheet.reshape(-1, 3), axis=0)) > 3
+    with pytest.raises(ModelError, match="cannot be written"):
+        draw_sheet(detector, truth, read_words(), tmp_path / "none" / "sheet.png")
+
+
+def test_frames_that_cannot_be_judged_on(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"annotations\.json: not a readable COCO table"):
+        read_truth(tmp_path)
+    (tmp_path / "annotations.json").write_text('{"images": [], "annotations": []}')
+    with pytest.raises(ModelError, match="not a readable COCO table"):
+        read_truth(tmp_path)
+    empty = {"images": [], "annotations": [], "categories": []}
+    (tmp_path / "annotations.json").write_text(json.dumps(empty))
+    with pytest.raises(ModelError, match="holds no frames"):
+        read_truth(tmp_path)

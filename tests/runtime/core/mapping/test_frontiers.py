@@ -1,0 +1,133 @@
+"""Frontiers of drawn maps, and ids that outlive splits, merges and growth."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime.core.geometry import GridFrame
+from runtime.core.mapping.frontiers import (
+    FrontierConfig,
+    FrontierMemory,
+    boundary,
+    components,
+    identify,
+)
+from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.types import Pose
+
+CFG = FrontierConfig(min_cells=3)
+FRAME = GridFrame(-3.0, -3.0, 0.05, 120, 120)
+
+
+def drawn(free: np.ndarray, occupied: np.ndarray) -> NavigationMap:
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.01, MapConfig(side_m=6.0))
+    grid.swept[:] = free
+    grid.evidence[:] = np.where(occupied, 9, 0)
+    grid.changed()
+    return grid
+
+
+def patch(rows: slice, cols: slice) -> np.ndarray:
+    mask = np.zeros(FRAME.shape, bool)
+    mask[rows, cols] = True
+    return mask
+
+
+def line(row: int, start: int, stop: int) -> np.ndarray:
+    return FRAME.centres(np.array([[row, c] for c in range(start, stop)], np.int32))
+
+
+def test_the_open_side_of_a_walled_room_is_its_only_frontier():
+    free = patch(slice(40, 80), slice(40, 80))
+    walls = patch(slice(38, 82), slice(38, 82)) & ~patch(slice(40, 80), slice(40, 82))
+    grid = drawn(free, walls)
+    edge = boundary(grid, np.zeros(FRAME.shape, bool), CFG)
+    parts = components(edge, grid.frame, CFG.min_cells)
+    assert len(parts) == 1
+    cells = grid.frame.cells(parts[0])
+    assert set(cells[:, 1]) == {79}  # the column that touches unknown
+    assert cells[:, 0].min() >= 41  # not the cells beside a wall
+    assert cells[:, 0].max() <= 78
+
+
+def test_a_closed_room_has_none():
+    free = patch(slice(40, 80), slice(40, 80))
+    grid = drawn(free, patch(slice(38, 82), slice(38, 82)) & ~free)
+    assert not boundary(grid, np.zeros(FRAME.shape, bool), CFG).any()
+
+
+def test_what_was_given_up_is_no_frontier():
+    free = patch(slice(40, 80), slice(40, 80))
+    grid = drawn(free, np.zeros(FRAME.shape, bool))
+    assert boundary(grid, np.zeros(FRAME.shape, bool), CFG).any()
+    assert not boundary(grid, np.ones(FRAME.shape, bool), CFG).any()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_every_frontier_cell_is_free_and_touches_unknown(seed: int):
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(0, 3, (12, 12))
+    state = np.kron(coarse, np.ones((10, 10), int))
+    grid = drawn(state == 1, state == 2)
+    edge = boundary(grid, np.zeros(FRAME.shape, bool), CFG)
+    unknown = np.pad(grid.unknown, 1)
+    beside = np.any(
+        [np.roll(unknown, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0
+    )[1:-1, 1:-1]
+    assert (grid.free & beside)[edge].all()
+    parts = components(edge, grid.frame, 1)
+    assert sum(len(p) for p in parts) == edge.sum()
+
+
+def test_components_follow_eight_neighbours_and_drop_small_ones():
+    edge = np.zeros(FRAME.shape, bool)
+    edge[10, 10] = edge[11, 11] = edge[12, 12] = True
+    edge[50, 50] = True
+    assert [len(p) for p in components(edge, FRAME, 1)] == [3, 1]
+    assert [len(p) for p in components(edge, FRAME, 2)] == [3]
+
+
+def test_a_frontier_that_moves_a_little_keeps_its_id():
+    memory = FrontierMemory()
+    assert list(identify(memory, [line(40, 20, 40)], FRAME, CFG)) == [1]
+    assert list(identify(memory, [line(42, 20, 40)], FRAME, CFG)) == [1]
+    assert list(identify(memory, [line(60, 20, 40)], FRAME, CFG)) == [2]
+
+
+def test_in_a_split_the_larger_part_keeps_the_id():
+    memory = FrontierMemory()
+    identify(memory, [line(40, 20, 60)], FRAME, CFG)
+    named = identify(memory, [line(40, 20, 30), line(40, 33, 60)], FRAME, CFG)
+    assert {id: len(cells) for id, cells in named.items()} == {1: 27, 2: 10}
+
+
+def test_in_a_merge_the_older_id_wins():
+    memory = FrontierMemory()
+    identify(memory, [line(40, 20, 30)], FRAME, CFG)
+    identify(memory, [line(40, 20, 30), line(40, 40, 80)], FRAME, CFG)
+    assert list(identify(memory, [line(40, 20, 80)], FRAME, CFG)) == [1]
+
+
+def test_ids_are_never_used_again():
+    memory = FrontierMemory()
+    seen: set[int] = set()
+    for row in range(10, 100, 8):
+        named = identify(memory, [line(row, 20, 40)], FRAME, CFG)
+        assert not seen & set(named)
+        seen |= set(named)
+
+
+def test_ids_survive_a_larger_grid():
+    memory = FrontierMemory()
+    cells = line(40, 20, 40)
+    identify(memory, [cells], FRAME, CFG)
+    wider = GridFrame(-9.4, -9.4, 0.05, 376, 376)
+    assert list(identify(memory, [cells], wider, CFG)) == [1]
+
+
+def test_a_touch_is_not_enough_to_inherit():
+    memory = FrontierMemory()
+    identify(memory, [line(40, 20, 60)], FRAME, CFG)
+    named = identify(memory, [line(40, 60, 100)], FRAME, CFG)
+    assert list(named) == [2]

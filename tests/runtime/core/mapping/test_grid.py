@@ -1,0 +1,178 @@
+"""The navigation map from depth images of a known room."""
+
+import math
+
+import cv2
+import numpy as np
+from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime.core.mapping.grid import (
+    MapConfig,
+    NavigationMap,
+    integrate,
+    polygon_mask,
+    polygon_patch,
+)
+from runtime.core.types import Observation, Pose
+
+CFG = MapConfig(stride=1)
+RADIUS = 0.18
+START = Pose(3.0, 3.6, 0.0)
+
+
+def mapped(pose: Pose = START, turns: int = 12) -> tuple[NavigationMap, Apartment]:
+    home = Apartment.of(TWO_ROOMS, pose)
+    grid = NavigationMap.around(pose, RADIUS, CFG)
+    for n in range(turns):
+        home.pose = Pose(pose.x_m, pose.y_m, n * math.pi / 6)
+        integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+    return grid, home
+
+
+def truth(grid: NavigationMap, home: Apartment) -> np.ndarray:
+    """Height under the centre of every cell of the map."""
+    rows, cols = np.indices(grid.frame.shape)
+    xy = grid.frame.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
+    r, c = (xy[..., 1] / 0.02).astype(int), (xy[..., 0] / 0.02).astype(int)
+    inside = (r >= 0) & (c >= 0) & (r < home.heights.shape[0]) & (c < home.heights.shape[1])
+    return np.where(
+        inside,
+        home.heights[
+            np.clip(r, 0, home.heights.shape[0] - 1), np.clip(c, 0, home.heights.shape[1] - 1)
+        ],
+        np.nan,
+    )
+
+
+def test_free_cells_are_free_and_walls_are_occupied():
+    grid, home = mapped()
+    height = truth(grid, home)
+    deep = np.zeros(grid.frame.shape, bool)  # cells well inside an obstacle
+    deep[2:-2, 2:-2] = np.all(
+        [np.roll(height > 0, (i, j), (0, 1)) for i in (-2, 0, 2) for j in (-2, 0, 2)], axis=0
+    )[2:-2, 2:-2]
+    assert (grid.free & deep).sum() <= 2  # of about a thousand: a sliver at a low box
+    assert grid.free.sum() > 3000
+    assert (height[grid.free] == 0).mean() > 0.98
+    assert grid.occupied.sum() > 200
+    near = np.any([np.roll(height > 0, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], 0)
+    assert near[grid.occupied].mean() > 0.97
+
+
+def test_every_cell_is_exactly_one_of_three():
+    grid, _ = mapped(turns=3)
+    total = grid.free.astype(int) + grid.occupied + grid.unknown
+    assert (total == 1).all()
+
+
+def test_a_ray_that_passes_over_does_not_clear_an_obstacle():
+    grid, _ = mapped(turns=0)
+    row, col = grid.frame.cell(4.0, 3.6)
+    grid.evidence[row, col] = CFG.hit
+    grid.swept[row, col] = True
+    grid.changed()
+    assert grid.occupied[row, col]
+    assert not grid.free[row, col]
+
+
+def test_seen_floor_clears_what_went_away():
+    grid, home = mapped(turns=1)
+    row, col = grid.frame.cell(5.0, 3.6)
+    grid.evidence[row, col] = CFG.occupied_at
+    grid.changed()
+    for _ in range(3):
+        integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+    assert grid.free[row, col]
+
+
+def test_a_bump_stays_until_the_body_has_been_there():
+    grid, home = mapped(turns=1)
+    pose = START
+    grid.bump(pose, RADIUS, CFG)
+    cell = grid.frame.cell(START.x_m + RADIUS + 0.075, START.y_m)
+    integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+    assert grid.occupied[cell]
+    grid.drive_over(Pose(START.x_m + 0.2, START.y_m, 0.0), RADIUS, CFG)
+    assert grid.free[cell]
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-40, 40), st.floats(-40, 40))
+def test_growing_keeps_every_cell_in_its_place(x: float, y: float):
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    marks = np.array([[1.02, 2.02], [-3.02, 0.52]])  # inside their cells
+    grid.evidence[tuple(grid.frame.cells(marks).T)] = 9
+    grid.grow(np.array([x, y]), 6.0)
+    assert (grid.evidence[tuple(grid.frame.cells(marks).T)] == 9).all()
+    assert grid.frame.contains(*grid.frame.cell(x - 5.9, y - 5.9))
+    assert grid.frame.contains(*grid.frame.cell(x + 5.9, y + 5.9))
+    assert grid.evidence.shape == grid.swept.shape == grid.bumped.shape == grid.frame.shape
+    assert grid.driven.shape == grid.dead_end.shape == grid.frame.shape
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(-4, 4), st.floats(-4, 4), st.floats(-3.1, 3.1))
+def test_no_depth_image_breaks_the_map(seed: int, x: float, y: float, yaw: float):
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(-1, 9, (120, 160)).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.2] = rng.choice([np.nan, np.inf, -np.inf, 0.0])
+    rgb = np.zeros((120, 160, 3), np.uint8)
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    obs = Observation(0, rgb, depth, Pose(x, y, yaw), INTRINSICS)
+    outline = integrate(grid, obs, MOUNT, RADIUS, CFG)
+    assert np.isfinite(outline).all()
+    assert np.abs(grid.evidence).max() <= CFG.evidence_max
+    assert grid.free[grid.frame.cell(x, y)]  # the body stands there
+
+
+def test_nothing_seen_changes_nothing():
+    grid = NavigationMap.around(START, RADIUS, CFG)
+    before = grid.free.copy()
+    rgb = np.zeros((120, 160, 3), np.uint8)
+    obs = Observation(0, rgb, np.zeros((120, 160), np.float32), START, INTRINSICS)
+    integrate(grid, obs, MOUNT, RADIUS, CFG)
+    assert (grid.free == before).all()
+
+
+def test_a_polygon_covers_its_cells():
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    assert abs(polygon_mask(grid.frame, square).sum() * 0.0025 - 1.0) < 0.15
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.tuples(st.floats(-14, 14), st.floats(-14, 14)), min_size=3, max_size=8))
+def test_a_patch_is_the_part_of_the_mask_that_holds_the_polygon(corners: list[tuple[float, float]]):
+    grid, outline = NavigationMap.around(START, RADIUS, CFG), np.array(corners)
+    patch, window = polygon_patch(grid.frame, outline)
+    whole = np.zeros(grid.frame.shape, np.uint8)
+    scaled = ((outline - (grid.frame.x0_m, grid.frame.y0_m)) / CFG.resolution_m - 0.5) * 16
+    cv2.fillPoly(whole, [np.round(scaled).astype(np.int32)], 1, shift=4)
+    assert (patch == whole[window].astype(bool)).all()
+    assert patch.sum() == whole.sum()
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(st.tuples(st.floats(1, 9), st.floats(1, 4.5), st.floats(-3, 3)), max_size=5))
+def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tuple[float, ...]]):
+    there = Apartment.of(TWO_ROOMS, START)
+    grid = NavigationMap.around(START, RADIUS, CFG)
+    for n, pose in enumerate(poses):
+        there.pose = Pose(*pose)
+        before = grid.free
+        kept = before.copy()
+        integrate(grid, there.observe(), MOUNT, RADIUS, CFG)
+        if n % 2:
+            grid.bump(there.pose, RADIUS, CFG)
+        derived = [grid.occupied, grid.free, grid.unknown]
+        assert (before == kept).all()  # what was handed out does not change
+    derived = [grid.occupied, grid.free, grid.unknown]
+    window = grid.known_window()
+    grid.changed()
+    for one, other in zip(derived, [grid.occupied, grid.free, grid.unknown], strict=True):
+        assert (one == other).all()
+    held = np.zeros(grid.frame.shape, bool)
+    held[window] = True
+    assert held[~grid.unknown].all()

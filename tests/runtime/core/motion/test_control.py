@@ -1,0 +1,329 @@
+"""Velocities that follow a field: within limits, to the goal, and never into anything."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from apartment import MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime import navigate
+from runtime.core.distances.planner import Field, Terrain, march
+from runtime.core.geometry import GridFrame
+from runtime.core.motion import control
+from runtime.core.motion.control import STILL, Along, ControlConfig, Spin, Toward
+from runtime.core.types import Action, Pose, Twist
+from runtime.core.world import World
+
+CFG = ControlConfig(mode="velocity")
+RADIUS = 0.18
+CELL = 0.05
+
+
+def ground(plan: str) -> Terrain:
+    """`#` wall, `?` unknown, else free; one character a cell of 5 cm, first line the largest y."""
+    import cv2
+
+    lines = plan.strip("\n").split("\n")
+    signs = np.array([list(line) for line in reversed(lines)])
+    occupied = signs == "#"
+    free = ~occupied & (signs != "?")
+    away = cv2.distanceTransform((~occupied).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
+    clearance = (away * CELL - CELL / 2).astype(np.float32)
+    traversable = free & (clearance >= RADIUS + 0.02)
+    speed = np.where(traversable, 1.0, 0.0).astype(np.float32)
+    frame = GridFrame(0.0, 0.0, CELL, *signs.shape)
+    return Terrain(frame, clearance, traversable, speed)
+
+
+def corridor(bend_at: int, width: int, length: int = 60) -> Terrain:
+    """A corridor along x that turns up at a right angle, closed on all sides."""
+    cells = np.full((length, length), "#")
+    cells[1 : 1 + width, 1 : bend_at + width] = "."
+    cells[1:-1, bend_at : bend_at + width] = "."
+    return ground("\n".join("".join(row) for row in cells[::-1]))
+
+
+def field_to(terrain: Terrain, x: float, y: float) -> Field:
+    sources = np.zeros(terrain.frame.shape, bool)
+    sources[terrain.frame.cell(x, y)] = True
+    return march(terrain, sources)
+
+
+def moved(pose: Pose, twist: Twist, dt_s: float) -> Pose:
+    """Exact differential drive."""
+    turn = twist.w_radps * dt_s
+    chord = twist.v_mps * dt_s * (1.0 if abs(turn) < 1e-9 else math.sin(turn / 2) / (turn / 2))
+    heading = pose.yaw_rad + turn / 2
+    x, y = pose.x_m + chord * math.cos(heading), pose.y_m + chord * math.sin(heading)
+    return Pose(x, y, math.remainder(pose.yaw_rad + turn, math.tau))
+
+
+def touches(terrain: Terrain, pose: Pose) -> bool:
+    row, col = terrain.frame.cell(pose.x_m, pose.y_m)
+    # half a cell's diagonal is what a centre's distance may be off by
+    return float(terrain.clearance_m[row, col]) < RADIUS - 0.03
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    yaw=st.floats(-math.pi, math.pi),
+    width=st.integers(11, 24),
+    bend=st.integers(20, 30),
+    dt=st.sampled_from([0.05, 0.1, 0.2]),
+)
+def test_a_bent_corridor_is_driven_to_its_end_without_touching(
+    yaw: float, width: int, bend: int, dt: float
+):
+    terrain = corridor(bend, width)
+    middle = (1 + width / 2) * CELL
+    goal = ((bend + width / 2) * CELL, 57 * CELL - width * CELL / 2)
+    field = field_to(terrain, *goal)
+    pose, twist, path = Pose(middle, middle, yaw), STILL, []
+    for _ in range(round(60 / dt)):
+        before = twist
+        twist = control.velocity(terrain, field, pose, RADIUS, CFG, before, dt)
+        assert 0.0 <= twist.v_mps <= CFG.max_speed_mps
+        assert abs(twist.w_radps) <= CFG.max_turn_radps
+        assert twist.v_mps - before.v_mps <= CFG.max_accel_mps2 * dt + 1e-9
+        assert abs(twist.w_radps - before.w_radps) <= CFG.max_turn_accel_radps2 * dt + 1e-9
+        pose = moved(pose, twist, dt)
+        assert not touches(terrain, pose)
+        path.append((pose.x_m, pose.y_m))
+        if field.at(pose.x_m, pose.y_m) <= 0 and twist == STILL:
+            break
+    assert math.dist(path[-1], goal) < 0.15
+    assert twist == STILL
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    x=st.floats(0.35, 1.2),
+    y=st.floats(0.3, 1.2),
+    yaw=st.floats(-math.pi, math.pi),
+    v=st.floats(0, 0.4),
+    w=st.floats(-1, 1),
+    ahead=st.sampled_from("#?"),
+)
+def test_whatever_was_driven_before_the_robot_can_halt_on_known_ground(x, y, yaw, v, w, ahead):
+    rows = [list("#" * 40)] + [list("#" + "." * 28 + ahead * 10 + "#") for _ in range(30)]
+    terrain = ground("\n".join("".join(row) for row in [*rows, rows[0]]))
+    field = field_to(terrain, 0.8, 0.8)
+    pose = Pose(x, y, yaw)
+    twist = control.velocity(terrain, field, pose, RADIUS, CFG, Twist(v, w), 0.2)
+    if twist.v_mps == 0:
+        return
+    start = terrain.frame.cell(pose.x_m, pose.y_m)
+    least = min(RADIUS, float(terrain.clearance_m[start])) - 0.03
+    speed, curve = twist.v_mps, twist.w_radps / twist.v_mps
+    for n in range(200):  # held for as long as a command may act, then braked along the curve
+        speed = twist.v_mps if n * 0.02 < CFG.hold_s else speed - CFG.brake_mps2 * 0.02
+        if speed <= 0:
+            break
+        pose = moved(pose, Twist(speed, speed * curve), 0.02)
+        row, col = terrain.frame.cell(pose.x_m, pose.y_m)
+        assert float(terrain.clearance_m[row, col]) >= least
+
+
+def test_unknown_ground_ahead_is_not_driven_onto():
+    terrain = ground("\n".join(["#" * 40] + ["#" + "." * 20 + "?" * 18 + "#"] * 20 + ["#" * 40]))
+    field = Field(terrain.frame, np.where(terrain.traversable, 1.0, np.inf))
+    field.arrival_m[:, :] = np.arange(40, 0, -1)  # a field that leads into the unknown
+    pose, twist = Pose(0.5, 0.5, 0.0), STILL
+    for _ in range(200):
+        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.1)
+        pose = moved(pose, twist, 0.1)
+        assert pose.x_m < 21 * CELL
+    assert pose.x_m > 0.7
+
+
+def as_planned(terrain: Terrain, pose: Pose) -> Terrain:
+    """What the planner makes of it: right around the robot every free cell is passable."""
+    rows, cols = np.indices(terrain.frame.shape)
+    xy = terrain.frame.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
+    near = np.hypot(*(xy - pose.xy).transpose(2, 0, 1)) < 0.35
+    passable = terrain.traversable | (near & (terrain.clearance_m > 0))
+    speed = np.where(passable, np.maximum(terrain.speed, 0.25), 0).astype(np.float32)
+    return Terrain(terrain.frame, terrain.clearance_m, passable, speed)
+
+
+@pytest.mark.parametrize("gap", [0.10, 0.16, 0.22, 0.28])
+@pytest.mark.parametrize("half", [0, 2, 5])
+def test_a_robot_right_before_something_gets_around_it(gap: float, half: int):
+    cells = np.full((60, 60), ".")
+    cells[[0, -1], :] = cells[:, [0, -1]] = "#"
+    cells[30 - half : 31 + half, 30] = "#"
+    bare = ground("\n".join("".join(row) for row in cells[::-1]))
+    pose, twist = Pose(1.5 - gap, 1.52, 0.0), STILL
+    obstacles = bare.frame.centres(np.argwhere(bare.clearance_m < 0).astype(np.int32))
+    least = min(gap, RADIUS) - 0.03
+    for n in range(400):
+        if n % 4 == 0:  # a frame, and a plan made of it
+            terrain = as_planned(bare, pose)
+            field = field_to(terrain, 2.5, 1.52)
+        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        pose = moved(pose, twist, 0.05)
+        assert np.hypot(*(obstacles - pose.xy).T).min() >= least
+        if field.at(pose.x_m, pose.y_m) <= 0:
+            return
+    raise AssertionError(f"still at {pose}")
+
+
+def clutter(rng: np.random.Generator) -> Terrain:
+    """A room of 2.5 m with things strewn about."""
+    cells = np.full((50, 50), ".")
+    cells[[0, -1], :] = cells[:, [0, -1]] = "#"
+    for _ in range(14):
+        row, col = rng.integers(3, 47, 2)
+        cells[row : row + rng.integers(1, 4), col : col + rng.integers(1, 4)] = "#"
+    return ground("\n".join("".join(row) for row in cells[::-1]))
+
+
+def somewhere(bare: Terrain, rng: np.random.Generator, least: float, most: float) -> np.ndarray:
+    while True:
+        xy = rng.uniform(0.3, 2.2, 2)
+        if least < bare.clearance_m[bare.frame.cell(*xy)] < most:
+            return xy
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_from_any_tight_spot_the_robot_reaches_its_goal_and_comes_no_closer(seed: int):
+    rng = np.random.default_rng(seed)
+    bare = clutter(rng)
+    pose, twist = Pose(*somewhere(bare, rng, 0.08, 0.3), rng.uniform(-3, 3)), STILL
+    goal = somewhere(bare, rng, 0.25, 9.0)
+    obstacles = bare.frame.centres(np.argwhere(bare.clearance_m < 0).astype(np.int32))
+    least = min(float(np.hypot(*(obstacles - pose.xy).T).min()), RADIUS + 0.025) - 0.035
+    for n in range(1200):
+        if n % 4 == 0:
+            terrain = as_planned(bare, pose)
+            field = field_to(terrain, *goal)
+        if n == 0 and not math.isfinite(field.at(pose.x_m, pose.y_m)):
+            return  # walled in
+        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        pose = moved(pose, twist, 0.05)
+        assert np.hypot(*(obstacles - pose.xy).T).min() >= least
+        if field.at(pose.x_m, pose.y_m) <= 0:
+            return
+    raise AssertionError(f"still at {pose}")
+
+
+def test_a_heading_far_off_is_turned_on_the_spot():
+    terrain = corridor(25, 12)
+    field = field_to(terrain, 1.3, 0.35)
+    twist = control.velocity(terrain, field, Pose(0.35, 0.35, 3.0), RADIUS, CFG, STILL, 0.2)
+    assert twist.v_mps == 0
+    assert twist.w_radps < 0  # the shorter way round
+
+
+def test_no_way_at_all_turns_to_see_more():
+    terrain = corridor(25, 12)
+    nowhere = Field(terrain.frame, np.full(terrain.frame.shape, np.inf))
+    twist = control.velocity(terrain, nowhere, Pose(0.35, 0.35, 0.0), RADIUS, CFG, STILL, 0.2)
+    assert twist.v_mps == 0
+    assert twist.w_radps > 0
+
+
+@given(yaw=st.floats(-math.pi, math.pi), v=st.floats(0, 0.4), w=st.floats(-1, 1))
+def test_facing_ends_facing_and_brakes_before_it_turns(yaw: float, v: float, w: float):
+    pose, twist = Pose(0.0, 0.0, yaw), Twist(v, w)
+    goal = (1.0, 5.0)
+    for _ in range(200):
+        before = twist
+        twist = control.steer(Toward(goal), pose, before, 0.1, RADIUS, CFG)
+        assert twist.v_mps <= before.v_mps
+        if before.v_mps > CFG.creep_mps and twist.v_mps > 0:  # along the same curve
+            assert twist.w_radps / twist.v_mps == pytest.approx(before.w_radps / before.v_mps)
+        pose = moved(pose, twist, 0.1)
+    error = math.atan2(goal[1] - pose.y_m, goal[0] - pose.x_m) - pose.yaw_rad
+    assert abs(math.remainder(error, math.tau)) <= CFG.facing_rad
+    assert twist == STILL
+
+
+def test_without_a_course_the_robot_halts():
+    assert control.steer(None, Pose(0, 0, 0), Twist(0.05, 0.2), 0.2, RADIUS, CFG).v_mps == 0.0
+    twist = control.steer(Spin(0.6), Pose(0, 0, 0), STILL, 0.1, RADIUS, CFG)
+    assert twist == Twist(0.0, pytest.approx(CFG.max_turn_accel_radps2 * 0.1))
+
+
+NAV = navigate.NavigateConfig(control=CFG)
+HOLD_S = 0.2
+
+
+def drive(home: Apartment, goal: str, limit: int, closest) -> tuple[World, list]:
+    """The whole loop in velocity mode: a twist is held for 0.2 s between observations."""
+    world, commands = None, []
+    for _ in range(limit):
+        obs = home.observe()
+        if world is None:
+            world = World.begin(goal, ("toilet",), (), obs.pose, 12, RADIUS, NAV.map)
+        seen = home.detect(("toilet",), obs) if home.things else NO_DETECTIONS
+        navigate.perceive(world, obs, seen, MOUNT, NAV)
+        why = navigate.due(world, NAV)
+        if why:
+            snap = navigate.snapshot(world, why, NAV)
+            navigate.adopt(world, navigate.decide(snap, closest, None, NAV), NAV)
+        commands.append(navigate.act(world, NAV))
+        if commands[-1].action is Action.STOP:
+            break
+        for _ in range(10):
+            ahead = moved(home.pose, commands[-1].twist, HOLD_S / 10)
+            if home.fits(ahead.x_m, ahead.y_m):
+                home.pose = ahead
+            else:
+                home.collisions += 1
+                home.pose = Pose(home.pose.x_m, home.pose.y_m, ahead.yaw_rad)
+        home.stamp_ns += 100_000_000
+    assert world is not None
+    return world, commands
+
+
+class Silent:
+    def ask(self, brief, by):
+        from runtime.core.types import Ballot
+
+        return Ballot()
+
+
+def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
+    there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    world, commands = drive(there, "toilet", 600, Silent())
+    assert commands[-1].mode == "stop"
+    assert commands[-1].reason.startswith("found")
+    assert commands[-1].twist == STILL
+    assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
+    bearing = math.atan2(2.2 - there.pose.y_m, 7.4 - there.pose.x_m)
+    assert abs(math.remainder(bearing - there.pose.yaw_rad, math.tau)) < 0.3
+    assert world.collisions <= 1  # a graze where the body had passed before
+    looks = [c for c in commands if c.mode == "look"]
+    assert 2 * math.pi / 0.6 / HOLD_S * 0.9 < len(looks) < 2 * math.pi / 0.6 / HOLD_S * 1.3
+    assert all(isinstance(c.course, Along | Toward | Spin) for c in commands[:-1])
+
+
+def test_a_robot_that_sees_no_depth_may_turn_but_not_drive():
+    there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
+    observe, count = there.observe, [0]
+
+    def blinded():
+        obs = observe()
+        count[0] += 1
+        return replace(obs, depth_m=obs.depth_m * 0) if 70 <= count[0] < 85 else obs
+
+    there.observe = blinded  # type: ignore[method-assign]
+    _, commands = drive(there, "toilet", 100, Silent())
+    speeds = [c.twist.v_mps for c in commands]
+    assert max(speeds[60:69]) > 0.1
+    assert not any(speeds[69:84])
+    assert max(speeds[84:]) > 0.1
+
+
+def test_an_invisible_obstacle_is_felt_and_driven_around():
+    there = Apartment.of(TWO_ROOMS, Pose(2.0, 3.0, 0.0))
+    row, col = int(3.0 / 0.02), int(2.5 / 0.02)
+    there.heights[row - 12 : row + 12, col : col + 4] = 0.05  # too low for the camera's floor test
+    world, _ = drive(there, "toilet", 250, Silent())
+    assert math.hypot(there.pose.x_m - 2.0, there.pose.y_m - 3.0) > 1.0
+    assert world.collisions <= there.collisions

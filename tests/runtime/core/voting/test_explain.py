@@ -1,0 +1,78 @@
+"""One line for a person: what was elected, by whose word, and what else it could have been."""
+
+import pytest
+
+from runtime.core.types import Ballot, FrontierBrief, Missing, Vote
+from runtime.core.voting.consensus import ConsensusConfig, elect
+from runtime.core.voting.explain import in_words
+
+FRONTIERS = [FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)]
+
+
+def vote(expert: str, *ids: int) -> Vote:
+    p = tuple((i, 1 / len(ids)) for i in ids)
+    return Vote(expert, ids, p, "; ".join(f"{i}: thing {i} (0.50)" for i in ids))
+
+
+@pytest.mark.parametrize(
+    ("votes", "mode", "line"),
+    [
+        (
+            [vote("o2f", 2, 3), vote("r2f", 3)],
+            "strict",
+            "frontier 3, on which o2f and r2f agree (o2f: thing 3 (0.50); r2f: thing 3 (0.50)); "
+            "the closest is 1; without o2f: 1; without r2f: 1",
+        ),
+        (
+            [vote("o2f", 1), vote("r2f", 3)],
+            "strict",
+            "frontier 1, the closest, as o2f and r2f do not agree (x: late)",
+        ),
+        (
+            [vote("o2f", 3)],
+            "strict",
+            "frontier 1, the closest, as o2f votes alone (x: late)",
+        ),
+        ([], "strict", "frontier 1, the closest, as no expert votes (x: late)"),
+        (
+            [vote("o2f", 3)],
+            "lenient",
+            "frontier 3, for which o2f alone speaks (o2f: thing 3 (0.50)); the closest is 1; "
+            "without o2f: 1",
+        ),
+        (
+            [vote("o2f", 3)],
+            "best",
+            "frontier 3, of which o2f is surest (o2f: thing 3 (0.50)); the closest is 1; "
+            "without o2f: 1",
+        ),
+    ],
+)
+def test_it_says_who_and_what_else(votes: list[Vote], mode: str, line: str):
+    ballot = Ballot(tuple(votes), (Missing("x", "late"),))
+    assert in_words(elect(ballot, FRONTIERS, ConsensusConfig(mode=mode))) == line
+
+
+def test_every_rule_has_words_even_where_no_set_names_the_winner():
+    p = ((1, 0.1), (2, 0.2), (3, 0.7))
+    for mode in ("best", "weighted", "majority-3"):
+        cfg = ConsensusConfig(mode=mode, weights=(("o2f", 9.0),))
+        decision = elect(Ballot((Vote("o2f", (1,), p, "it looks so"),)), FRONTIERS, cfg)
+        assert decision.rule == mode.partition("-")[0]
+        assert "o2f" in in_words(decision)
+
+
+def test_nothing_to_choose_and_too_much_to_say():
+    assert in_words(elect(Ballot(), [], ConsensusConfig())) == "no frontier can be reached"
+    prose = Vote("sle", (2,), ((2, 1.0),), "because " * 40)
+    line = in_words(elect(Ballot((prose,)), FRONTIERS, ConsensusConfig(mode="lenient")))
+    assert "…" in line
+    assert len(line) < 220
+
+
+def test_an_agreement_on_what_is_too_far_away_is_told():
+    votes = (vote("o2f", 3), vote("r2f", 3))
+    decision = elect(Ballot(votes), FRONTIERS, ConsensusConfig(detour_m=1.0))
+    assert in_words(decision).startswith(
+        "frontier 1, the closest, as what o2f and r2f agree on is too far away"
+    )

@@ -1,0 +1,81 @@
+"""One expert on several rungs: which one answers, and what is said when none can."""
+
+import math
+
+from runtime.clock import Deadline, ManualClock
+from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+from runtime.experts.fallback import Rung, climb
+from runtime.experts.panel import Expert
+
+BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2)))
+
+
+def says(outcome: Vote | Missing, asked: list[float] | None = None) -> Expert:
+    def expert(brief: Brief, by: Deadline) -> Vote | Missing:
+        if asked is not None:
+            asked.append(by.left_s())
+        return outcome
+
+    return expert
+
+
+def vote(*ids: int) -> Vote:
+    return Vote("", ids, tuple((i, 0.5) for i in ids), "because")
+
+
+def never() -> Deadline:
+    return Deadline.never(ManualClock())
+
+
+def test_the_first_rung_that_answers_is_named() -> None:
+    asked: list[float] = []
+    ladder = climb(
+        "o2f",
+        [
+            Rung("local", says(Missing("", "late"))),
+            Rung("cloud", says(vote(2))),
+            Rung("embedding", says(vote(1), asked)),
+        ],
+    )
+    assert ladder(BRIEF, never()) == Vote("o2f", (2,), ((2, 0.5),), "because", "cloud")
+    assert asked == []
+
+
+def test_an_abstention_is_an_answer() -> None:
+    for cause in ("no evidence", "no preference", "abstains: all alike"):
+        ladder = climb("o2f", [Rung("a", says(Missing("x", cause))), Rung("b", says(vote(1)))])
+        assert ladder(BRIEF, never()) == Missing("o2f", cause)
+
+
+def test_every_rung_says_why_it_could_not() -> None:
+    def falls_over(brief: Brief, by: Deadline) -> Vote:
+        raise RuntimeError("out\nof memory")
+
+    ladder = climb(
+        "sle",
+        [
+            Rung("local", falls_over),
+            Rung("cloud", says(vote(1)), ready=lambda by: False),
+            Rung("embedding", says(Missing("", "nonsense: x"))),
+        ],
+    )
+    causes = "local: out of memory; cloud: not ready; embedding: nonsense: x"
+    assert ladder(BRIEF, never()) == Missing("sle", causes)
+    assert climb("sle", [])(BRIEF, never()) == Missing("sle", "no model")
+
+
+def test_time_is_left_for_the_rungs_below() -> None:
+    clock, asked = ManualClock(), list[float]()
+    ladder = climb(
+        "o2f",
+        [
+            Rung("local", says(Missing("", "late"), asked), share=0.4),
+            Rung("cloud", says(Missing("", "late"), asked), share=0.9),
+            Rung("embedding", says(vote(1), asked), share=0.1),
+        ],
+    )
+    ladder(BRIEF, Deadline.after(2.0, clock))
+    assert [round(left, 6) for left in asked] == [0.8, 1.8, 2.0]
+    asked.clear()
+    ladder(BRIEF, Deadline.never(clock))
+    assert asked == [math.inf] * 3

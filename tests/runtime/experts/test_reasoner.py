@@ -1,0 +1,119 @@
+"""A large model behind its queue: votes, deadlines, hangs, and pictures asked about once."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.voting.likelihood_experts import ExpertConfig
+from runtime.experts.reasoner import Late, Reasoner
+
+PATIENCE_S = 20.0
+SINK = NearbyObject("sink", 0.9, 0.5)
+BRIEF = Brief(
+    "toilet",
+    0,
+    (
+        FrontierBrief(4, 1.0, (SINK,), (("bathroom", 1.0),), image=b"tiles"),
+        FrontierBrief(9, 2.0, (), (("hall", 1.0),), image=b"carpet"),
+        FrontierBrief(11, 3.0, (), (("hall", 1.0),)),
+    ),
+)
+
+
+class Model:
+    """Says what it is told to say, and notes what it was asked."""
+
+    def __init__(self, say: str | Callable[[], str] = "") -> None:
+        self.say = say
+        self.asked: list[Any] = []
+
+    def reply(
+        self, messages: list[dict[str, Any]], grammar: str, max_tokens: int, seconds: float
+    ) -> str:
+        self.asked.append((messages, grammar, max_tokens, seconds))
+        return self.say if isinstance(self.say, str) else self.say()
+
+    def likes(self, messages: list[dict[str, Any]], seconds: float) -> float:
+        self.asked.append(messages)
+        return 3.0 if "dGlsZXM=" in str(messages) else -1.0  # base64 of "tiles"
+
+
+def never() -> Deadline:
+    return Deadline.never(SystemClock())
+
+
+def test_a_vote_in_words_held_to_the_frontiers() -> None:
+    model = Model('{"reason": "a sink", "frontiers": [4]}')
+    with Reasoner(model, SystemClock(), 150, sees=False) as reasoner:
+        got = reasoner.expert("o2f")(BRIEF, never())
+        assert got == Vote("o2f", (4,), ((4, 1.0), (9, 0.0), (11, 0.0)), "a sink", "local")
+        assert reasoner.expert("sle")(BRIEF, never()).cause.startswith("privacy")  # type: ignore[union-attr]
+    ((messages, grammar, max_tokens, _),) = model.asked
+    assert "sink" in messages[1]["content"]
+    assert '"11"' in grammar
+    assert max_tokens == 150
+
+
+def test_each_picture_is_asked_about_once() -> None:
+    model = Model()
+    with Reasoner(model, SystemClock(), 150, sees=True) as reasoner:
+        look = reasoner.look(ExpertConfig())
+        for _ in range(3):
+            got = look(BRIEF, never())
+            assert isinstance(got, Vote)
+            assert got.frontiers == (4,)
+        assert len(model.asked) == 2
+        one = Brief("toilet", 0, BRIEF.frontiers[1:])
+        assert look(one, never()) == Missing("sle", "no images")
+
+
+def test_what_the_model_raises_reaches_its_asker_alone() -> None:
+    def fall_over() -> str:
+        raise RuntimeError("out of memory")
+
+    model = Model(fall_over)
+    with Reasoner(model, SystemClock(), 150, sees=False) as reasoner:
+        with pytest.raises(RuntimeError, match="out of memory"):
+            reasoner.expert("o2f")(BRIEF, never())
+        model.say = '{"reason": "", "frontiers": [9]}'
+        assert isinstance(reasoner.expert("o2f")(BRIEF, never()), Vote)
+
+
+def test_a_model_that_hangs_is_waited_for_no_longer_than_allowed() -> None:
+    clock, called, go = ManualClock(), threading.Event(), threading.Event()
+
+    def hang() -> str:
+        called.set()
+        assert go.wait(PATIENCE_S)
+        return '{"reason": "", "frontiers": [9]}'
+
+    model = Model(hang)
+    errors: list[Exception] = []
+
+    def ask() -> None:
+        try:
+            reasoner.expert("o2f")(BRIEF, Deadline.after(2.0, clock))
+        except Late as error:
+            errors.append(error)
+
+    with Reasoner(model, clock, 150, sees=False) as reasoner:
+        asker = threading.Thread(target=ask)
+        asker.start()
+        assert called.wait(PATIENCE_S)
+        assert reasoner.ready(Deadline.never(clock))  # it may still come
+        clock.advance(2.0)
+        asker.join(PATIENCE_S)
+        assert [str(e) for e in errors] == ["late"]
+        assert not reasoner.ready(Deadline.never(clock))
+        with pytest.raises(Late):  # nothing stacks up behind it
+            reasoner.expert("o2f")(BRIEF, Deadline(clock.now_s(), clock))
+        assert len(reasoner._queue) == 0
+        go.set()
+        with reasoner._condition:
+            assert reasoner._condition.wait_for(lambda: reasoner._running is None, PATIENCE_S)
+        assert isinstance(reasoner.expert("o2f")(BRIEF, Deadline.never(clock)), Vote)
+    assert len(model.asked) == 2

@@ -1,0 +1,232 @@
+"""Which model answers for an expert: on the robot, in the cloud, or the text encoder."""
+
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cloud_double import Server, answer, completion
+
+from runtime.clock import Clock, Deadline, ManualClock, SystemClock
+from runtime.config import Config, PanelConfig
+from runtime.core.types import Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.voting import consensus
+from runtime.experts.cloud import Cloud
+from runtime.experts.cloud_config import CloudConfig
+from runtime.experts.likelihood import Scored
+from runtime.experts.panel import Panel
+from runtime.experts.reasoner import Reasoner
+from runtime.experts.scorer import Scorer
+from runtime.experts.seating import Seats
+
+PATIENCE_S = 20.0
+ROOMS = ("bathroom", "bedroom", "kitchen")
+SINK, LAMP = NearbyObject("sink", 0.9, 0.2), NearbyObject("lamp", 0.9, 0.2)
+BRIEF = Brief(
+    "toilet",
+    7,
+    (
+        FrontierBrief(1, 1.0, (SINK,), (("bathroom", 1.0),), image=b"one"),
+        FrontierBrief(2, 2.0, (LAMP,), (("bedroom", 1.0),), image=b"two"),
+    ),
+)
+NO_VIEWS: dict[int, float] = {}
+
+
+class Likes:
+    """A scorer that finds the toilet likely next to a word; it waits at `gate`, if there is one."""
+
+    def __init__(self, word: str, gate: threading.Event | None = None) -> None:
+        self.word, self.gate = word, gate
+        self.begun = threading.Event()
+
+    def score(self, context: str, continuations: Sequence[str]) -> tuple[float, ...]:
+        self.begun.set()
+        if self.gate is not None:
+            assert self.gate.wait(PATIENCE_S)
+        likely = self.word in context or "bathroom" in context
+        return tuple(-1.0 if likely and c == " toilet" else -5.0 for c in continuations)
+
+
+class Broken:
+    def score(self, context: str, continuations: Sequence[str]) -> tuple[float, ...]:
+        raise RuntimeError("no memory")
+
+
+@pytest.fixture
+def stack() -> Iterator[ExitStack]:
+    with ExitStack() as stack:
+        yield stack
+
+
+def seated(
+    stack: ExitStack, model: Any = None, cloud: Cloud | None = None, clock: Clock | None = None
+) -> Seats:
+    """The text encoder prefers frontier 2, by its lamp; a language model what it is told to."""
+    clock = clock or SystemClock()
+    below = Scored(stack.enter_context(Scorer([("embedding", Likes("lamp"))], clock)), ROOMS)
+    seats = Seats("small", lambda brief: NO_VIEWS, below, cloud=cloud)
+    if model is not None:
+        seats.scored = Scored(stack.enter_context(Scorer([("small", model)], clock)), ROOMS)
+    return seats
+
+
+def cloud_at(stack: ExitStack, tmp_path: Path, server: Server, **changes: Any) -> Cloud:
+    cfg = CloudConfig(
+        enabled=True,
+        base_url=server.url,
+        model="big",
+        price_in_usd=0.0,
+        price_out_usd=0.0,
+        spending_file=str(tmp_path / "spending.sqlite"),
+    )
+    cloud = stack.enter_context(Cloud(replace(cfg, **changes), SystemClock()))
+    cloud.begin("toilet")
+    return cloud
+
+
+def never() -> Deadline:
+    return Deadline.never(SystemClock())
+
+
+def voted(outcome: Vote | Missing) -> tuple[tuple[int, ...], str]:
+    assert isinstance(outcome, Vote), outcome
+    return outcome.frontiers, outcome.rung
+
+
+def test_the_model_on_the_robot_answers_first(stack: ExitStack) -> None:
+    seats = seated(stack, Likes("sink"))
+    table = seats.experts(Config())
+    assert voted(table["o2f"](BRIEF, never())) == ((1,), "local")
+    assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
+    assert table["sle"](BRIEF, never()) == Missing("sle", "no evidence")
+    assert seats.rung() == "small"
+    assert not seats.alike.used
+    assert seats.appeals(Config()) == {}
+    assert seats.health() == {"rungs": {"o2f": "local", "r2f": "local"}, "errors": []}
+
+
+def test_a_broken_model_leaves_its_place_to_the_text_encoder(stack: ExitStack) -> None:
+    seats = seated(stack, Broken())
+    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((2,), "embedding")
+    assert seats.rung() == "embedding"
+    assert seats.health()["errors"] == ["small: no memory"]
+
+
+def test_without_a_model_that_answers_the_cloud_is_asked(stack: ExitStack, tmp_path: Path) -> None:
+    server = stack.enter_context(Server())
+    seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
+    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((1,), "cloud")
+    assert seats.rung() == "cloud"
+    assert [bill.outcome for bill in seats.bills()] == ["vote"]
+    server.behave = "break"
+    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((2,), "embedding")
+    status = seats.health()["cloud"]
+    assert isinstance(status, dict)
+    assert "connection broke" in str(status["error"])
+
+
+def test_while_the_model_answers_the_cloud_is_not_asked(stack: ExitStack, tmp_path: Path) -> None:
+    server = stack.enter_context(Server())
+    seats = seated(stack, Likes("sink"), cloud_at(stack, tmp_path, server))
+    table = seats.experts(Config())
+    for name in ("o2f", "r2f"):
+        assert voted(table[name](BRIEF, never())) == ((1,), "local")
+    none = Brief("toilet", 8, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2)))
+    assert table["o2f"](none, never()) == Missing("o2f", "no evidence")
+    assert server.requests == []
+
+
+def test_a_model_that_hangs_is_stepped_over(stack: ExitStack) -> None:
+    clock, gate = ManualClock(), threading.Event()
+    model = Likes("sink", gate)
+    seats = seated(stack, model, clock=clock)
+    got: list[Vote | Missing] = []
+    ask = seats.experts(Config())["o2f"]
+    asker = threading.Thread(target=lambda: got.append(ask(BRIEF, Deadline.after(2.0, clock))))
+    asker.start()
+    assert model.begun.wait(PATIENCE_S)
+    clock.advance(1.6)  # its share of the two seconds
+    asker.join(PATIENCE_S)
+    assert voted(got[0]) == ((2,), "embedding")
+    clock.advance(10.0)  # now it is known to be stuck, and costs no time any more
+    assert voted(ask(BRIEF, Deadline.after(2.0, clock))) == ((2,), "embedding")
+    gate.set()
+    assert seats.scored is not None
+    assert seats.scored.scorer.settle(Deadline.never(clock))
+    assert voted(ask(BRIEF, Deadline.after(2.0, clock))) == ((1,), "local")
+
+
+def test_the_cloud_is_appealed_to_when_experts_disagree(stack: ExitStack, tmp_path: Path) -> None:
+    server = stack.enter_context(Server(lambda body: (200, completion(answer([1])))))
+    cloud = cloud_at(stack, tmp_path, server)
+    seats = seated(stack, Likes("lamp"), cloud)  # o2f: by the lamp, 2; r2f: the bathroom, 1
+    config = replace(Config(), panel=PanelConfig(experts=("o2f", "r2f")))
+    rule = config.navigate.consensus
+
+    def agreed(ballot: Ballot) -> bool:
+        return consensus.agreed(ballot, rule)
+
+    clock = SystemClock()
+    panel = Panel(seats.experts(config), clock, seats.appeals(config), agreed)
+    with stack.enter_context(panel):
+        ballot = panel.ask(BRIEF, Deadline.never(clock))
+    assert [voted(v) for v in ballot.votes] == [((1,), "cloud"), ((1,), "cloud")]
+    assert len(server.requests) == 2
+    assert seats.rung() == "cloud"
+    off = replace(config, cloud=replace(config.cloud, on_disagreement=False))
+    assert seats.appeals(off) == {}
+
+
+def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
+    stack: ExitStack, tmp_path: Path
+) -> None:
+    server = stack.enter_context(Server())
+    seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
+    seats.experts(Config())["o2f"](BRIEF, never())
+    appeal = seats.appeals(Config())["o2f"]
+    assert appeal(BRIEF, never()) == Missing("o2f", "the cloud has voted")
+    assert isinstance(appeal(replace(BRIEF, stamp_ns=8), never()), Vote)
+    assert len(server.requests) == 2
+
+
+class Eyes:
+    """Sees the goal in the picture "two"."""
+
+    def reply(
+        self, messages: list[dict[str, Any]], grammar: str, max_tokens: int, seconds: float
+    ) -> str:
+        return answer([2] if "dHdv" in str(messages) else [1])
+
+    def likes(self, messages: list[dict[str, Any]], seconds: float) -> float:
+        return 2.0 if "dHdv" in str(messages) else -2.0  # base64 of "two"
+
+
+def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
+    seats = seated(stack, Likes("sink"))
+    seats.eyes = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=True))
+    for in_words in (False, True):
+        seats.looks_in_words = in_words
+        assert voted(seats.experts(Config())["sle"](BRIEF, never())) == ((2,), "local")
+    blind = Brief("toilet", 9, tuple(replace(f, image=b"") for f in BRIEF.frontiers))
+    assert seats.experts(Config())["sle"](blind, never()) == Missing("sle", "no evidence")
+
+
+def test_a_large_model_reasons_for_the_experts_of_words(stack: ExitStack) -> None:
+    seats = seated(stack)
+    seats.reasoner = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=False))
+    table = seats.experts(Config())
+    assert voted(table["o2f"](BRIEF, never())) == ((1,), "local")
+    assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
+
+
+def test_with_privacy_text_sle_stays_on_the_robot(stack: ExitStack, tmp_path: Path) -> None:
+    server = stack.enter_context(Server())
+    seats = seated(stack, Likes("sink"), cloud_at(stack, tmp_path, server))
+    seats.likeness = lambda brief: {1: 0.1, 2: 0.9}
+    assert voted(seats.experts(Config())["sle"](BRIEF, never())) == ((2,), "embedding")
+    assert isinstance(seats.appeals(Config())["sle"](BRIEF, never()), Missing)
+    assert server.requests == []

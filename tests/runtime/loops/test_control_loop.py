@@ -1,0 +1,231 @@
+"""The control loop on a clock that stands still between ticks."""
+
+import math
+import threading
+
+import numpy as np
+import pytest
+
+from runtime.clock import ManualClock, SystemClock
+from runtime.config import RealtimeConfig
+from runtime.core.distances.planner import Field, Terrain
+from runtime.core.geometry import GridFrame
+from runtime.core.motion.control import Along, ControlConfig, Spin
+from runtime.core.motion.safety import SafetyConfig
+from runtime.core.types import Pose
+from runtime.errors import BusError
+from runtime.loops.control_loop import Helm, Plan
+from runtime.robot.wire import Stamped
+
+RATES = RealtimeConfig()
+TICK_S = 1 / RATES.control_hz
+
+
+class FakeBase:
+    """Odometry and frames are as fresh as `now`, until a test says otherwise."""
+
+    def __init__(self, clock) -> None:
+        self.clock = clock
+        self.at = Pose(0.0, 0.0, 0.0)
+        self.odom_s: float | None = None  # None: always now
+        self.frame_s: float | None = None
+        self.twists: list[tuple[float, float]] = []
+        self.states: list[dict] = []
+        self.broken = False
+
+    def pose(self):
+        arrival_s = self.clock.now_s() if self.odom_s is None else self.odom_s
+        return Stamped(round(arrival_s * 1e9), self.at), arrival_s
+
+    def frame_arrival_s(self):
+        return self.clock.now_s() if self.frame_s is None else self.frame_s
+
+    def publish_twist(self, forward_mps, turn_radps, stamp_ns=0):
+        if self.broken:
+            raise BusError("cmd_vel: cannot be published: gone")
+        self.twists.append((forward_mps, turn_radps))
+
+    def publish_state(self, state):
+        self.states.append(dict(state))
+
+
+def open_floor() -> Along:
+    """A field that leads far along x, over free ground."""
+    frame = GridFrame(-2.0, -2.025, 0.05, 81, 400)
+    shape = frame.shape
+    rows, cols = np.indices(shape)
+    away = np.hypot(rows - 40, cols - 400) * 0.05
+    terrain = Terrain(
+        frame,
+        np.full(shape, 2.0, np.float32),
+        np.ones(shape, bool),
+        np.ones(shape, np.float32),
+    )
+    return Along(terrain, Field(frame, away))
+
+
+@pytest.fixture
+def parts():
+    clock = ManualClock(100.0)
+    base = FakeBase(clock)
+    return clock, base, Helm(base, clock, SafetyConfig(), RATES)
+
+
+def plan(clock, course=None) -> Plan:
+    return Plan(course or open_floor(), clock.now_s(), 0.18, ControlConfig(), {"mode": "frontier"})
+
+
+def ticks(clock, helm, n: int, then=lambda: None) -> None:
+    for _ in range(n):
+        helm.tick()
+        then()
+        clock.advance(TICK_S)
+
+
+def test_a_fresh_plan_is_driven_up_to_speed(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 30)
+    speeds = [v for v, _ in base.twists]
+    assert speeds == sorted(speeds)
+    assert speeds[-1] == pytest.approx(ControlConfig().max_speed_mps)
+    steps = np.diff([0.0, *speeds])
+    assert steps.max() <= ControlConfig().max_accel_mps2 * TICK_S + 1e-9
+    assert helm.asked_mps() == speeds[0]
+    assert base.states[-1]["v_mps"] > 0
+    assert base.states[-1]["mode"] == "frontier"
+
+
+@pytest.mark.parametrize(
+    ("kind", "stop"),
+    [
+        ("odometry", lambda base, now: setattr(base, "odom_s", now)),
+        ("frame", lambda base, now: setattr(base, "frame_s", now)),
+        ("plan", lambda base, now: None),  # nobody makes a new one
+        ("jump", lambda base, now: setattr(base, "at", Pose(0.7, 0.0, 0.0))),
+    ],
+)
+def test_what_goes_stale_stops_the_base_and_a_fresh_plan_resumes(parts, kind, stop):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    assert base.twists[-1][0] > 0.2
+    stop(base, clock.now_s())
+    ticks(clock, helm, 45)
+    assert base.twists[-1] == (0.0, 0.0)
+    assert base.states[-1]["halt"]
+    assert helm.halted()
+    assert kind in base.states[-1]["halts"]
+    base.odom_s = base.frame_s = None
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    assert base.twists[-1][0] > 0.2
+    assert not helm.halted()
+    assert helm.status()["halts"] == {kind: 1}
+
+
+def test_odometry_stale_stops_within_its_limit(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    base.odom_s = clock.now_s() - TICK_S
+    while clock.now_s() - base.odom_s <= SafetyConfig().odom_stale_s + 1e-9:
+        assert base.twists[-1] != (0.0, 0.0)
+        ticks(clock, helm, 1)
+    helm.tick()
+    assert base.twists[-1] == (0.0, 0.0)
+
+
+def test_rest_commands_zero_at_once_then_leaves_the_base_to_others(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    helm.rest("found", {"reason": "found mug 1"})
+    assert base.twists[-1] == (0.0, 0.0)
+    before = len(base.twists)
+    ticks(clock, helm, 100)
+    assert set(base.twists[before:]) == {(0.0, 0.0)}
+    assert len(base.twists) - before == RATES.control_hz  # for a second
+    assert base.states[-1]["state"] == "found"
+    assert base.states[-1]["reason"] == "found mug 1"
+
+
+def test_a_plan_taken_away_during_a_tick_is_not_driven(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    ask = base.frame_arrival_s
+
+    def cancelled_meanwhile():
+        helm.rest("cancelled", {})
+        return ask()
+
+    base.frame_arrival_s = cancelled_meanwhile
+    helm.tick()
+    assert base.twists[-1] == (0.0, 0.0)
+
+
+def test_the_state_is_told_five_times_a_second_and_at_changes(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    ticks(clock, helm, 40)
+    told = len(base.states)
+    assert 9 <= told <= 12  # two seconds
+    helm.follow(plan(clock, Spin(0.6)))
+    helm.rest("cancelled", {})
+    helm.tick()
+    assert base.states[-1]["state"] == "cancelled"
+    assert len(base.states) == told + 1
+
+
+def test_stopping_commands_zero_whatever_the_plan():
+    clock, ending = ManualClock(100.0), threading.Event()
+    base = FakeBase(clock)
+    helm = Helm(base, clock, SafetyConfig(), RATES, ending.is_set)
+    helm.follow(plan(clock))
+    ticks(clock, helm, 20)
+    ending.set()
+    helm.tick()
+    assert base.twists[-1] == (0.0, 0.0)
+
+
+def test_an_error_in_the_loop_commands_zero_and_is_raised_to_who_asks():
+    clock = SystemClock()
+    base = FakeBase(clock)
+    helm = Helm(base, clock, SafetyConfig(), RATES)
+    failed = threading.Event()
+
+    def broken():
+        failed.set()
+        raise ZeroDivisionError("in the loop")
+
+    base.frame_arrival_s = broken
+    helm.follow(plan(clock))
+    helm.start()
+    assert failed.wait(10)
+    helm.close()
+    assert base.twists[-1] == (0.0, 0.0)
+    with pytest.raises(ZeroDivisionError):
+        helm.check()
+
+
+def test_close_commands_zero_and_a_broken_bus_does_not_keep_it_from_ending():
+    clock = SystemClock()
+    base = FakeBase(clock)
+    helm = Helm(base, clock, SafetyConfig(), RATES)
+    helm.follow(plan(clock))
+    helm.start()
+    helm.close()
+    assert base.twists[-1] == (0.0, 0.0)
+    base.broken = True
+    helm.close()
+
+
+def test_ticks_that_come_late_do_not_jerk(parts):
+    clock, base, helm = parts
+    helm.follow(plan(clock))
+    helm.tick()
+    clock.advance(0.9)
+    helm.tick()
+    assert base.twists[-1][0] <= ControlConfig().max_accel_mps2 * 0.2 + 1e-9
+    assert math.isfinite(helm.asked_mps())

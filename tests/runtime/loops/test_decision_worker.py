@@ -1,0 +1,186 @@
+"""Decisions in a worker: rehearsals are used when they fit, and never stand in the way."""
+
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from runtime.clock import Deadline, ManualClock
+from runtime.core.types import Brief, Frontier, FrontierBrief, Missing, Vote
+from runtime.core.voting.rehearsal import expected
+from runtime.core.world import Snapshot
+from runtime.experts.panel import Panel
+from runtime.loops.decision_worker import Answer, Decider, Question
+from runtime.navigate import NavigateConfig
+
+PATIENCE_S = 5.0  # of the tests, never reached when they pass
+CFG = NavigateConfig()
+
+
+def snapshot(distances: dict[int, float]) -> Snapshot:
+    told = tuple(FrontierBrief(i, d, (), ()) for i, d in distances.items())
+    places = tuple(Frontier(i, np.zeros((1, 2)), (0.0, 0.0), d) for i, d in distances.items())
+    return Snapshot(Brief("toilet", 0, told), places, 0, "a test")
+
+
+@dataclass
+class Expert:
+    """Votes for 2 and 3; waits for `go` where it is to."""
+
+    waits: bool = False
+    go: threading.Event = field(default_factory=threading.Event)
+    begun: threading.Semaphore = field(default_factory=lambda: threading.Semaphore(0))
+    briefs: list[Brief] = field(default_factory=list)
+
+    def __call__(self, brief: Brief, by: Deadline) -> Vote | Missing:
+        self.briefs.append(brief)
+        self.begun.release()
+        if self.waits:
+            assert self.go.wait(PATIENCE_S)
+        ids = tuple(f.id for f in brief.frontiers if f.id in (2, 3))
+        return Vote("", ids, (), "") if ids else Missing("", "no evidence")
+
+
+class Table:
+    """A decider and a panel of two, of which the second may be slow."""
+
+    def __init__(self, waits: bool = False) -> None:
+        self.clock = ManualClock()
+        self.quick, self.slow = Expert(), Expert(waits)
+        self.panel = Panel({"o2f": self.quick, "r2f": self.slow}, self.clock)
+        self.decider = Decider()
+        self.asker = object()
+
+    def __enter__(self) -> "Table":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.slow.go.set()
+        self.decider.close()
+        self.panel.close()
+
+    def question(self, distances: dict[int, float], without: int | None = None) -> Question:
+        snap = snapshot(distances)
+        if without is not None:
+            snap = Snapshot(expected(snap.brief, without), snap.frontiers, 0, snap.why)
+        by = Deadline.after(2.0, self.clock)
+        return Question(self.asker, snap, self.panel, by, CFG, without=without)
+
+    def answer(self) -> Answer:
+        until = threading.Event()
+        for _ in range(int(PATIENCE_S / 0.01)):
+            found = self.decider.take()
+            if found is not None:
+                return found
+            until.wait(0.01)
+        raise AssertionError("no answer")
+
+    def rehearsed(self) -> None:
+        with self.decider._changed:
+            assert self.decider._changed.wait_for(
+                lambda: self.decider._rehearsed is not None, PATIENCE_S
+            )
+
+
+def test_a_rehearsal_that_fits_is_used_at_the_distances_of_now() -> None:
+    with Table() as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.rehearsed()
+        assert table.decider.idle
+        table.decider.ask(table.question({2: 9.0, 3: 3.0}))  # it has driven to 1: 3 is nearer now
+        answer = table.answer()
+        assert answer.rehearsal == "used"
+        assert (answer.decision.frontier, answer.decision.rule) == (3, "all")
+        assert len(table.quick.briefs) == len(table.slow.briefs) == 1  # nobody was asked again
+
+
+def test_a_rehearsal_of_something_else_is_named_and_asked_anew() -> None:
+    with Table() as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.rehearsed()
+        table.decider.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
+        answer = table.answer()
+        assert answer.rehearsal == "frontier 4 is new"
+        assert answer.decision.frontier == 2
+        assert len(table.quick.briefs) == 2
+        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        assert table.answer().rehearsal == ""  # it was used up
+
+
+def test_a_rehearsal_whose_time_has_not_come_is_kept() -> None:
+    with Table() as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.rehearsed()
+        table.decider.ask(table.question({1: 0.5, 2: 2.0, 3: 3.0}))  # new evidence on the way
+        assert table.answer().rehearsal == ""
+        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        assert table.answer().rehearsal == "used"
+        assert len(table.quick.briefs) == 2  # the rehearsal and the first question
+
+
+def test_a_question_ends_the_rehearsal_of_another_and_waits_behind_it() -> None:
+    with Table(waits=True) as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        for expert in (table.slow, table.quick):  # one that has not begun would not be asked
+            assert expert.begun.acquire(timeout=PATIENCE_S)
+        assert not table.decider.idle
+        assert not table.decider.busy
+        table.decider.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
+        assert table.quick.begun.acquire(timeout=PATIENCE_S)  # time stood still meanwhile
+        table.slow.go.set()
+        answer = table.answer()
+        assert answer.rehearsal == ""  # it came to nothing
+        assert answer.decision.ballot.missing == ()  # the slow one answered both
+        assert answer.decision.rule == "all"
+
+
+def test_a_question_that_is_being_rehearsed_gets_its_answer() -> None:
+    with Table(waits=True) as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        assert table.slow.begun.acquire(timeout=PATIENCE_S)
+        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        table.slow.go.set()
+        answer = table.answer()
+        assert answer.rehearsal == "used"
+        assert len(table.slow.briefs) == 1
+
+
+def test_a_rehearsal_with_a_late_expert_does_not_stand() -> None:
+    with Table(waits=True) as table:
+        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        assert table.slow.begun.acquire(timeout=PATIENCE_S)
+        with table.panel._condition:
+            assert table.panel._condition.wait_for(
+                lambda: "o2f" in table.panel._answers, PATIENCE_S
+            )
+        table.clock.advance(2.0)
+        table.rehearsed()
+        table.slow.go.set()
+        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        answer = table.answer()
+        assert answer.rehearsal == "an expert was late"
+        assert answer.decision.rule == "all"
+        assert answer.decision.ballot.missing == ()
+
+
+def test_what_is_prepared_is_not_prepared_again() -> None:
+    with Table() as table:
+        for _ in range(3):
+            table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+            table.rehearsed()
+        assert len(table.quick.briefs) == 1
+
+
+def test_an_appeal_is_not_rehearsed() -> None:
+    clock, asked = ManualClock(), []
+
+    def appeal(brief: Brief, by: Deadline) -> Vote | Missing:
+        asked.append(brief)
+        return Missing("", "no evidence")
+
+    with Panel({"o2f": Expert()}, clock, {"o2f": appeal}, lambda ballot: False) as panel:
+        brief = snapshot({2: 1.0, 3: 2.0}).brief
+        ballot = panel.rehearse(brief, Deadline.after(2.0, clock), lambda: True)
+    assert ballot is not None
+    assert [vote.expert for vote in ballot.votes] == ["o2f"]
+    assert asked == []

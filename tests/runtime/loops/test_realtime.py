@@ -1,0 +1,324 @@
+"""Real time over real Zenoh, against a robot that keeps moving while the runtime thinks."""
+
+import math
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from apartment import TWO_ROOMS, Apartment
+from fake_mind import FakeMind, farthest
+from places import DOUBLES, ROOT
+from robot_double import RobotDouble
+
+from hil_sim.driving.link import free_port
+from runtime.clock import Deadline, SystemClock
+from runtime.config import load
+from runtime.core.types import Brief, Missing, Pose, Vote
+from runtime.journal import read_journal, read_map
+from runtime.loops.control_loop import Helm
+from runtime.loops.realtime import RealTime, _frozen
+from runtime.robot.bus import Bus
+from runtime.robot.session import BusConfig
+
+QUICK = ("control.look_radps=1.0", "explore.first_looks=1", "safety.plan_stale_s=5.0")
+# A busy machine must not decide a test: what is not under test may be late.
+PATIENT = ("safety.odom_stale_s=2.0", "safety.frame_stale_s=4.0")
+
+
+@contextmanager
+def running(mind: FakeMind, *settings: str) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
+    """The loop and its helm, and a robot linked to them."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robot = RobotDouble(mind.home, BusConfig(listen=(endpoint,)))
+    given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'control.mode="velocity"')
+    config, clock = load(None, given), SystemClock()
+    ending, ended = threading.Event(), []
+    bus = Bus(config.bus, clock)
+    helm = Helm(bus, clock, config.safety, config.realtime, ending.is_set)
+
+    def serve() -> None:
+        try:
+            loop = RealTime(bus, helm, mind, lambda more: load(None, (*given, *more)), clock)
+            loop.run(ending.is_set)
+        except BaseException as error:  # noqa: BLE001 -- handed to the test
+            ended.append(error)
+
+    helm.start()
+    thread = threading.Thread(target=serve)
+    thread.start()
+    robot.start()
+    try:
+        robot.ask("status")
+        yield robot, ended
+    finally:
+        ending.set()
+        thread.join(timeout=20.0)
+        helm.close()
+        mind.panel.close()
+        bus.close()
+        robot.close()
+        assert not thread.is_alive()
+
+
+def home(x: float = 5.2, y: float = 2.4) -> Apartment:
+    there = Apartment.of(TWO_ROOMS, Pose(x, y, -0.5))
+    assert there.fits(x, y)
+    return there
+
+
+def begin(robot: RobotDouble, log: Path, goal: str = "toilet") -> dict:
+    reply = robot.ask("goal", {"goal": goal, "log_dir": str(log)})
+    assert reply["accepted"], reply
+    return reply
+
+
+def moving(robot: RobotDouble) -> bool:
+    return robot.twist.v_mps > 0.1
+
+
+def test_a_search_from_goal_to_found(tmp_path: Path):
+    there = home()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    with running(FakeMind(there), *PATIENT) as (robot, ended):
+        assert robot.ask("status")["state"] == "ready"
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+        assert robot.ask("status")["state"] == "found"
+        summary = robot.ask("cancel")
+    assert not ended
+    state = robot.state()
+    assert state["mode"] == "stop"
+    assert math.dist(state["toward_xy"], (7.4, 2.2)) < 0.5
+    assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
+    assert there.collisions == 0
+    assert summary["state"] == "found"
+    assert summary["steps"] > 5
+    assert summary["reliance"]["weights"] == {"o2f": 0.0, "r2f": 0.0, "sle": 0.0}  # nobody voted
+    lines = list(read_journal(tmp_path / "decisions.jsonl"))
+    assert [lines[0]["kind"], lines[-1]["kind"]] == ["goal", "end"]
+    assert sum(line["kind"] == "step" for line in lines) == summary["steps"]
+    arrays, meta = read_map(tmp_path)
+    assert arrays["free"].any()
+    assert meta["stopped_at"] is not None
+    assert robot.feedback[-1]["state"] == "found"
+    assert robot.feedback[-1]["driven_m"] > 0.3
+
+
+def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Path):
+    release = threading.Event()
+
+    def slow(brief: Brief, by: Deadline) -> Vote | Missing:
+        release.wait(60.0)
+        return farthest(brief, by)
+
+    there = home(4.0, 3.0)
+    mind = FakeMind(there, o2f=slow, r2f=farthest)
+    with running(mind, *PATIENT, "panel.decide_budget_s=300.0") as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or ended)
+        assert robot.decisions == []
+        assert robot.state()["mode"] == "frontier"
+        release.set()
+        robot.until(lambda: robot.decisions or ended)
+        robot.ask("cancel")
+    assert not ended
+    assert robot.decisions[0]["rule"] == "all"
+
+
+def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path):
+    mind = FakeMind(home(4.0, 3.0), o2f=farthest, r2f=farthest)
+    rehearse, rehearsed = mind.panel.rehearse, []
+
+    def spied(brief: Brief, by: Deadline, wanted):
+        rehearsed.append(brief)
+        return rehearse(brief, by, wanted)
+
+    mind.panel.rehearse = spied  # type: ignore[method-assign]
+    with running(mind, *PATIENT, "speculation.slow_s=0.0") as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: rehearsed or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    elected = [d["frontier"] for d in robot.decisions]
+    assert any(e not in {f.id for f in rehearsed[0].frontiers} for e in elected)
+    assert summary["rehearsals"].keys() == {"used", "missed"}
+
+
+def test_a_late_vote_is_left_behind(tmp_path: Path):
+    release = threading.Event()
+
+    def hanging(brief: Brief, by: Deadline) -> Vote | Missing:
+        release.wait(60.0)
+        return farthest(brief, by)
+
+    mind = FakeMind(home(4.0, 3.0), o2f=farthest, r2f=farthest, sle=hanging)
+    with running(mind, *PATIENT, "panel.decide_budget_s=0.5") as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.decisions or ended)
+        robot.ask("cancel")
+        release.set()
+    assert not ended
+    assert {"expert": "sle", "cause": "late"} in robot.decisions[0]["missing"]
+
+
+@pytest.mark.slow
+def test_cancel_stops_the_base_and_a_second_goal_preempts(tmp_path: Path):
+    with running(FakeMind(home(4.0, 3.0)), *PATIENT) as (robot, ended):
+        begin(robot, tmp_path / "a")
+        robot.until(lambda: moving(robot) or ended)
+        begin(robot, tmp_path / "b", "bed")
+        robot.until(lambda: moving(robot) or ended)
+        summary = robot.ask("cancel", {"reason": "enough"})
+        robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+        robot.until(lambda: robot.state().get("state") == "cancelled")
+        heard = len(robot.commands)
+        threading.Event().wait(0.5)
+        assert all(t.v_mps == t.w_radps == 0 for t in robot.commands[heard:])
+    assert not ended
+    assert summary["ended"]
+    ends = [list(read_journal(tmp_path / d / "decisions.jsonl"))[-1] for d in "ab"]
+    assert [end["reason"] for end in ends] == ["preempted", "enough"]
+
+
+def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path: Path):
+    with running(FakeMind(home(4.0, 3.0))) as (robot, ended):
+        begin(robot, tmp_path)
+        for stream, kind in (("odom", "odometry"), ("frames", "frame")):
+            robot.until(lambda: moving(robot) or ended)
+            before = robot.state()["halts"].get(kind, 0)
+            robot.sending.discard(stream)
+            robot.until(lambda k=kind, n=before: robot.state()["halts"].get(k, 0) > n or ended)
+            robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+            robot.sending.add(stream)
+        for aside_m in (3.0, 0.0, 3.0, 0.0, 3.0):  # a robot that only brakes is not halted by one
+            robot.until(lambda: moving(robot) or ended)
+            robot.bend = lambda pose, stamp, m=aside_m: (
+                Pose(pose.x_m + m, pose.y_m, pose.yaw_rad),
+                stamp,
+            )
+            if robot.hears(lambda: "jump" in robot.state()["halts"] or ended, 5.0):
+                break
+        robot.until(lambda: "jump" in robot.state()["halts"] or ended)
+        robot.bend = lambda pose, stamp: (pose, stamp - 3600 * 10**9)
+        robot.until(lambda: "clock" in robot.state()["halts"] or ended)
+        robot.until(lambda: moving(robot) or ended)
+        robot.ask("cancel")
+    assert not ended
+    halts = [line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "halt"]
+    assert {"odometry", "frame", "jump", "clock"} <= set(halts[-1]["halts"])
+
+
+@pytest.mark.parametrize(
+    ("x", "same", "frozen"), [(0.0, True, False), (0.2, True, True), (0.2, False, False)]
+)
+def test_what_a_camera_shows_again_from_elsewhere_is_no_news(x: float, same: bool, frozen: bool):
+    first = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)).observe()
+    rgb = first.rgb if same else first.rgb + 1
+    later = replace(first, rgb=rgb.copy(), depth_m=first.depth_m.copy(), pose=Pose(4.0 + x, 3.0, 0))
+    assert _frozen(first, later) is frozen
+
+
+@pytest.mark.slow
+def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
+    with running(FakeMind(home(4.0, 3.0)), *PATIENT, "goal.keep_map=true") as (robot, ended):
+        begin(robot, tmp_path / "a")
+        robot.until(lambda: moving(robot) or ended)
+        begin(robot, tmp_path / "b", "bed")
+        robot.until(lambda: moving(robot) or ended)
+        robot.ask("cancel")
+    assert not ended
+    steps = [r for r in read_journal(tmp_path / "b" / "decisions.jsonl") if r["kind"] == "step"]
+    assert all(step["mode"] != "look" for step in steps)
+    before, after = (read_map(tmp_path / d)[0]["free"].sum() for d in "ab")
+    assert after >= 0.8 * before
+
+
+# -- the process -----------------------------------------------------------------------------------
+
+PROCESS = """
+import sys
+sys.path[:0] = {paths!r}
+import pytest
+from apartment import TWO_ROOMS, Apartment
+from fake_mind import FakeMind
+import runtime.__main__ as program
+from runtime.core.types import Pose
+
+class Mind(FakeMind):
+    def __init__(self, config, clock):
+        super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)))
+        self.left = {frames}
+
+    def detect(self, rgb):
+        self.left -= 1
+        if self.left < 0:
+            raise KeyError("what the camera saw")
+        return super().detect(rgb)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.panel.close()
+
+program.LocalMind = Mind
+program.main()
+"""
+
+
+@contextmanager
+def process(frames: int) -> Iterator[tuple[subprocess.Popen, RobotDouble]]:
+    """`rfnav run` with a mind that fails after so many frames."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robot = RobotDouble(home(4.0, 3.0), BusConfig(listen=(endpoint,)))
+    code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)
+    settings = [*QUICK, *PATIENT, f"bus.connect=['{endpoint}']"]
+    arguments = [part for setting in settings for part in ("--set", setting)]
+    child = subprocess.Popen(
+        [sys.executable, "-c", code, "run", *arguments],
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+    )
+    robot.start()
+    try:
+        yield child, robot
+    finally:
+        child.kill()
+        child.communicate()
+        robot.close()
+
+
+def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: Path):
+    with process(frames=16) as (child, robot):
+        robot.ask("status")
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.twist.v_mps > 0 or child.poll() is not None)
+        _, said = child.communicate(timeout=60)
+    assert child.returncode == 1
+    assert said.startswith("rfnav: internal error: KeyError('what the camera saw') at ")
+    assert said.count("\n") == 1
+    assert robot.twist.v_mps == robot.twist.w_radps == 0
+    end = list(read_journal(tmp_path / "decisions.jsonl"))[-1]
+    assert end["kind"] == "end"
+    assert "Traceback" in end["traceback"]
+
+
+def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
+    with process(frames=10_000) as (child, robot):
+        robot.ask("status")
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or child.poll() is not None)
+        child.send_signal(signal.SIGTERM)
+        _, said = child.communicate(timeout=60)
+    assert child.returncode == 0, said
+    assert said == ""
+    assert robot.twist.v_mps == robot.twist.w_radps == 0
+    assert read_map(tmp_path)[0]["free"].any()

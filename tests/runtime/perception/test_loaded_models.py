@@ -1,0 +1,267 @@
+"""The composition of models: which are loaded for which configuration, and what cannot be."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from mmproj import write_mmproj
+
+from models.detection.second_look import SecondLook
+from models.store import manifest
+from models.words.text_encoder import TextEncoder
+from runtime.clock import Deadline, SystemClock
+from runtime.config import Config, load
+from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.errors import ConfigError, ModelError
+from runtime.perception.loaded_models import LocalMind
+
+CLOUD = (
+    "cloud.enabled=true",
+    "cloud.base_url='http://127.0.0.1:9/v1'",
+    "cloud.model='big'",
+    "cloud.price_in_usd=0.0",
+    "cloud.price_out_usd=0.0",
+)
+
+
+def jpeg(bgr: tuple[int, int, int]) -> bytes:
+    return cv2.imencode(".jpg", np.full((60, 80, 3), bgr, np.uint8))[1].tobytes()
+
+
+SINK, BED = NearbyObject("sink", 0.9, 0.5), NearbyObject("bed", 0.9, 0.5)
+BRIEF = Brief(
+    "toilet",
+    0,
+    (
+        FrontierBrief(4, 1.0, (SINK,), (("bathroom", 1.0),), image=jpeg((255, 0, 0))),
+        FrontierBrief(9, 2.0, (BED,), (("bedroom", 1.0),), image=jpeg((0, 0, 255))),
+    ),
+)
+
+
+def configured(tmp_path: Path, *settings: str) -> Config:
+    return load(None, (f"cloud.spending_file='{tmp_path}/spending.sqlite'", *settings))
+
+
+def never() -> Deadline:
+    return Deadline.never(SystemClock())
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        ("models.vision='/nowhere/see.gguf'", "models.vision_projector: must name the mmproj GGUF"),
+        ("models.vision='smollm2-135m'", "models.vision: smollm2-135m is a model for language"),
+        ("models.language='/nowhere/x.gguf'", "/nowhere/x.gguf: no such model file"),
+    ],
+)
+def test_what_cannot_be_loaded_is_said(setting: str, message: str, tmp_path: Path) -> None:
+    config = configured(tmp_path, setting, "keyframes.image_width_px=160")
+    with pytest.raises((ConfigError, ModelError)) as error:
+        LocalMind(config, SystemClock())
+    assert str(error.value).startswith(message)
+    assert "\n" not in str(error.value)
+
+
+def test_a_model_that_sees_needs_images_to_be_kept(tmp_path: Path) -> None:
+    for settings in (("models.vision='x.gguf'",), (*CLOUD, "cloud.privacy='full'")):
+        with pytest.raises(ConfigError, match=r"^keyframes\.image_width_px: is 0"):
+            configured(tmp_path, *settings)
+    configured(tmp_path, *CLOUD, "cloud.privacy='full'", "cloud.images=false")
+
+
+def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
+    """Settings come with a goal's request, over the bus; the cloud is the operator's business."""
+    clock = SystemClock()
+    with LocalMind(configured(tmp_path, *CLOUD, "panel.experts=[]"), clock) as mind:
+        other = configured(tmp_path, *CLOUD, "cloud.base_url='http://127.0.0.1:10/v1'")
+        with pytest.raises(ConfigError, match="cloud: cannot change while the runtime runs"):
+            mind.accept("toilet", other)
+
+
+def test_the_vocabulary_is_embedded_before_a_goal_waits_for_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    embedded: list[str] = []
+    alone = TextEncoder._embedded
+    monkeypatch.setattr(
+        TextEncoder, "_embedded", lambda self, text: embedded.append(text) or alone(self, text)
+    )
+    with LocalMind(configured(tmp_path, "panel.experts=[]"), SystemClock()) as mind:
+        before = len(embedded)
+        mind.accept("toilet", configured(tmp_path, "panel.experts=[]"))
+        assert before > 100
+        assert len(embedded) == before
+
+
+def test_what_was_seen_before_is_compared_with_the_goals_words(tmp_path: Path) -> None:
+    """A region that looks just like a word of the detector's is that; one that looks like the
+    opposite of all words is nothing."""
+    config = configured(tmp_path, "panel.experts=[]")
+    with LocalMind(config, SystemClock()) as mind:
+        goal, _ = mind.accept("couch", config)
+        names = [words[0] for words in goal.classes]
+        kept = mind._encoder.embed(["bed", "couch"])
+        nothing = -kept.sum(axis=0, keepdims=True) / np.linalg.norm(kept.sum(axis=0))
+        likeness = mind.likeness(np.concatenate([kept, nothing]))
+    assert likeness.shape == (3, len(names))
+    assert ((likeness >= 0) & (likeness <= 1)).all()
+    assert [names[i] for i in likeness[:2].argmax(axis=1)] == ["bed", goal.name]
+    assert likeness[1, names.index(goal.name)] > 0.9
+    assert likeness[2].max() < 0.1
+
+
+MANIFEST = """
+[tiny-vlm]
+task = "vision"
+licence = "Apache-2.0"
+style = "reason"
+handler = "llava-1.5"
+"""
+FILE = """
+[[tiny-vlm.files]]
+name = "{path.name}"
+bytes = {size}
+sha256 = "{sha256}"
+sources = []
+"""
+
+
+@pytest.mark.slow
+def test_a_model_that_sees_by_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Files, handler and style are those of its entry in the manifest."""
+    cache = manifest.cache_dir()
+    mine = tmp_path / "cache" / "rf-nav" / "models"
+    (mine / "tiny-vlm").mkdir(parents=True)
+    for known in cache.iterdir():
+        (mine / known.name).symlink_to(known)
+    parts = [mine / "tiny-vlm" / name for name in ("text.gguf", "mmproj.gguf")]
+    parts[0].symlink_to(manifest.fetch("smollm2-135m"))
+    write_mmproj(parts[1])
+    entry = MANIFEST + "".join(
+        FILE.format(path=p, size=p.stat().st_size, sha256=manifest.sha256(p)) for p in parts
+    )
+    (tmp_path / "data" / "rf-nav").mkdir(parents=True)
+    (tmp_path / "data" / "rf-nav" / "models.toml").write_text(entry)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    config = configured(
+        tmp_path, "models.vision='tiny-vlm'", "keyframes.image_width_px=160", "models.threads=1"
+    )
+    with LocalMind(config, SystemClock()) as mind:
+        outcome = mind.seated(config)["sle"](BRIEF, never())
+        assert mind._open_seats().looks_in_words
+    if isinstance(outcome, Vote):
+        assert outcome.rung == "local"
+    else:
+        assert outcome.cause.startswith("abstains")
+
+
+@pytest.mark.slow
+def test_large_models_reason_and_see(tmp_path: Path) -> None:
+    """With a small one in their place: it keeps to the form, whatever it says."""
+    text = manifest.fetch("smollm2-135m")
+    config = configured(
+        tmp_path,
+        "models.language_style='reason'",
+        f"models.language='{text}'",
+        f"models.vision='{text}'",
+        f"models.vision_projector='{write_mmproj(tmp_path / 'mmproj.gguf')}'",
+        "models.vision_handler='llava-1.5'",
+        "models.threads=1",
+        "keyframes.image_width_px=160",
+    )
+    with LocalMind(config, SystemClock()) as mind:
+        mind.accept("toilet", config)
+        table = mind.seated(config)
+        scene = table["sle"](BRIEF, never())
+        words = table["o2f"](BRIEF, never())
+    for outcome in (scene, words):
+        if isinstance(outcome, Vote):
+            assert outcome.rung == "local"
+            assert set(outcome.frontiers) <= {4, 9}
+        else:
+            assert isinstance(outcome, Missing)
+            assert outcome.cause.startswith(("no preference", "abstains"))
+
+
+def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> None:
+    names = tmp_path / "words.toml"
+    names.write_text(
+        'objects = [["zig"], ["zag"], ["chair"]]\nrooms = ["hall"]\n'
+        'also.zig = ["frobnicator"]\nkinds.zig = ["zag"]\n'
+    )
+    config = configured(tmp_path, "panel.experts=[]", f"models.vocabulary='{names}'")
+    with LocalMind(config, SystemClock()) as mind:
+        goal, _ = mind.accept("the frobnicator", config)
+        assert goal.how.startswith("the frobnicator: another word for zig")
+        assert goal.classes == (("zig", "zag"), ("zag",), ("chair",))
+        assert "a kind of chair" in mind.accept("chaise longue", config)[0].how  # by the dictionary
+
+
+@pytest.mark.parametrize(
+    ("goal", "settings", "said"),
+    [
+        ("umbrella", (), "looked at twice, for: umbrella"),
+        ("umbrella", ("detector.second_looks=0",), ""),
+        ("umbrella", ("models.second_look=''",), ""),
+        ("umbrella", ("detector.source='topic'",), ""),
+        ("toilet", (), ""),
+        ("zxcvb", (), "it will hardly be recognised"),
+    ],
+)
+def test_what_the_detector_has_no_word_for_is_looked_at_twice(
+    goal: str, settings: tuple[str, ...], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looks = []
+    monkeypatch.setattr(
+        SecondLook,
+        "classify",
+        lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
+    )
+    config = configured(tmp_path, "panel.experts=[]", *settings)
+    with LocalMind(config, SystemClock()) as mind:
+        how = mind.accept(goal, config)[0].how
+        assert said in how
+        assert ("twice" in how) is ("twice" in said)
+        rng = np.random.default_rng(0)
+        for _ in range(2):
+            mind.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
+    assert looks == ([5, 5] if "twice" in said else [])
+
+
+def test_a_second_look_is_of_its_goal_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """From a strange goal to a known one and back, with the same image, which is remembered; a goal
+    that is refused changes nothing."""
+    looks = []
+    monkeypatch.setattr(
+        SecondLook,
+        "classify",
+        lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
+    )
+    nobody = "models.language='/nowhere/x.gguf'"
+    plain = ("panel.experts=[]", "detector.memo_frames=8", nobody)
+    listed = configured(tmp_path, *plain, "detector.labels=['umbrella']")
+    config = configured(tmp_path, *plain)
+    image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
+    with LocalMind(config, SystemClock()) as mind:
+        for goal, told, count in (
+            ("umbrella", config, 1),
+            ("toilet", config, 1),
+            ("umbrella", config, 1),  # remembered
+            ("umbrella", listed, 1),  # the same classes, but a known one: not looked at twice
+        ):
+            mind.accept(goal, told)
+            mind.detect(image)
+            assert len(looks) == count
+        mind.accept("umbrella", config)
+        with pytest.raises(ModelError):
+            mind.accept("x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']"))
+        with pytest.raises(ModelError, match="no such model file"):
+            mind.accept("toilet", configured(tmp_path, nobody))
+        image[0, 0] = 0
+        mind.detect(image)
+        assert len(looks) == 2  # the umbrella's second look goes on

@@ -1,0 +1,67 @@
+"""A journal survives a crash line by line; a map comes back as it was written."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from runtime.core.types import Action, Ballot, Decision, Missing, Vote
+from runtime.errors import ConfigError
+from runtime.journal import Journal, plain, read_journal, read_map, write_map
+
+
+@dataclass(frozen=True)
+class Leaf:
+    a: np.ndarray
+    b: float
+
+
+def test_lines_are_on_disk_as_soon_as_they_are_written(tmp_path: Path) -> None:
+    path = tmp_path / "run" / "decisions.jsonl"
+    with Journal(path) as journal:
+        journal.write("step", stamp_ns=np.int64(5), action=Action.STOP, xy=np.zeros(2, np.float32))
+        assert list(read_journal(path)) == [
+            {"kind": "step", "stamp_ns": 5, "action": "stop", "xy": [0.0, 0.0]}
+        ]
+    with Journal(path) as journal:  # appended to, not begun anew
+        journal.write("end")
+    assert [line["kind"] for line in read_journal(path)] == ["step", "end"]
+
+
+def test_a_torn_last_line_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "decisions.jsonl"
+    path.write_text('{"kind": "step"}\n{"kind": "st')
+    assert [line["kind"] for line in read_journal(path)] == ["step"]
+
+
+def test_a_whole_decision_has_a_json_form() -> None:
+    ballot = Ballot((Vote("o2f", (1,), ((1, 0.5),), "x"),), (Missing("sle", "late"),), {"o2f": 0.1})
+    line = plain(Decision(1, "lone", (1,), 2, ballot, 7, "start"))
+    assert json.loads(json.dumps(line))["ballot"]["missing"] == [{"expert": "sle", "cause": "late"}]
+
+
+def test_plain_values() -> None:
+    assert plain(Leaf(np.array([[1.5, np.nan]]), np.inf)) == {"a": [[1.5, None]], "b": None}
+    assert plain({1: (np.bool_(True), Path("x")), "s": {3, 1}}) == {"1": [True, "x"], "s": [1, 3]}
+    assert plain({"image": b"abc"}) == {"image": 3}
+    with pytest.raises(TypeError, match="a object has no JSON form"):
+        plain(object())
+
+
+def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ConfigError, match=r"file/x/decisions.jsonl: cannot be written"):
+        Journal(tmp_path / "file" / "x" / "decisions.jsonl")
+
+
+def test_map_round_trip(tmp_path: Path) -> None:
+    grid = np.arange(12, dtype=np.uint8).reshape(3, 4)
+    meta = {"goal": "toilet", "origin_m": (0.5, -1.0), "names": ["sofa"], "best": np.float32(0.5)}
+    for _ in range(2):
+        path = write_map(tmp_path / "run", {"grid": grid}, meta)
+    assert [entry.name for entry in path.parent.iterdir()] == ["map.npz"]
+    arrays, got = read_map(tmp_path / "run")
+    np.testing.assert_array_equal(arrays["grid"], grid)
+    assert got == {"goal": "toilet", "origin_m": [0.5, -1.0], "names": ["sofa"], "best": 0.5}
