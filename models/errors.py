@@ -4,11 +4,11 @@ import sys
 from collections.abc import Callable
 
 
-class ModelError(Exception):
+class ModelFileError(Exception):
     """A model file, name or class list that cannot be used. One line: place, fault, remedy."""
 
 
-class OverdueError(ModelError):
+class OverdueError(ModelFileError):
     """A model had not answered in the time it was given."""
 
 
@@ -16,7 +16,7 @@ def told(main: Callable[[], object]) -> None:
     """Run the command of the module that was started; its ModelError is one line and status 2."""
     try:
         main()
-    except ModelError as error:
+    except ModelFileError as error:
         spec = sys.modules["__main__"].__spec__
         name = spec.name.removesuffix(".__main__") if spec else sys.argv[0]
         print(f"{name}: {error}", file=sys.stderr)

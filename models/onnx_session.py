@@ -8,7 +8,7 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 DEFAULT_SIDE_PX = 640
 """Input side of a network that leaves it open."""
@@ -17,7 +17,9 @@ DEFAULT_SIDE_PX = 640
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
     """A CPU session with `threads` threads that never spin. Raises ModelError."""
     if not path.is_file():
-        raise ModelError(f"{path}: no such model file; check the path or run `rfnav models pull`")
+        raise ModelFileError(
+            f"{path}: no such model file; check the path or run `rfnav models pull`"
+        )
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -29,7 +31,7 @@ def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
             str(path), sess_options=options, providers=["CPUExecutionProvider"]
         )
     except Exception as error:  # onnxruntime's exceptions share no base but Exception
-        raise ModelError(
+        raise ModelFileError(
             f"{path}: not a usable ONNX file ({_line(error)}); fetch it again or name another"
         ) from error
 
@@ -42,13 +44,13 @@ def run(
         return [np.asarray(out, np.float32) for out in session.run(None, dict(feeds))]
     except Exception as error:  # onnxruntime's exceptions share no base but Exception
         shapes = ", ".join(f"{name} {value.shape}" for name, value in feeds.items())
-        raise ModelError(f"{path}: does not run on {shapes} ({_line(error)})") from error
+        raise ModelFileError(f"{path}: does not run on {shapes} ({_line(error)})") from error
 
 
 def image_size(shape: Sequence[Any], path: Path) -> tuple[int, int]:
     """Height and width of an image input (1, 3, H, W). Raises ModelError for any other."""
     if len(shape) != 4 or shape[1] != 3:
-        raise ModelError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
+        raise ModelFileError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
     height, width = (s if isinstance(s, int) and s > 0 else DEFAULT_SIDE_PX for s in shape[2:])
     return height, width
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 import cv2
 
-from models.errors import ModelError as ModelFileError
+from models.errors import ModelFileError
 from runtime import config as configuration
 from runtime.clock import SystemClock
 from runtime.commands.cloud import cloud_command

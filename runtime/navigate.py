@@ -37,7 +37,7 @@ from runtime.core.world import (
 Deadline = TypeVar("Deadline", contravariant=True)
 
 
-class Panel(Protocol[Deadline]):
+class Experts(Protocol[Deadline]):
     """Whoever answers a brief by a deadline; late and broken experts come back as missing."""
 
     def ask(self, brief: Brief, by: Deadline) -> Ballot: ...
@@ -116,7 +116,7 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
 
-def decide(snap: Snapshot, panel: Panel[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
+def decide(snap: Snapshot, panel: Experts[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
     """DEFA and CDM: ask the experts, elect a frontier, else the fallback's."""
     ballot = panel.ask(snap.brief, by)
     return consensus.elect(

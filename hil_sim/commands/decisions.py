@@ -39,7 +39,7 @@ PATIENCE_S = 300.0
 
 
 @dataclass(frozen=True)
-class Figure:
+class LatencyFigure:
     """A line of the table; `most` is the goal, where there is one."""
 
     what: str
@@ -161,41 +161,45 @@ def new_objects(
     return took
 
 
-def speed(config: Config, count: int, seed: int) -> tuple[list[Figure], dict[str, object]]:
+def speed(config: Config, count: int, seed: int) -> tuple[list[LatencyFigure], dict[str, object]]:
     """Cold, warm, and with faults; the table's lines, and what else was counted."""
     clock, rng = SystemClock(), random.Random(seed)
     names = rng.sample(sorted(n for n in LABELLED if n not in GOALS), OBJECTS + NEW_OBJECTS)
     objects, new = names[:OBJECTS], names[OBJECTS:]
-    figures: list[Figure] = []
+    figures: list[LatencyFigure] = []
     with LocalMind(config, clock) as mind:
         for goal, when in zip(GOALS, ("nothing known yet", "others asked before"), strict=True):
             took = first_votes(mind, goal, objects, config, clock)
             first = min(took.values(), default=math.inf)
-            figures.append(Figure(f"new goal to first vote, {when}", first, "s", FIRST_VOTE_S))
+            figures.append(
+                LatencyFigure(f"new goal to first vote, {when}", first, "s", FIRST_VOTE_S)
+            )
             figures += [
-                Figure(f"  to the first of {n}", took.get(n, math.inf), "s") for n in READERS
+                LatencyFigure(f"  to the first of {n}", took.get(n, math.inf), "s") for n in READERS
             ]
             mind.settle(Deadline.never(clock))
         goal = GOALS[-1]
         mind.notice(goal, tuple(objects))
         took_s = new_objects(mind, goal, new, objects, clock, config)
-        figures.append(Figure("new object to its evidence, p50", _at(took_s, 50), "s", OBJECT_S))
-        figures.append(Figure("  the slowest of them", max(took_s), "s"))
+        figures.append(
+            LatencyFigure("new object to its evidence, p50", _at(took_s, 50), "s", OBJECT_S)
+        )
+        figures.append(LatencyFigure("  the slowest of them", max(took_s), "s"))
         mind.settle(Deadline.never(clock))
         _, panel = mind.accept(goal, config)
         mind.settle(Deadline.never(clock))
         briefs = [made_up(goal, objects, mind.rooms, f"{seed}/{n}") for n in range(200)]
         quick = [decide(panel, brief, config, clock)[1] for brief in briefs]
-        figures.append(Figure("memoised decision, p50", _at(quick, 50), "s", MEMOISED_S))
-        figures.append(Figure("  p95", _at(quick, 95), "s"))
-        figures.append(Figure("  max", max(quick), "s"))
+        figures.append(LatencyFigure("memoised decision, p50", _at(quick, 50), "s", MEMOISED_S))
+        figures.append(LatencyFigure("  p95", _at(quick, 95), "s"))
+        figures.append(LatencyFigure("  max", max(quick), "s"))
         spoilt, told = _with_faults(mind, briefs, config, count, seed)
     return figures + spoilt, told
 
 
 def _with_faults(
     mind: LocalMind, briefs: Sequence[Brief], config: Config, count: int, seed: int
-) -> tuple[list[Figure], dict[str, object]]:
+) -> tuple[list[LatencyFigure], dict[str, object]]:
     clock, budget_s = SystemClock(), config.panel.decide_budget_s
     seats = {
         name: Faulty(expert, budget_s, f"{seed}/{name}")
@@ -226,18 +230,20 @@ def _with_faults(
 
 def _held_up(
     took: Sequence[float], budget_s: float, held: Held, after: Held, seats: Sequence[Faulty]
-) -> list[Figure]:
+) -> list[LatencyFigure]:
     late = sum(seconds > budget_s for seconds in took)
     return [
-        Figure(f"decision with faults, p50 (of {len(took)})", _at(took, 50), "s"),
-        Figure("  p95", _at(took, 95), "s"),
-        Figure("  max", max(took), "s", budget_s),
-        Figure("  later than the budget", late, "", 0),
-        Figure("  threads more at the end", after.threads - held.threads, "", 0),
-        Figure("  open files more at the end", after.files - held.files, "", 0),
-        Figure("  memory more at the end", after.memory_mb - held.memory_mb, "MB", GROWTH_MB),
-        Figure("  calls", sum(seat.calls for seat in seats), ""),
-        Figure("  of them at fault", sum(sum(seat.faults.values()) for seat in seats), ""),
+        LatencyFigure(f"decision with faults, p50 (of {len(took)})", _at(took, 50), "s"),
+        LatencyFigure("  p95", _at(took, 95), "s"),
+        LatencyFigure("  max", max(took), "s", budget_s),
+        LatencyFigure("  later than the budget", late, "", 0),
+        LatencyFigure("  threads more at the end", after.threads - held.threads, "", 0),
+        LatencyFigure("  open files more at the end", after.files - held.files, "", 0),
+        LatencyFigure(
+            "  memory more at the end", after.memory_mb - held.memory_mb, "MB", GROWTH_MB
+        ),
+        LatencyFigure("  calls", sum(seat.calls for seat in seats), ""),
+        LatencyFigure("  of them at fault", sum(sum(seat.faults.values()) for seat in seats), ""),
     ]
 
 
@@ -245,7 +251,7 @@ def _at(seconds: Sequence[float], percent: float) -> float:
     return float(np.percentile(seconds, percent))
 
 
-def lines(figures: Sequence[Figure]) -> list[str]:
+def lines(figures: Sequence[LatencyFigure]) -> list[str]:
     """The table, ready to print."""
     rows = []
     for f in figures:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hil_sim.driving.episode_run import EpisodeResult, Home, Step, run_episode
+from hil_sim.driving.episode_run import EpisodeResult, Step, run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import SINGLE, method_named
 from hil_sim.driving.realtime import run_realtime
 from hil_sim.driving.rig import home_of, open_world
+from hil_sim.driving.stage import StagedHome
 from hil_sim.ground_truth.episodes import Episode, sample_episode
 from hil_sim.ground_truth.freespace import instances
 from hil_sim.scenes.furniture.assets import Assets
@@ -27,7 +28,7 @@ from runtime.errors import ConfigError
 from runtime.journal import MAP_FILE
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.simulation.scene_physics import World
+    from hil_sim.simulation.scene_physics import ScenePhysics
 
 SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 
@@ -97,12 +98,12 @@ def demo_command(**given: Any) -> None:
 
 
 def _stage(
-    world: "World", assets: Assets, protocol: Protocol, goal: str, start: int
-) -> tuple[Episode, Home]:
+    world: "ScenePhysics", assets: Assets, protocol: Protocol, goal: str, start: int
+) -> tuple[Episode, StagedHome]:
     """An episode in this world, and the home that it is played in."""
-    from hil_sim.ground_truth.truth import Truth
+    from hil_sim.ground_truth.truth import SceneTruth
 
-    truth = Truth(world, assets, click.echo)
+    truth = SceneTruth(world, assets, click.echo)
     name, success = world.scene.name, truth.success(goal)
     episode = sample_episode(truth.space, success, goal, start, truth.sees(goal), name)
     return episode, home_of(world, truth, protocol, goal)

@@ -131,11 +131,11 @@ def show_command(scene: str, out: Path) -> None:
     keep_stdout_for_python()
     with hushed():
         from hil_sim.scenes.furniture.assets import Assets
-        from hil_sim.simulation.scene_physics import HM3D, World
+        from hil_sim.simulation.scene_physics import HM3D, ScenePhysics
 
     out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(out / "plan.png"), plan_image(home)[..., ::-1])
-    with World(home, Assets(), "auto", None) as world:
+    with ScenePhysics(home, Assets(), "auto", None) as world:
         poses = vantage_points(home)
         for index, (x, y, yaw) in enumerate(poses, 1):
             frame = world.render(x, y, yaw, HM3D)

@@ -44,7 +44,7 @@ class Sight:
     segmentation: NDArray[np.int32]
 
 
-class Eyes:
+class CameraProcess:
     """One glance at a time: `look`, then `seen` until it returns something."""
 
     def __init__(
@@ -112,14 +112,14 @@ def _serve(
     try:
         with hushed():
             from hil_sim.scenes.furniture.assets import Assets
-            from hil_sim.simulation.scene_physics import Camera, World
+            from hil_sim.simulation.scene_physics import CameraModel, ScenePhysics
 
-            world = World(scene, Assets(), renderer)
+            world = ScenePhysics(scene, Assets(), renderer)
     except RfNavError as error:
         pipe.send(f"camera: {error}")
         return
     p = protocol
-    camera = Camera(p.width, p.height, p.hfov_rad, p.camera_z_m)
+    camera = CameraModel(p.width, p.height, p.hfov_rad, p.camera_z_m)
     with world:
         pipe.send(None)
         while True:

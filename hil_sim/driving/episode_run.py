@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from hil_sim.driving.link import HarnessError
-from hil_sim.driving.lockstep import Run, Tally, drive
+from hil_sim.driving.lockstep import EpisodeRun, Tally, drive
 from hil_sim.driving.methods import method_named
-from hil_sim.driving.stage import Driver, Home, Step, View
+from hil_sim.driving.stage import Driver, RenderedView, StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.metrics import Outcome, soft_spl, spl
 from hil_sim.ground_truth.witness import TRACK_FILE, Witness
@@ -21,7 +21,7 @@ from hil_sim.simulation.protocol import Ending, Protocol
 from hil_sim.simulation.robot import Robot
 from runtime.core.types import Pose
 
-__all__ = ["EpisodeResult", "Home", "Step", "View", "run_episode"]
+__all__ = ["EpisodeResult", "RenderedView", "StagedHome", "Step", "run_episode"]
 
 EPISODE_FILE = "episode.json"
 
@@ -78,7 +78,7 @@ class EpisodeResult:
 
 def run_episode(
     episode: Episode,
-    home: Home,
+    home: StagedHome,
     runtime: Driver,
     protocol: Protocol,
     method: str,
@@ -86,7 +86,7 @@ def run_episode(
     watch: Callable[[Step], None] = lambda step: None,
     faults: tuple[Fault, ...] = (),
     seed: int = 0,
-    play: Callable[[Run], None] = drive,
+    play: Callable[[EpisodeRun], None] = drive,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
     raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
@@ -99,7 +99,7 @@ def run_episode(
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
     witness = Witness(home.wanted, home.goal_boxes, home.distance_m, log_dir / TRACK_FILE)
     mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)
-    run = Run(
+    run = EpisodeRun(
         episode.id, start, home, runtime, protocol, how, witness, mishaps, seed, watch,
         Tally(Robot(start)),
     )  # fmt: skip
@@ -128,7 +128,7 @@ def _give_goal(episode: Episode, runtime: Driver, settings: tuple[str, ...], log
     runtime.forget()
 
 
-def _take_back(run: Run, ended: str) -> str:
+def _take_back(run: EpisodeRun, ended: str) -> str:
     """End the search; the reply holds the time by stage. Returns how the episode ended."""
     try:
         reply = run.driver.ask("cancel", {"reason": ended})
@@ -138,7 +138,9 @@ def _take_back(run: Run, ended: str) -> str:
     return ended
 
 
-def _result(episode: Episode, run: Run, method: str, ended: str, took_s: float) -> EpisodeResult:
+def _result(
+    episode: Episode, run: EpisodeRun, method: str, ended: str, took_s: float
+) -> EpisodeResult:
     tally, protocol = run.tally, run.protocol
     distance_m = run.home.distance_m(tally.robot.pose)
     end = Ending(tally.robot.stopped, distance_m, run.witness.sightings)

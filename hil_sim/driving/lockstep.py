@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 from hil_sim.driving.link import Answer, Runtime
 from hil_sim.driving.methods import Method
-from hil_sim.driving.stage import Driver, Home, Step, View
+from hil_sim.driving.stage import Driver, RenderedView, StagedHome, Step
 from hil_sim.ground_truth.true_labels import true_labels
 from hil_sim.ground_truth.witness import Witness, to_scene
 from hil_sim.simulation.drive import drive as roll
@@ -41,12 +41,12 @@ class Tally:
 
 
 @dataclass
-class Run:
+class EpisodeRun:
     """One episode under way."""
 
     episode: str
     start: Pose
-    home: Home
+    home: StagedHome
     driver: Driver
     protocol: Protocol
     how: Method
@@ -62,7 +62,7 @@ class Run:
         return When(self.tally.steps + 1, self.tally.steps * self.protocol.observe_s)
 
 
-def drive(run: Run) -> None:
+def drive(run: EpisodeRun) -> None:
     """Step until the runtime says stop, or no steps are left."""
     _check(run)
     while not run.tally.robot.stopped and run.tally.steps < run.protocol.max_steps:
@@ -72,14 +72,14 @@ def drive(run: Run) -> None:
         run.driver.call_again()  # where the link was lost to the end
 
 
-def _check(run: Run) -> None:
+def _check(run: EpisodeRun) -> None:
     if any(fault.name == "clock-step" and fault.size < 0 for fault in run.mishaps.faults):
         raise ConfigError(
             "fault clock-step: size: must be positive in lockstep, where stamps tell steps apart"
         )
 
 
-def _step(run: Run) -> None:
+def _step(run: EpisodeRun) -> None:
     tally, when = run.tally, run.when()
     before = tally.robot
     run.mishaps.move_bodies(when, before.pose)
@@ -106,7 +106,7 @@ def _step(run: Run) -> None:
     run.watch(Step(when.step, answer, tally.robot, run.home.distance_m(tally.robot.pose)))
 
 
-def _sensed(run: Run, view: View, when: When) -> Sensed:
+def _sensed(run: EpisodeRun, view: RenderedView, when: When) -> Sensed:
     """What the robot's sensors make of a view."""
     protocol, robot = run.protocol, run.tally.robot
     last = robot.pose.yaw_rad if run.last_yaw_rad is None else run.last_yaw_rad
@@ -118,7 +118,7 @@ def _sensed(run: Run, view: View, when: When) -> Sensed:
     return Sensed(rgb, depth_m, robot.odometry(run.start), stamp_ns)
 
 
-def _mind_the_link(run: Run, when: When) -> None:
+def _mind_the_link(run: EpisodeRun, when: When) -> None:
     """Close the link while it is lost, and open it again."""
     driver = run.driver
     if isinstance(driver, Runtime) and any(f.name == "link-lost" for f in run.mishaps.faults):
@@ -128,7 +128,7 @@ def _mind_the_link(run: Run, when: When) -> None:
             driver.call_again()
 
 
-def _told(run: Run, view: View, sensed: Sensed) -> Answer:
+def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
     tally, home, pose = run.tally, run.home, run.tally.robot.pose
     labels = (
         true_labels(home.scene, pose, view.segmentation, view.depth_m) if run.how.labels else None
@@ -153,7 +153,7 @@ def _told(run: Run, view: View, sensed: Sensed) -> Answer:
     return answer
 
 
-def _moved(run: Run, robot: Robot, answer: Answer | None, deaf: bool, when: When) -> Robot:
+def _moved(run: EpisodeRun, robot: Robot, answer: Answer | None, deaf: bool, when: When) -> Robot:
     """The robot at the next observation."""
     protocol, ground = run.protocol, run.home.ground
     rng = generator(run.seed, run.episode, when.step, "base")

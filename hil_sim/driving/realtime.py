@@ -16,10 +16,11 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol as Port
 
-from hil_sim.driving.camera_process import Eyes, Glance, Sight
-from hil_sim.driving.episode_run import EpisodeResult, Home, Step, run_episode
+from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
+from hil_sim.driving.episode_run import EpisodeResult, Step, run_episode
 from hil_sim.driving.link import Answer, HarnessError, Runtime
-from hil_sim.driving.lockstep import Run
+from hil_sim.driving.lockstep import EpisodeRun
+from hil_sim.driving.stage import StagedHome
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.true_labels import true_labels
 from hil_sim.ground_truth.witness import to_scene
@@ -27,7 +28,7 @@ from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered, still
 from hil_sim.simulation.faults import Fault, Sensed, When
 from hil_sim.simulation.noise import generator
-from hil_sim.simulation.protocol import Base, Protocol
+from hil_sim.simulation.protocol import DifferentialDrive, Protocol
 from hil_sim.simulation.robot import Robot
 from hil_sim.simulation.sensors import beside
 from runtime.core.types import Action, Pose, Twist
@@ -42,7 +43,7 @@ BRAKE_S = 2.0
 OVER = ("found", "not_found")
 
 
-class Camera(Port):
+class CameraPort(Port):
     """What looks; see `Eyes`."""
 
     busy: bool
@@ -54,7 +55,7 @@ class Camera(Port):
 
 def run_realtime(
     episode: Episode,
-    home: Home,
+    home: StagedHome,
     runtime: Runtime,
     protocol: Protocol,
     method: str,
@@ -67,8 +68,8 @@ def run_realtime(
     """`run_episode` in real time. A protocol of discrete actions gets a base that drives; the time
     allowed is its observations times the time between them. PyBullet's calls for collisions are
     made in the calling thread; frames are rendered in another process."""
-    protocol = replace(protocol, base=protocol.base or Base())
-    with Eyes(home.scene, protocol, episode.id, seed, renderer) as eyes:
+    protocol = replace(protocol, base=protocol.base or DifferentialDrive())
+    with CameraProcess(home.scene, protocol, episode.id, seed, renderer) as eyes:
         play = partial(drive, eyes=eyes)
         return run_episode(
             episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play
@@ -99,7 +100,7 @@ class _State:
     collisions: int = 0  # until the last frame
 
 
-def drive(run: Run, eyes: Camera, clock: Callable[[], float] = time.monotonic) -> None:
+def drive(run: EpisodeRun, eyes: CameraPort, clock: Callable[[], float] = time.monotonic) -> None:
     """Until the runtime says that the search is over, or the time allowed has passed."""
     if not isinstance(run.driver, Runtime) or run.protocol.base is None:
         raise HarnessError("real time needs a runtime, and a base that drives")
@@ -116,7 +117,7 @@ def drive(run: Run, eyes: Camera, clock: Callable[[], float] = time.monotonic) -
     run.tally.halted = still(run.tally.robot)
 
 
-def _conclude(run: Run, state: _State, said: dict[str, Any]) -> None:
+def _conclude(run: EpisodeRun, state: _State, said: dict[str, Any]) -> None:
     """The runtime says that the search is over: a stop, for what it went for last if it found."""
     tally = run.tally
     robot = tally.robot
@@ -129,7 +130,7 @@ def _conclude(run: Run, state: _State, said: dict[str, Any]) -> None:
 
 
 def _tick(
-    run: Run, runtime: Runtime, eyes: Camera, state: _State, clock: Callable[[], float]
+    run: EpisodeRun, runtime: Runtime, eyes: CameraPort, state: _State, clock: Callable[[], float]
 ) -> None:
     """Obey, roll, report; begin a frame or hand one over when it is time."""
     time.sleep(max(0.0, state.now_s + TICK_S - clock()))
@@ -162,14 +163,14 @@ def _tick(
         eyes.look(Glance(when.step, robot.pose, robot.twist.w_radps, run.mishaps.bodies))
 
 
-def _link(run: Run, runtime: Runtime, when: When) -> None:
+def _link(run: EpisodeRun, runtime: Runtime, when: When) -> None:
     if run.mishaps.active("link-lost", when):
         runtime.hang_up()
     else:
         runtime.call_again(wait=False)
 
 
-def _report(run: Run, runtime: Runtime, when: When, stamp_ns: int) -> None:
+def _report(run: EpisodeRun, runtime: Runtime, when: When, stamp_ns: int) -> None:
     """Odometry, and what else has a rate of its own."""
     robot = run.tally.robot
     told = run.mishaps.odometry(when, robot.odometry(run.start), stamp_ns)
@@ -187,7 +188,7 @@ def _listen(runtime: Runtime, state: _State) -> None:
             state.decisions = (*state.decisions, message)
 
 
-def _deliver(run: Run, runtime: Runtime, state: _State, frame: _Frame, sight: Sight) -> None:
+def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, sight: Sight) -> None:
     """Publish a frame as it was when it was asked for, and take note of what is known by now."""
     tally, robot, when = run.tally, frame.robot, frame.when
     run.witness.look(when.step, robot.pose, sight.true_depth_m, sight.segmentation)
@@ -210,7 +211,7 @@ def _deliver(run: Run, runtime: Runtime, state: _State, frame: _Frame, sight: Si
 
 
 def _publish(
-    run: Run, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight, touching: bool
+    run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight, touching: bool
 ) -> None:
     protocol, stamp_ns = run.protocol, sensed.stamp_ns
     scanner = run.home.scan if protocol.laser else None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.driving.oracle import ShortestPath
-from hil_sim.driving.stage import Home, View
+from hil_sim.driving.stage import RenderedView, StagedHome
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
@@ -18,35 +18,35 @@ from hil_sim.simulation.quiet import hushed
 from runtime.core.types import Action, Pose
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
-    from hil_sim.ground_truth.truth import Truth
-    from hil_sim.simulation.scene_physics import Camera, Frame, World
+    from hil_sim.ground_truth.truth import SceneTruth
+    from hil_sim.simulation.scene_physics import CameraModel, Frame, ScenePhysics
 
 
-def open_world(scene: Scene, assets: Assets, renderer: str) -> "World":
+def open_world(scene: Scene, assets: Assets, renderer: str) -> "ScenePhysics":
     """A scene in PyBullet, without the lines that PyBullet and EGL print when they start."""
     with hushed():
-        from hil_sim.simulation.scene_physics import World
+        from hil_sim.simulation.scene_physics import ScenePhysics
 
-        return World(scene, assets, renderer)
+        return ScenePhysics(scene, assets, renderer)
 
 
-def camera_of(protocol: Protocol) -> "Camera":
+def camera_of(protocol: Protocol) -> "CameraModel":
     """The protocol's camera."""
-    from hil_sim.simulation.scene_physics import Camera
+    from hil_sim.simulation.scene_physics import CameraModel
 
-    return Camera(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
+    return CameraModel(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
 
 
 def home_of(
-    world: "World",
-    truth: "Truth",
+    world: "ScenePhysics",
+    truth: "SceneTruth",
     protocol: Protocol,
     goal: str,
     look: "Callable[[Pose], Frame] | None" = None,
-) -> Home:
+) -> StagedHome:
     """A world, seen through the protocol's camera, and the truth about one goal."""
     camera, boxes = camera_of(protocol), truth.boxes(goal)
-    return Home(
+    return StagedHome(
         ground=world,
         look=look
         or (lambda pose: world.render(pose.x_m, pose.y_m, pose.yaw_rad, camera, protocol.tilt_rad)),
@@ -69,8 +69,8 @@ class _Blank:
 
 
 def shortest(
-    truth: "Truth", home: Home, episode: Episode, protocol: Protocol
-) -> tuple[ShortestPath, Home]:
+    truth: "SceneTruth", home: StagedHome, episode: Episode, protocol: Protocol
+) -> tuple[ShortestPath, StagedHome]:
     """A driver that follows the shortest path, and a home that tells it where it is. Only the
     frame that it stops at is rendered, since a rule may look at it."""
     here = [start_of(episode)]
@@ -87,7 +87,7 @@ def shortest(
         np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
     )
 
-    def look(pose: Pose) -> View:
+    def look(pose: Pose) -> RenderedView:
         here[0] = pose
         return home.look(pose) if driver.next_action(pose) is Action.STOP else blank
 

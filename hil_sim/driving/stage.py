@@ -18,7 +18,7 @@ from runtime.core.types import Intrinsics, Pose
 Ranges = NDArray[np.float32]  # (N,) m around the robot, see `sensors.encode_scan`
 
 
-class View(Port):
+class RenderedView(Port):
     """What a camera saw."""
 
     @property
@@ -51,7 +51,7 @@ class Driver(Port):
 
 
 @dataclass(frozen=True)
-class Home:
+class StagedHome:
     """A scene that can be looked at and driven in, and the truth about one goal in it.
 
     `wanted` are the indices of the goal's instances in `scene.objects` and in the segmentation,
@@ -59,7 +59,7 @@ class Home:
     """
 
     ground: Ground
-    look: Callable[[Pose], View]  # scene frame
+    look: Callable[[Pose], RenderedView]  # scene frame
     distance_m: Callable[[Pose], float]  # geodesic, to the goal's nearest success position
     scene: Scene
     wanted: tuple[int, ...]

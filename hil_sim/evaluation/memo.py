@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, TypeAlias
 from runtime.core.types import Pose
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.simulation.scene_physics import Camera, Frame
+    from hil_sim.simulation.scene_physics import CameraModel, Frame
 
 LIMIT_BYTES = 1_200_000_000
 """What one worker may keep; then what was not looked at for longest goes."""
 
-Key: TypeAlias = "tuple[float, float, float, Camera, float, bool]"
-Render: TypeAlias = "Callable[[float, float, float, Camera, float, bool], Frame]"
+Key: TypeAlias = "tuple[float, float, float, CameraModel, float, bool]"
+Render: TypeAlias = "Callable[[float, float, float, CameraModel, float, bool], Frame]"
 
 
 @dataclass
@@ -29,7 +29,7 @@ class FrameMemo:
     _bytes: int = 0
 
     def look(
-        self, pose: Pose, camera: "Camera", pitch_rad: float = 0.0, colour: bool = True
+        self, pose: Pose, camera: "CameraModel", pitch_rad: float = 0.0, colour: bool = True
     ) -> "Frame":
         """The view from a pose, scene frame. The arrays are shared and cannot be written to."""
         key = (pose.x_m, pose.y_m, pose.yaw_rad, camera, pitch_rad, colour)

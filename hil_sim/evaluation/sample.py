@@ -52,9 +52,9 @@ def sample_scene(wish: Wish) -> list[Episode]:
 
     assets = Assets()
     with open_world(open_scene(wish.scene), assets, "auto") as world:
-        from hil_sim.ground_truth.truth import Truth
+        from hil_sim.ground_truth.truth import SceneTruth
 
-        truth = Truth(world, assets)
+        truth = SceneTruth(world, assets)
         if wish.given:
             from hil_sim.evaluation.suites import adopted
 

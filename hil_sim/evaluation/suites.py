@@ -16,7 +16,7 @@ from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M
 from hil_sim.scenes.format import SceneError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.ground_truth.truth import Truth
+    from hil_sim.ground_truth.truth import SceneTruth
 
 REPLICAS = tuple(f"FloorPlan_Val{i}_{j}" for i in (1, 2) for j in range(1, 6))
 OTHERS = ("refrigerator", "bathtub", "stove", "laptop", "bookcase", "washing machine", "desk",
@@ -110,7 +110,7 @@ def interleaved(few: Sequence[Episode], many: Sequence[Episode]) -> list[Episode
     return [episode for _, _, episode in sorted(places, key=lambda place: place[:2])]
 
 
-def adopted(given: Sequence[Episode], truth: "Truth", most: int) -> list[Episode]:
+def adopted(given: Sequence[Episode], truth: "SceneTruth", most: int) -> list[Episode]:
     """The first `most` of the given episodes, each of another goal, that begin on free floor and
     can be done; with the length of the shortest path in this home."""
     found: dict[str, Episode] = {}

@@ -18,7 +18,7 @@ from hil_sim.driving.episode_run import EpisodeResult, run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import Method, method_named
 from hil_sim.driving.rig import camera_of, home_of, open_world, shortest, start_of
-from hil_sim.driving.stage import Driver, Home
+from hil_sim.driving.stage import Driver, StagedHome
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.ground_truth.episodes import Episode, check_start
 from hil_sim.ground_truth.metrics import spl
@@ -31,8 +31,8 @@ from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
-    from hil_sim.ground_truth.truth import Truth
-    from hil_sim.simulation.scene_physics import World
+    from hil_sim.ground_truth.truth import SceneTruth
+    from hil_sim.simulation.scene_physics import ScenePhysics
 
 LABELS_PX = (320, 240)
 """Frame size of methods that get true labels: their colours are never looked at."""
@@ -129,9 +129,9 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
         world = stack.enter_context(open_world(open_scene(job.scene), assets, settings.renderer))
         if needed:
             standby.ready()  # what it cannot do is said before slow work begins
-        from hil_sim.ground_truth.truth import Truth
+        from hil_sim.ground_truth.truth import SceneTruth
 
-        truth = Truth(world, assets, lambda text: send(Note(text)))
+        truth = SceneTruth(world, assets, lambda text: send(Note(text)))
         rig = _Rig(world, truth, standby, settings)
         for task in job.tasks:
             try:
@@ -147,7 +147,7 @@ class _Rig:
     """One scene with a robot in it, for one method's episode after another."""
 
     def __init__(
-        self, world: "World", truth: "Truth", standby: "_Standby", settings: Settings
+        self, world: "ScenePhysics", truth: "SceneTruth", standby: "_Standby", settings: Settings
     ) -> None:
         self._world, self._truth, self._standby = world, truth, standby
         self._settings = settings
@@ -176,7 +176,7 @@ class _Rig:
         return replace(result, wall={**result.wall, **frames})
 
     def _episode(
-        self, episode: Episode, name: str, method: Method, home: Home, protocol: Protocol
+        self, episode: Episode, name: str, method: Method, home: StagedHome, protocol: Protocol
     ) -> EpisodeResult:
         driver: Driver
         if method.driver == "shortest":
@@ -207,14 +207,14 @@ def protocol_for(settings: Settings, method: Method) -> Protocol:
     return protocol
 
 
-def _renderer(world: "World") -> Render:
+def _renderer(world: "ScenePhysics") -> Render:
     return lambda x, y, yaw, camera, pitch, colour: world.render(
         x, y, yaw, camera, pitch, colour=colour
     )
 
 
 def refused(
-    episode: Episode, protocol: Protocol, method: str, why: str, home: Home
+    episode: Episode, protocol: Protocol, method: str, why: str, home: StagedHome
 ) -> EpisodeResult:
     """The result of an episode that never began."""
     blank = EpisodeResult(

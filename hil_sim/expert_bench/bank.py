@@ -30,7 +30,7 @@ SIDES = ("fit", "test")
 
 
 @dataclass(frozen=True)
-class Plan:
+class BankPlan:
     """How a bank is made; all of it changes the questions."""
 
     seed: int = 0
@@ -63,7 +63,7 @@ class Moment:
 
 
 @dataclass(frozen=True)
-class Home:
+class BankHome:
     """What one home gave. `left_out` counts goals at moments that are no questions, by why;
     `eyes` names the detector that saw it."""
 
@@ -74,7 +74,7 @@ class Home:
 
 
 @dataclass(frozen=True)
-class Question:
+class BenchQuestion:
     """Which frontier to go to for a goal: cost(f) = way to f on the map + true way on from it."""
 
     moment: Moment
@@ -107,7 +107,7 @@ class Question:
 class Bank:
     """Questions of some homes, and how many were left out, by why."""
 
-    questions: tuple[Question, ...]
+    questions: tuple[BenchQuestion, ...]
     left_out: Mapping[str, int] = field(default_factory=dict)
 
     @property
@@ -151,18 +151,18 @@ def load_bank(folder: Path, side: str = "all") -> Bank:
     return Bank(tuple(found), left_out)
 
 
-def questions_of(home: Home) -> Iterator[Question]:
+def questions_of(home: BankHome) -> Iterator[BenchQuestion]:
     """One for each moment and goal, unless the frontiers that are worth going to cost the same."""
     for moment in home.moments:
         told = {f.id for f in moment.briefs[CLEAN].frontiers}
         for goal, costs_m in sorted(moment.costs_m.items()):
             costs = zip(moment.ids, costs_m, strict=True)
-            question = Question(moment, goal, {id: cost for id, cost in costs if id in told})
+            question = BenchQuestion(moment, goal, {id: cost for id, cost in costs if id in told})
             if max(question.regrets_m.values()) >= EQUAL_M:
                 yield question
 
 
-def write_home(path: Path, home: Home) -> None:
+def write_home(path: Path, home: BankHome) -> None:
     """Whole or not at all; equal homes give equal bytes."""
     head = {"format": FORMAT, "home": home.name, "left_out": home.left_out, "eyes": home.eyes}
     rows = [head, *(_row(moment) for moment in home.moments)]
@@ -173,7 +173,7 @@ def write_home(path: Path, home: Home) -> None:
     draft.replace(path)
 
 
-def read_home(path: Path) -> Home:
+def read_home(path: Path) -> BankHome:
     """RfNavError when it is not such a file."""
     try:
         with gzip.open(path, "rt", encoding="utf-8") as file:
@@ -181,7 +181,7 @@ def read_home(path: Path) -> Home:
         if head["format"] != FORMAT:
             raise RfNavError(f"{path}: format is {head['format']!r}; this version reads {FORMAT!r}")
         moments = tuple(_moment(head["home"], row) for row in rows)
-        return Home(head["home"], moments, head["left_out"], head["eyes"])
+        return BankHome(head["home"], moments, head["left_out"], head["eyes"])
     except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
         raise RfNavError(f"{path}: not a home's questions ({error}); remove it") from error
 

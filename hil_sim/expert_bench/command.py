@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from hil_sim.evaluation.report import fill
-from hil_sim.expert_bench.bank import SIDES, Plan, load_bank
+from hil_sim.expert_bench.bank import SIDES, BankPlan, load_bank
 from hil_sim.expert_bench.make import home_names, make_bank, plan_of, tell_again
 from runtime.errors import RfNavError
 
@@ -44,7 +44,7 @@ def questions_command(
     A bank that was interrupted goes on with the same command.
     """
     if homes:
-        _make(folder, homes, Plan(seed), workers, keep_maps)
+        _make(folder, homes, BankPlan(seed), workers, keep_maps)
     if again:
         click.echo(f"{tell_again(folder, plan_of(folder))} homes told again")
     if side == "none":
@@ -69,7 +69,7 @@ def questions_command(
         json_file.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
 
 
-def _make(folder: Path, homes: int, plan: Plan, workers: int, maps: bool) -> None:
+def _make(folder: Path, homes: int, plan: BankPlan, workers: int, maps: bool) -> None:
     try:
         made = make_bank(folder, home_names(homes, plan.seed), plan, workers, maps)
     except BrokenProcessPool:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from hil_sim.driving.rig import camera_of, open_world
-from hil_sim.expert_bench.bank import CLEAN, EQUAL_M, Home, Moment, Plan
-from hil_sim.expert_bench.seeing import Eyes
+from hil_sim.expert_bench.bank import CLEAN, EQUAL_M, BankHome, BankPlan, Moment
+from hil_sim.expert_bench.seeing import BenchDetector
 from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS
 from hil_sim.ground_truth.goals import categories_of
 from hil_sim.ground_truth.labels import LABELLED
@@ -30,8 +30,8 @@ from runtime.navigate import NavigateConfig
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.ground_truth.freespace import FreeSpace
-    from hil_sim.ground_truth.truth import Truth
-    from hil_sim.simulation.scene_physics import World
+    from hil_sim.ground_truth.truth import SceneTruth
+    from hil_sim.simulation.scene_physics import ScenePhysics
 
 NOTHING = "nothing"
 """What a drive looks for: every goal is asked about, none is driven to."""
@@ -56,14 +56,16 @@ class Stop:
         return tuple(sorted(found, key=lambda f: f.id))
 
 
-def drive_home(name: str, plan: Plan, keep: Callable[[Stop], None] = lambda stop: None) -> Home:
+def drive_home(
+    name: str, plan: BankPlan, keep: Callable[[Stop], None] = lambda stop: None
+) -> BankHome:
     """All questions of one home, and `keep` hears of the maps behind them; SceneError when the
     home cannot be opened."""
     scene, assets, left_out = open_scene(name), Assets(), Counter[str]()
     with open_world(scene, assets, "auto") as world:
-        from hil_sim.ground_truth.truth import Truth
+        from hil_sim.ground_truth.truth import SceneTruth
 
-        eyes, truth = Eyes.open(), Truth(world, assets)
+        eyes, truth = BenchDetector.open(), SceneTruth(world, assets)
         goals = Goals.of(scene, truth, plan)
         moments = []
         for number in range(plan.starts):
@@ -73,7 +75,7 @@ def drive_home(name: str, plan: Plan, keep: Callable[[Stop], None] = lambda stop
                     moments.append(frozen(name, stop, costs_m, plan, eyes.config.navigate))
                     keep(stop)
         eyes.mind.close()
-        return Home(name, tuple(moments), dict(sorted(left_out.items())), eyes.identity())
+        return BankHome(name, tuple(moments), dict(sorted(left_out.items())), eyes.identity())
 
 
 @dataclass
@@ -83,12 +85,12 @@ class Goals:
 
     order: tuple[str, ...]
     most: int
-    truth: "Truth"
+    truth: "SceneTruth"
     taken: set[str] = field(default_factory=set)
     unseen: set[str] = field(default_factory=set)  # from nowhere
 
     @classmethod
-    def of(cls, scene: Scene, truth: "Truth", plan: Plan) -> Self:
+    def of(cls, scene: Scene, truth: "SceneTruth", plan: BankPlan) -> Self:
         rng = random.Random(f"questions/{plan.seed}/goals/{scene.name}")
         here = {obj.category for obj in scene.objects} & set(LABELLED)
         known = {c for goal in (*HM3D_GOALS, *ROBOTHOR_GOALS) for c in categories_of(goal)}
@@ -117,7 +119,12 @@ class Goals:
 
 
 def stops(
-    home: str, number: int, world: "World", space: "FreeSpace", eyes: Eyes, plan: Plan
+    home: str,
+    number: int,
+    world: "ScenePhysics",
+    space: "FreeSpace",
+    eyes: BenchDetector,
+    plan: BankPlan,
 ) -> Iterator[Stop]:
     """One drive: to the closest frontier or to a random one, as the seed has it. Yields where
     there is a choice, some steps apart."""
@@ -156,7 +163,7 @@ def start_in(space: "FreeSpace", rng: random.Random) -> Pose:
     return Pose(float(x), float(y), rng.randrange(-180, 180, 30) * math.pi / 180)
 
 
-def _decide(known: Known, why: str, rng: random.Random, wander: float, eyes: Eyes) -> None:
+def _decide(known: Known, why: str, rng: random.Random, wander: float, eyes: BenchDetector) -> None:
     """Adopt the closest frontier or a random one; one that is driven to is kept while it lasts."""
     near = sorted((f.distance_m, f.id) for f in known.frontiers if math.isfinite(f.distance_m))
     ids = [id for _, id in near]
@@ -172,7 +179,7 @@ def frozen(
     home: str,
     stop: Stop,
     costs_m: Mapping[str, tuple[float, ...]],
-    plan: Plan,
+    plan: BankPlan,
     cfg: NavigateConfig,
 ) -> Moment:
     """What the experts would be told, with the map as it is and with its objects perturbed."""

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from hil_sim.driving.methods import CLOSEST, SINGLE
-from hil_sim.expert_bench.bank import CLEAN, Bank, Question
+from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from hil_sim.expert_bench.voting import Voters, Votes, at_random
 from runtime.config import SEATED, Config, load
@@ -80,7 +80,7 @@ class Table:
 class Electorate(Protocol):
     """Whoever has the experts; see `Voters`."""
 
-    def asked(self, config: Config, questions: Sequence[Question]) -> Votes: ...
+    def asked(self, config: Config, questions: Sequence[BenchQuestion]) -> Votes: ...
 
     def check(self) -> None: ...
 

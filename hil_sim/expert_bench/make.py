@@ -12,7 +12,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, Plan, read_home, write_home
+from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankPlan, read_home, write_home
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
@@ -40,7 +40,9 @@ def home_names(count: int, seed: int) -> list[str]:
     return names
 
 
-def make_bank(folder: Path, names: list[str], plan: Plan, workers: int, maps: bool = False) -> int:
+def make_bank(
+    folder: Path, names: list[str], plan: BankPlan, workers: int, maps: bool = False
+) -> int:
     """Add the homes that are not in the folder yet; returns how many were made. RfNavError when
     the folder was begun with another plan."""
     _claim(folder, plan)
@@ -61,7 +63,7 @@ def make_bank(folder: Path, names: list[str], plan: Plan, workers: int, maps: bo
     return len(todo)
 
 
-def make_home(folder: Path, name: str, plan: Plan, maps: bool) -> None:
+def make_home(folder: Path, name: str, plan: BankPlan, maps: bool) -> None:
     """A worker's task: one home, and a process of its own, since EGL cannot draw a second one."""
     keep_stdout_for_python()
     import cv2
@@ -89,13 +91,13 @@ def write_maps(folder: Path, name: str, kept: list[bytes]) -> None:
     draft.replace(path)
 
 
-def tell_again(folder: Path, plan: Plan) -> int:
+def tell_again(folder: Path, plan: BankPlan) -> int:
     """Compose the briefs of all homes whose maps were kept, with the code and settings as they are
     now; returns how many. The maps must have been kept by the same version of the code."""
     from hil_sim.expert_bench.drive import Stop, frozen
-    from hil_sim.expert_bench.seeing import Eyes
+    from hil_sim.expert_bench.seeing import BenchDetector
 
-    cfg = Eyes.settings().navigate
+    cfg = BenchDetector.settings().navigate
     files = {p: home_file(folder, p.name.split(".")[0]) for p in (folder / MAPS).glob("*.gz")}
     paths = sorted(path for path, file in files.items() if file.exists())
     for path in tqdm(paths, unit="home", disable=None):
@@ -115,18 +117,18 @@ def home_file(folder: Path, name: str) -> Path:
     return folder / HOMES / f"{name}.jsonl.gz"
 
 
-def plan_of(folder: Path) -> Plan:
+def plan_of(folder: Path) -> BankPlan:
     """How a bank was made; RfNavError when the folder is none."""
     path = folder / PLAN_FILE
     try:
-        return Plan(**json.loads(path.read_text(encoding="utf-8")))
+        return BankPlan(**json.loads(path.read_text(encoding="utf-8")))
     except FileNotFoundError:
         raise RfNavError(f"{path}: no such file; make a bank: hil-sim questions") from None
     except (OSError, TypeError, ValueError) as error:
         raise RfNavError(f"{path}: not a bank's plan ({error}); use another folder") from error
 
 
-def _claim(folder: Path, plan: Plan) -> None:
+def _claim(folder: Path, plan: BankPlan) -> None:
     """Say how the folder's questions are made, or check that it says the same."""
     path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
     if path.is_file():

@@ -22,7 +22,7 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
 
 
 @dataclass(frozen=True)
-class Eyes:
+class BenchDetector:
     """The detector, and the names that objects go by on the map."""
 
     mind: LocalMind

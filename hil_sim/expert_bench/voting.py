@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Self
 
-from hil_sim.expert_bench.bank import CLEAN, Bank, Question
+from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from runtime.clock import Deadline, SystemClock
 from runtime.config import EXPERTS, Config, load
 from runtime.core.types import Missing, Vote
@@ -47,7 +47,7 @@ class Voters:
             self._mind.notice(goal, tuple(sorted(names)))
         self._mind.settle(Deadline.never(self._clock))
 
-    def asked(self, config: Config, questions: Sequence[Question]) -> "Votes":
+    def asked(self, config: Config, questions: Sequence[BenchQuestion]) -> "Votes":
         """Their votes under a configuration; RfNavError when it needs other models."""
         if config.models != self._models:
             raise RfNavError("models: the experts were loaded with others; load them again")
@@ -66,7 +66,7 @@ class Votes:
     """Each expert's vote on each question, worked out when it is first wanted."""
 
     def __init__(
-        self, table: "dict[str, Expert]", questions: Sequence[Question], by: Deadline
+        self, table: "dict[str, Expert]", questions: Sequence[BenchQuestion], by: Deadline
     ) -> None:
         self._table, self._questions, self._by = table, questions, by
         self._known: dict[tuple[str, int, str], Vote | Missing] = {}
@@ -80,7 +80,7 @@ class Votes:
         return self._known[key]
 
 
-def at_random(expert: str, question: Question, seed: int) -> Vote:
+def at_random(expert: str, question: BenchQuestion, seed: int) -> Vote:
     """A vote without any sense: always cast, for one frontier drawn at random, half the time for
     two."""
     moment = question.moment

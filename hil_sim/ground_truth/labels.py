@@ -23,7 +23,7 @@ OWN_ROOM_SHARE = 0.5
 
 
 @dataclass(frozen=True)
-class View:
+class CameraView:
     """Where a frame was taken: scene frame, metres, radians; pitch up is positive."""
 
     x_m: float
@@ -47,7 +47,7 @@ class Label:
 def labels(
     scene: Scene,
     boxes: list[Box],
-    view: View,
+    view: CameraView,
     depth: NDArray[np.float32],
     segmentation: NDArray[np.int32],
 ) -> list[Label]:
@@ -77,7 +77,7 @@ def labels(
 
 
 def _visible_share(
-    box: Box, view: View, depth: NDArray[np.float32], mask: NDArray[np.bool_]
+    box: Box, view: CameraView, depth: NDArray[np.float32], mask: NDArray[np.bool_]
 ) -> float:
     """Visible pixels against those that something nearer hides inside its silhouette."""
     height, width = mask.shape
@@ -95,7 +95,7 @@ def _visible_share(
     return visible / (visible + hidden)
 
 
-def to_optical(points: NDArray[np.float64], view: View) -> NDArray[np.float64]:
+def to_optical(points: NDArray[np.float64], view: CameraView) -> NDArray[np.float64]:
     """(N, 3) scene points -> (N, 3) in the camera's optical frame (x right, y down, z ahead)."""
     d = points - (view.x_m, view.y_m, view.z_m)
     c, s = math.cos(view.yaw_rad), math.sin(view.yaw_rad)
@@ -105,7 +105,7 @@ def to_optical(points: NDArray[np.float64], view: View) -> NDArray[np.float64]:
     return np.stack([-left, -up, forward], axis=1)
 
 
-def seen_room(scene: Scene, view: View, depth: NDArray[np.float32]) -> str:
+def seen_room(scene: Scene, view: CameraView, depth: NDArray[np.float32]) -> str:
     """The type of the room the camera stands in, or "" when the view is of another one."""
     own = room_at(scene, view.x_m, view.y_m)
     if own is None:

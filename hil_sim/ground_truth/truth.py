@@ -29,20 +29,22 @@ from hil_sim.ground_truth.freespace import (
 from hil_sim.scenes.format import Scene, SceneError, SceneObject
 from hil_sim.scenes.furniture.assets import Assets, cache_dir
 from hil_sim.scenes.furniture.boxes import Box
-from hil_sim.simulation.scene_physics import HM3D, Camera, World
+from hil_sim.simulation.scene_physics import HM3D, CameraModel, ScenePhysics
 from runtime.core.types import Pose
 
 Report = Callable[[str], None]
 BUNDLED = Path(__file__).parent / "bundled"
 
-SMALL = Camera(HM3D.width // 2, HM3D.height // 2, HM3D.hfov_rad, HM3D.z_m)
+SMALL = CameraModel(HM3D.width // 2, HM3D.height // 2, HM3D.hfov_rad, HM3D.z_m)
 """Pixels are counted at half the size, each for four."""
 
 
-class Truth:
+class SceneTruth:
     """The truth about one scene; `report` hears of slow work before it begins."""
 
-    def __init__(self, world: World, assets: Assets, report: Report = lambda text: None) -> None:
+    def __init__(
+        self, world: ScenePhysics, assets: Assets, report: Report = lambda text: None
+    ) -> None:
         self._world, self._assets, self._report = world, assets, report
         key = scene_hash(world.scene)
         self._bundled, self._cache = BUNDLED / key, cache_dir() / "scenes" / key
@@ -147,5 +149,5 @@ if __name__ == "__main__":
         if len(sys.argv) > 2:
             subprocess.run([sys.executable, "-m", "hil_sim.ground_truth.truth", name], check=True)
             continue
-        with World(load_scene(name), Assets()) as world:
-            print(Truth(world, Assets(), print).bundle(HM3D_GOALS))
+        with ScenePhysics(load_scene(name), Assets()) as world:
+            print(SceneTruth(world, Assets(), print).bundle(HM3D_GOALS))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hil_sim.ground_truth.labels import FULL_PX
 from hil_sim.ground_truth.true_labels import pixels
-from hil_sim.simulation.protocol import Sighting
+from hil_sim.simulation.protocol import GoalSighting
 from hil_sim.simulation.robot import Robot
 from runtime.core.types import Pose
 
@@ -57,7 +57,7 @@ class Witness:
         self._claim = ""
         self._frontier_m: list[float] = []
         self._actions: Counter[str] = Counter()
-        self.sightings: tuple[Sighting, ...] = ()  # of the newest frame
+        self.sightings: tuple[GoalSighting, ...] = ()  # of the newest frame
         self._track = track.open("w", encoding="utf-8")
 
     def close(self) -> None:
@@ -77,7 +77,7 @@ class Witness:
         for index, box in zip(self._wanted, self._boxes, strict=True):
             seen = round(scale * int(counts[index]))
             depth = float(np.median(depth_m[segmentation == index])) if seen else math.inf
-            found.append(Sighting(seen, depth, box_distance_m(box, pose.x_m, pose.y_m)))
+            found.append(GoalSighting(seen, depth, box_distance_m(box, pose.x_m, pose.y_m)))
         self.sightings = tuple(found)
         if any(s.pixels >= LEAST_PIXELS and s.depth_m <= SEEN_M for s in found):
             self._seen_steps += 1

@@ -26,16 +26,16 @@ def verdicts(name: str, episodes: tuple[OfficialEpisode, ...]) -> list[str]:
     an obstacle), "blocked" or "cut off" at its start; "goal unseen" (no free place sees it from 1
     m). Prints their counts and the median of our shortest path over the official one."""
     with hushed():
-        from hil_sim.ground_truth.truth import Truth
+        from hil_sim.ground_truth.truth import SceneTruth
         from hil_sim.scenes.furniture.assets import Assets
-        from hil_sim.simulation.scene_physics import World
+        from hil_sim.simulation.scene_physics import ScenePhysics
 
     from hil_sim.scenes.robothor.scenes import robothor_scene
 
     found: list[str] = []
     ratios: list[float] = []
-    with World(robothor_scene(name), Assets(), "auto", None) as world:
-        truth = Truth(world, Assets())
+    with ScenePhysics(robothor_scene(name), Assets(), "auto", None) as world:
+        truth = SceneTruth(world, Assets())
         for episode in episodes:
             at = episode.start
             try:

@@ -66,9 +66,9 @@ def reachable(scene: Scene, assets: Any) -> dict[str, bool]:
     """Room -> whether the robot can stand in it and drive there from most of the home."""
     with hushed():
         from hil_sim.ground_truth.freespace import build_free_space
-        from hil_sim.simulation.scene_physics import World
+        from hil_sim.simulation.scene_physics import ScenePhysics
 
-    with World(scene, assets, "tiny") as world:
+    with ScenePhysics(scene, assets, "tiny") as world:
         space = build_free_space(scene, world.obstacle_triangles())
     count, names = cv2.connectedComponents(space.free.astype(np.uint8), connectivity=4)
     if count < 2:

@@ -28,7 +28,7 @@ Pose = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
-class Floor:
+class StandingFloor:
     """Cells of 5 cm from `origin_m`: where the camera may stand, and where walls block a look."""
 
     origin_m: tuple[float, float]
@@ -42,7 +42,7 @@ class Floor:
         return (row, col) if inside else None
 
 
-def floor_of(scene: Scene) -> Floor:
+def floor_of(scene: Scene) -> StandingFloor:
     """Rasterise walls and furniture footprints (objects with a known size)."""
     points = np.array([p for wall in scene.walls for p in (wall.start, wall.end)])
     low, high = points.min(axis=0) - 0.3, points.max(axis=0) + 0.3
@@ -66,7 +66,7 @@ def floor_of(scene: Scene) -> Floor:
     reach = round(BODY_M / CELL_M)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * reach + 1, 2 * reach + 1))
     blocked = cv2.dilate(np.maximum(walls, things), disc.astype(np.uint8))
-    return Floor((float(low[0]), float(low[1])), (rooms > 0) & (blocked == 0), walls > 0)
+    return StandingFloor((float(low[0]), float(low[1])), (rooms > 0) & (blocked == 0), walls > 0)
 
 
 def viewpoints(rng: random.Random, scene: Scene, count: int) -> list[Pose]:
@@ -96,7 +96,7 @@ def _weights(scene: Scene) -> list[float]:
     ]
 
 
-def _look_at(rng: random.Random, floor: Floor, box: Box) -> Pose | None:
+def _look_at(rng: random.Random, floor: StandingFloor, box: Box) -> Pose | None:
     size = max(box.width, box.depth, box.z1 - box.z0)
     far = min(max(FAR_SIZES * size, 2 * NEAR_M), FAR_M)
     for _ in range(40):
@@ -111,7 +111,7 @@ def _look_at(rng: random.Random, floor: Floor, box: Box) -> Pose | None:
     return None
 
 
-def _in_sight(floor: Floor, x: float, y: float, box: Box) -> bool:
+def _in_sight(floor: StandingFloor, x: float, y: float, box: Box) -> bool:
     """No wall between the point and the box's middle (its last stretch excepted)."""
     steps = max(2, int(math.hypot(box.x - x, box.y - y) / CELL_M))
     last = 0.92 if box.depth > 0.2 else 0.98

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hil_sim.simulation.noise import Noise
-from hil_sim.simulation.protocol import Base
+from hil_sim.simulation.protocol import DifferentialDrive
 from hil_sim.simulation.robot import Ground, Robot, reckon, stray, wrapped
 from runtime.core.types import Pose, Twist
 
@@ -16,14 +16,19 @@ APART_M = 0.02
 STILL_MPS, STILL_RADPS = 1e-3, 1e-3
 
 
-def ordered(robot: Robot, order: Twist, base: Base) -> Robot:
+def ordered(robot: Robot, order: Twist, base: DifferentialDrive) -> Robot:
     """The robot, told a new velocity; it counts until the watchdog expires."""
     order = Twist(_within(order.v_mps, base.speed_mps), _within(order.w_radps, base.turn_radps))
     return replace(robot, order=order, order_left_s=base.watchdog_s)
 
 
 def drive(
-    robot: Robot, seconds: float, ground: Ground, base: Base, noise: Noise, rng: np.random.Generator
+    robot: Robot,
+    seconds: float,
+    ground: Ground,
+    base: DifferentialDrive,
+    noise: Noise,
+    rng: np.random.Generator,
 ) -> Robot:
     """Let time pass: the base follows its last order as its limits allow, in substeps of 20 ms
     whose way is swept. What it hits stops it; it does not slide, but a round body may turn."""
@@ -39,7 +44,12 @@ def still(robot: Robot) -> bool:
 
 
 def _substep(
-    robot: Robot, dt: float, ground: Ground, base: Base, noise: Noise, rng: np.random.Generator
+    robot: Robot,
+    dt: float,
+    ground: Ground,
+    base: DifferentialDrive,
+    noise: Noise,
+    rng: np.random.Generator,
 ) -> Robot:
     wished = robot.order if robot.order_left_s > 1e-9 else Twist()
     v = _toward(robot.twist.v_mps, wished.v_mps, base.accel_mps2 * dt)

@@ -27,7 +27,7 @@ from runtime.errors import ConfigError
 
 
 @dataclass(frozen=True)
-class Sighting:
+class GoalSighting:
     """One instance of the goal, in one frame."""
 
     pixels: int
@@ -41,11 +41,11 @@ class Ending:
 
     stopped: bool  # the robot itself said stop
     distance_m: float  # geodesic, to the nearest success position; inf when cut off
-    sightings: tuple[Sighting, ...] = ()  # in the last frame
+    sightings: tuple[GoalSighting, ...] = ()  # in the last frame
 
 
 @dataclass(frozen=True)
-class Base:
+class DifferentialDrive:
     """A differential drive. Commands are cut to its limits; one that no other follows within
     `watchdog_s` expires, and the base brakes."""
 
@@ -67,7 +67,7 @@ class Protocol:
     observe_s: float = 0.5  # simulated time between two of them
     step_m: float = 0.25
     turn_rad: float = math.radians(30)
-    base: Base | None = None
+    base: DifferentialDrive | None = None
     width: int = 640
     height: int = 480
     hfov_rad: float = math.radians(79)
@@ -133,7 +133,7 @@ ONROBOT = replace(
     success=_about_near,
     max_steps=1500,
     observe_s=0.2,
-    base=Base(),
+    base=DifferentialDrive(),
     depth_min_m=0.3,
     noise=replace(USUAL, motion=0.0),
 )

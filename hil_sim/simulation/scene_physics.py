@@ -33,7 +33,7 @@ class WorldError(RfNavError):
 
 
 @dataclass(frozen=True)
-class Camera:
+class CameraModel:
     """A pinhole camera with square pixels and its principal point in the middle."""
 
     width: int = 640
@@ -47,7 +47,7 @@ class Camera:
         return self.width / 2 / math.tan(self.hfov_rad / 2)
 
 
-HM3D = Camera()
+HM3D = CameraModel()
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Frame:
     segmentation: NDArray[np.int32]
 
 
-class World:
+class ScenePhysics:
     """One scene: PyBullet for what stops the robot, OpenGL through EGL for what it sees, or
     PyBullet's software renderer ("tiny") where there is no EGL."""
 
@@ -127,7 +127,7 @@ class World:
         x_m: float,
         y_m: float,
         yaw_rad: float,
-        camera: Camera = HM3D,
+        camera: CameraModel = HM3D,
         pitch_rad: float = 0.0,
         light: Light | None = None,
         colour: bool = True,
@@ -149,7 +149,7 @@ class World:
         eye: tuple[float, float, float],
         yaw_rad: float,
         pitch_rad: float,
-        camera: Camera,
+        camera: CameraModel,
         light: Light,
     ) -> Frame:
         """The view by PyBullet's own renderer."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from hil_sim.ground_truth.labels import LABELLED, View, labels, seen_room
+from hil_sim.ground_truth.labels import LABELLED, CameraView, labels, seen_room
 from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.generated.home import CLUTTERED, VARIED
 from hil_sim.scenes.open import REPLICA, open_scene
@@ -42,17 +42,17 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
     keep_stdout_for_python()
     with hushed():
         from hil_sim.scenes.furniture.assets import Assets
-        from hil_sim.simulation.scene_physics import Appearance, Camera, Light, World
+        from hil_sim.simulation.scene_physics import Appearance, CameraModel, Light, ScenePhysics
 
     cv2.setNumThreads(1)
     scene, rng = open_scene(name), random.Random(f"frames/{name}")
     boxes, rows = [box_of(obj) for obj in scene.objects], []
     plain = not name.startswith(REPLICA) and not name.endswith((CLUTTERED, VARIED))
-    with World(scene, Assets(), "auto", Appearance()) as world:
+    with ScenePhysics(scene, Assets(), "auto", Appearance()) as world:
         for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
             pitch = rng.uniform(-PITCH_RAD, PITCH_RAD)
-            view = View(x, y, rng.uniform(*HEIGHT_M), yaw, -pitch, HFOV_RAD)
-            camera = Camera(*size, HFOV_RAD, view.z_m)
+            view = CameraView(x, y, rng.uniform(*HEIGHT_M), yaw, -pitch, HFOV_RAD)
+            camera = CameraModel(*size, HFOV_RAD, view.z_m)
             frame = world.render(x, y, yaw, camera, pitch, Light(*daylight(rng)))
             image = f"{name}-{index:02d}.jpg"
             rgb = photograph(rng, frame.rgb)

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import suppress
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 MIN_SCORE = 0.01
 SAME_CLASS_IOU, OTHER_CLASS_IOU = 0.5, 0.8
@@ -53,7 +53,7 @@ class Detector(Protocol):
 def checked(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """The frame itself, or ModelError for what is none."""
     if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8 or not rgb.size:
-        raise ModelError(f"a frame is (H, W, 3) uint8 RGB, not {rgb.shape} {rgb.dtype}")
+        raise ModelFileError(f"a frame is (H, W, 3) uint8 RGB, not {rgb.shape} {rgb.dtype}")
     return rgb
 
 

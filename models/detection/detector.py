@@ -14,7 +14,7 @@ from models.detection.detections import Floats, checked, select
 from models.detection.detections import RawDetections as RawDetections
 from models.detection.fixed_list import YoloDetector
 from models.detection.prompted import PromptedDetector, open_prompts
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
 from models.words.class_names import ClassText, room_rows
 from models.words.text_encoder import TextEncoder
@@ -63,14 +63,14 @@ def open_detector(
         return OpenDetector(session, path, encoder)
     if contract == "prompted":
         if texts is None:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: it takes embedded texts; give them, or its text tower, to "
                 "`rfnav models import` with --texts"
             )
         return PromptedDetector(session, path, open_prompts(texts))
     if contract == "yolo":
         return YoloDetector(session, path, encoder, classes_file)
-    raise ModelError(
+    raise ModelFileError(
         f"{path}: detector kind {kind!r} is unknown; known are auto, rfnav, prompted, yolo"
     )
 
@@ -87,14 +87,14 @@ def contract_of(session: onnxruntime.InferenceSession, path: Path) -> Kind:
     if floats and ranks == [4]:
         return "yolo"
     have = ", ".join(f"{i.name} {i.shape} {i.type}" for i in inputs)
-    raise ModelError(f"{path}: no detector of a known contract (inputs {have}); {CONTRACTS}")
+    raise ModelFileError(f"{path}: no detector of a known contract (inputs {have}); {CONTRACTS}")
 
 
 def _companion(directory: Path, name: str) -> Path | None:
     return directory / name if (directory / name).is_file() else None
 
 
-class View(NamedTuple):
+class DetectorView(NamedTuple):
     """What the network makes of a frame, before any word: K candidates.
 
     `boxes_px` (K, 4) image px; `objectness` (K,) in 0..1; `regions` (K, D) and `scene` (D,) unit
@@ -123,7 +123,7 @@ class OpenDetector:
             self._scale, self._bias = constants["scale"], constants["bias"]
             self._room_scale = constants["room_scale"]
         except KeyError as error:
-            raise ModelError(f"{path}: its metadata lacks value.{error.args[0]}") from error
+            raise ModelFileError(f"{path}: its metadata lacks value.{error.args[0]}") from error
         self.gain, self.shift = constants.get("gain", 1.0), constants.get("shift", 0.0)
         self._input = session.get_inputs()[0]
         self.size = image_size(self._input.shape, path)
@@ -147,26 +147,28 @@ class OpenDetector:
     def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
         """(H, W, 3) uint8 RGB -> detections. A place is given its best classes, NAMES of them."""
         if self._text is None:
-            raise ModelError(NO_VOCABULARY)
+            raise ModelFileError(NO_VOCABULARY)
         return self.name(self.look(rgb))
 
-    def look(self, rgb: NDArray[np.uint8]) -> View:
+    def look(self, rgb: NDArray[np.uint8]) -> DetectorView:
         """(H, W, 3) uint8 RGB -> what is there, not yet named."""
         image, fit = letterbox(checked(rgb), *self.size)
         feed = np.ascontiguousarray(image.transpose(2, 0, 1)[None], np.float32)
         outputs = run(self._session, {self._input.name: feed}, self._path)
         if len(outputs) != 4:
-            raise ModelError(f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}")
+            raise ModelFileError(
+                f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}"
+            )
         boxes, objectness, regions, scene = (out[0] for out in outputs)
-        return View(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, scene)
+        return DetectorView(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, scene)
 
-    def name(self, view: View) -> RawDetections:
+    def name(self, view: DetectorView) -> RawDetections:
         """Compare a view with the vocabulary."""
         if self._text is None:
-            raise ModelError(NO_VOCABULARY)
+            raise ModelFileError(NO_VOCABULARY)
         return self.named(view, self._text.similarity(view.regions))
 
-    def named(self, view: View, cosines: Floats) -> RawDetections:
+    def named(self, view: DetectorView, cosines: Floats) -> RawDetections:
         """Detections, given the (K, C) cosines of a view's regions with each class."""
         likeliest = _best(cosines, NAMES)
         labels = likeliest.reshape(-1).astype(np.int32)
@@ -178,7 +180,7 @@ class OpenDetector:
             boxes, scores[kept], labels[kept], regions, self.room(view), view.scene
         )
 
-    def room(self, view: View) -> Floats:
+    def room(self, view: DetectorView) -> Floats:
         """(R,) probabilities of the room types."""
         return _softmax(self._rooms @ view.scene * self._room_scale)
 
@@ -189,10 +191,10 @@ class OpenDetector:
         odds = self.gain * np.log(p / (1 - p)) + self.shift
         return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
 
-    def words(self, view: View) -> Floats:
+    def words(self, view: DetectorView) -> Floats:
         """(K, C) with what probability each place is called each class, if it is anything."""
         if self._text is None:
-            raise ModelError(NO_VOCABULARY)
+            raise ModelFileError(NO_VOCABULARY)
         return self._word(self._text.similarity(view.regions)).astype(np.float32)
 
     def _word(self, cosines: Floats) -> NDArray[np.float64]:
@@ -217,7 +219,7 @@ def _softmax(logits: Floats) -> Floats:
 def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, float]:
     metadata = session.get_modelmeta().custom_metadata_map
     if metadata.get("format") != FORMAT:
-        raise ModelError(
+        raise ModelFileError(
             f"{path}: not an RF-NAV detector (format {metadata.get('format', 'missing')!r}, "
             f"expected {FORMAT!r}); {CONTRACTS}"
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from models.detection import layouts
 from models.detection.boxes import letterbox
 from models.detection.detections import Floats, RawDetections, boxes_only, checked
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.onnx_session import image_size, run
 from models.words.class_names import ClassText, check_names, read_names
 from models.words.text_encoder import TextEncoder
@@ -85,13 +85,13 @@ def _class_names(
         written = session.get_modelmeta().custom_metadata_map.get("names", "")
         names, where = _parse_names(written), str(path)
         if not names:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: its {count} classes have no names; give a text file with one name a line "
                 "(models.detector_classes, or --classes of `rfnav models import`)"
             )
         check_names(names, where)
     if len(names) != count:
-        raise ModelError(f"{where}: {len(names)} names for {count} classes; they must be equal")
+        raise ModelFileError(f"{where}: {len(names)} names for {count} classes; they must be equal")
     return names
 
 

@@ -24,7 +24,7 @@ from models.detection.detector import (
     TOWER_FILE,
     open_detector,
 )
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
@@ -53,22 +53,22 @@ def import_detector(
     tokenizer.json beside it) of a prompted one. A name imported before is replaced.
     """
     if not NAME.fullmatch(name):
-        raise ModelError(f"{name!r}: not a name; use up to 40 of a-z, 0-9, '.', '_' and '-'")
+        raise ModelFileError(f"{name!r}: not a name; use up to 40 of a-z, 0-9, '.', '_' and '-'")
     if name in manifest.load_manifest(manifest.MANIFEST, users=False):
-        raise ModelError(f"{name}: is a model of the project; choose another name")
+        raise ModelFileError(f"{name}: is a model of the project; choose another name")
     home = manifest.cache_dir() / name
     try:
         home.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=".partial-", dir=home.parent))
     except OSError as error:
-        raise ModelError(f"{home.parent}: cannot be written ({error.strerror})") from error
+        raise ModelFileError(f"{home.parent}: cannot be written ({error.strerror})") from error
     try:
         origins = _copy(_wanted(file, classes, texts), work)
         detector, frame_ms = _tried(work, encoder, origins)
         shutil.rmtree(home, ignore_errors=True)
         os.replace(work, home)
     except OSError as error:
-        raise ModelError(f"{error.filename or home}: {error.strerror or error}") from error
+        raise ModelFileError(f"{error.filename or home}: {error.strerror or error}") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
     _enter(name, home, origins, str(detector.capabilities["contract"]))
@@ -90,7 +90,7 @@ def _wanted(file: Path, classes: Path | None, texts: Path | None) -> dict[str, P
 def _copy(files: dict[str, Path], work: Path) -> dict[str, Path]:
     for name, source in files.items():
         if not source.is_file():
-            raise ModelError(f"{source}: no such file")
+            raise ModelFileError(f"{source}: no such file")
         shutil.copyfile(source, work / name)
     return {name: source.resolve() for name, source in files.items()}
 
@@ -102,11 +102,11 @@ def _tried(work: Path, encoder: TextEncoder, origins: dict[str, Path]) -> tuple[
         words = load_vocabulary()
         detector.set_vocabulary(words.objects, words.rooms)
         return detector, _trial_ms(detector, work / MODEL_FILE)
-    except ModelError as error:
+    except ModelFileError as error:
         said = str(error)
         for copy, origin in origins.items():
             said = said.replace(str(work / copy), str(origin))
-        raise ModelError(said) from error
+        raise ModelFileError(said) from error
 
 
 def _trial_ms(detector: Detector, path: Path) -> float:
@@ -116,7 +116,7 @@ def _trial_ms(detector: Detector, path: Path) -> float:
         seen = detector.detect(np.ascontiguousarray(frame))
         took_s = time.perf_counter() - began_s
         if not (np.isfinite(seen.boxes_px).all() and (seen.scores <= 1).all()):
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: gives scores above 1; export it with its last activation, so that they "
                 "are in 0..1"
             )
@@ -148,7 +148,7 @@ def _enter(name: str, home: Path, origins: dict[str, Path], contract: str) -> No
         partial.write_text(HEAD + "".join(_section(n, body) for n, body in known.items()), "utf-8")
         os.replace(partial, path)
     except OSError as error:
-        raise ModelError(f"{path}: cannot be written ({error.strerror})") from error
+        raise ModelFileError(f"{path}: cannot be written ({error.strerror})") from error
 
 
 def _section(name: str, body: dict[str, Any]) -> str:

@@ -12,7 +12,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 STRIDES = (8, 16, 32)
 ANCHORS_V5 = 3
@@ -38,7 +38,7 @@ def recognise(shape: tuple[int, ...], height: int, width: int, where: str) -> tu
             return "X", shape[2] - 5
         if shape[1] == ANCHORS_V5 * cells and shape[2] > 5:
             return "v5", shape[2] - 5
-    raise ModelError(
+    raise ModelFileError(
         f"{where}: output {shape} for input {height}x{width} is no known YOLO layout; "
         "expected (1, N, 5+C) as YOLOv5 or YOLOX give it, or (1, 4+C, N) as YOLOv8 does"
     )
@@ -87,7 +87,7 @@ def decode_prompted(outputs: list[Floats], prompts: int, where: str) -> Decoded:
             return Decoded(boxes, scores)
     if shapes[0] == shapes[-1] and prompts == 4 and len(outputs) == 2:
         return Decoded(outputs[0][0], outputs[1][0])  # as documented: boxes, then scores
-    raise ModelError(
+    raise ModelFileError(
         f"{where}: outputs {shapes} for {prompts} texts; expected boxes (1, L, 4) and scores "
         f"(1, L, {prompts}), or (1, {4 + prompts}, L)"
     )

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from models.detection import layouts
 from models.detection.boxes import letterbox
 from models.detection.detections import Floats, RawDetections, boxes_only, checked
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
 from models.words.class_names import check_names
 from models.words.text_encoder import open_tokenizer
@@ -53,11 +53,13 @@ class StoredPrompts:
             with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 rows = {name: np.asarray(file[name], np.float32) for name in file.files}
         except (OSError, ValueError, zipfile.BadZipFile) as error:
-            raise ModelError(f"{path}: not a readable .npz of text rows ({error})") from error
+            raise ModelFileError(f"{path}: not a readable .npz of text rows ({error})") from error
         check_names(tuple(rows), str(path))
         widths = {row.shape for row in rows.values()}
         if len(widths) != 1 or len(next(iter(widths))) != 1:
-            raise ModelError(f"{path}: every array must be one row (D,), not {sorted(widths)[:3]}")
+            raise ModelFileError(
+                f"{path}: every array must be one row (D,), not {sorted(widths)[:3]}"
+            )
         self._rows = {name: _unit(row) for name, row in rows.items()}
         self.dimension = int(next(iter(widths))[0])
 
@@ -73,7 +75,7 @@ class TowerPrompts:
         self._tokenizer = open_tokenizer(path.parent / "tokenizer.json", "put the tower's there")
         shapes = {i.name: i.shape for i in self._session.get_inputs()}
         if not set(shapes) <= {"input_ids", "attention_mask"} or "input_ids" not in shapes:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: inputs {sorted(shapes)} are no text tower's; expected input_ids and "
                 "maybe attention_mask"
             )
@@ -101,14 +103,16 @@ class TowerPrompts:
         )
         rows = [out for out in outputs if out.ndim == 2 and len(out) == 1]
         if not rows:
-            raise ModelError(f"{self._path}: gives no (1, D) row; export it with its projection")
+            raise ModelFileError(
+                f"{self._path}: gives no (1, D) row; export it with its projection"
+            )
         return _unit(rows[0][0])
 
 
 def open_prompts(path: Path) -> Prompts:
     """Text rows (.npz) or a text tower (.onnx)."""
     if not path.is_file():
-        raise ModelError(f"{path}: no such file; expected rows (.npz) or a text tower (.onnx)")
+        raise ModelFileError(f"{path}: no such file; expected rows (.npz) or a text tower (.onnx)")
     return StoredPrompts(path) if path.suffix == ".npz" else TowerPrompts(path)
 
 
@@ -124,7 +128,7 @@ class PromptedDetector:
         slots, width = self._texts.shape[-2:]
         self._slots = slots if isinstance(slots, int) else None
         if isinstance(width, int) and width != prompts.dimension:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: its texts have {width} values, the rows given {prompts.dimension}; they "
                 "are of another text tower"
             )
@@ -150,7 +154,7 @@ class PromptedDetector:
                 if row is not None:
                     found.append((k, name, row))
         if self._slots is not None and len(found) > self._slots:
-            raise ModelError(f"{self._path}: takes {self._slots} texts, not {len(found)}")
+            raise ModelFileError(f"{self._path}: takes {self._slots} texts, not {len(found)}")
         self._owner = np.array([k for k, _, _ in found], np.int32)
         width = self._prompts.dimension
         self._rows = np.array([row for _, _, row in found], np.float32).reshape(-1, width)
@@ -191,5 +195,5 @@ def _nothing() -> tuple[Floats, Floats, NDArray[np.int32]]:
 def _unit(row: Floats) -> Floats:
     norm = float(np.linalg.norm(row))
     if not np.isfinite(norm) or norm == 0:
-        raise ModelError("a text's row is zero or not finite; compute it again")
+        raise ModelFileError("a text's row is zero or not finite; compute it again")
     return np.asarray(row / norm, np.float32)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from models.detection.boxes import suppress
 from models.detection.detections import Floats, RawDetections, checked, select
-from models.detection.detector import OpenDetector, View
-from models.errors import ModelError
+from models.detection.detector import DetectorView, OpenDetector
+from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
 from models.words.text_encoder import TextEncoder
 
@@ -38,7 +38,7 @@ LEAST = 1e-6
 """Of a probability, before its logarithm is taken."""
 
 
-class Evidence(NamedTuple):
+class SecondLookEvidence(NamedTuple):
     """What speaks for N places being what is sought, each natural logarithms (N,): how much more it
     looks like it than places usually do, how surely it is a thing, how surely an unknown one."""
 
@@ -64,7 +64,7 @@ class SecondLook:
         self._session = open_session(path, threads)
         table = self._session.get_modelmeta().custom_metadata_map
         if table.get("format") != FORMAT:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: not a classifier for second looks (format "
                 f"{table.get('format', 'missing')!r}, expected {FORMAT!r})"
             )
@@ -74,10 +74,12 @@ class SecondLook:
             value = {k: float(table[f"value.{k}"]) for k in (*CHOSEN, *FITTED)}
             rows = np.frombuffer(base64.b64decode(table.get("rows", "")), np.float16)
         except (KeyError, ValueError, TypeError) as error:
-            raise ModelError(f"{path}: of its metadata is missing or no use: {error}") from error
+            raise ModelFileError(
+                f"{path}: of its metadata is missing or no use: {error}"
+            ) from error
         classes = self._session.get_outputs()[0].shape[-1]
         if not len(self.names) == self._usual.size == classes:
-            raise ModelError(
+            raise ModelFileError(
                 f"{path}: {classes} classes, but {len(self.names)} names and {self._usual.size} "
                 "usual probabilities; make it anew with models.train.second_look"
             )
@@ -123,13 +125,13 @@ class SecondLook:
 
     def evidence(
         self, classes: Floats, likeness: Floats, objectness: Floats, strangeness: Floats
-    ) -> Evidence:
+    ) -> SecondLookEvidence:
         """Of N places: `classes` (N, C) from `classify`, `likeness` (C,) of what is sought,
         `objectness` and `strangeness` (N,) in 0..1."""
         resemblance = _log(classes @ likeness) - _log(self._usual @ likeness)
-        return Evidence(resemblance, _log(objectness), _log(strangeness))
+        return SecondLookEvidence(resemblance, _log(objectness), _log(strangeness))
 
-    def probability(self, evidence: Evidence) -> Floats:
+    def probability(self, evidence: SecondLookEvidence) -> Floats:
         """(N,) with what probability each place is what is sought."""
         odds = self._weights @ np.stack(evidence) + self._value["shift"]
         return np.asarray(1 / (1 + np.exp(-odds)), np.float32)
@@ -150,7 +152,7 @@ def _log(p: Floats) -> Floats:
     return np.asarray(np.log(np.maximum(p, LEAST)), np.float32)
 
 
-def places(view: View) -> NDArray[np.int64]:
+def places(view: DetectorView) -> NDArray[np.int64]:
     """(N,) the likeliest places of a view, none twice."""
     one = np.zeros(len(view.boxes_px), np.int32)
     return suppress(view.boxes_px, view.objectness, one, APART_IOU, APART_IOU)[:PLACES]

@@ -24,9 +24,9 @@ from onnx import TensorProto, helper, numpy_helper
 
 from models.detection.boxes import letterbox
 from models.detection.detections import Detector
-from models.detection.detector import OpenDetector, View, open_detector
+from models.detection.detector import DetectorView, OpenDetector, open_detector
 from models.detection.second_look import SecondLook, Sought, look_twice
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.evaluation.words import LOOKS
 from models.onnx_session import open_session
 from models.store import manifest
@@ -54,7 +54,9 @@ def measure_cost(detector: Path, second_look: Path | None = None) -> dict[str, A
             env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},  # as the runtime has it
         )
         if done.returncode:
-            raise ModelError(done.stderr.strip().splitlines()[-1] if done.stderr else "no answer")
+            raise ModelFileError(
+                done.stderr.strip().splitlines()[-1] if done.stderr else "no answer"
+            )
         figures[f"threads_{threads}"] = json.loads(done.stdout)
     return figures
 
@@ -119,7 +121,9 @@ def _twice(
     return {"twice_ms": taken, "twice_memory_mb": _resident_mb() - before}
 
 
-def _stages(detector: Detector, frame: NDArray[np.uint8], view: View | None) -> tuple[float, float]:
+def _stages(
+    detector: Detector, frame: NDArray[np.uint8], view: DetectorView | None
+) -> tuple[float, float]:
     """Fitting the frame into the network's input, and naming; 0 for other contracts."""
     if view is None or not isinstance(detector, OpenDetector):
         return 0.0, 0.0

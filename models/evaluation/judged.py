@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from models.detection.boxes import pairwise_iou
 from models.detection.detections import RawDetections
 from models.evaluation.precision import MATCH_IOU
-from models.evaluation.truth import Marks, Truth
+from models.evaluation.truth import FrameTruth, Marks
 
 COVERED_IOU = 0.3
 """From which overlap with an ignored object of its class a detection is neither right nor wrong."""
@@ -38,7 +38,7 @@ class Judged:
         return Judged(1 / (1 + np.exp(-odds)), self.right, self.label, self.objects)
 
 
-def judge(truth: Truth, found: Sequence[RawDetections]) -> Judged:
+def judge(truth: FrameTruth, found: Sequence[RawDetections]) -> Judged:
     """Match detections with objects, best first; what covers an ignored object is left out."""
     scores: list[float] = []
     rights: list[bool] = []
@@ -132,7 +132,7 @@ def best_scores(found: Sequence[RawDetections], label: int) -> Doubles:
     return np.array([float(f.scores[f.labels == label].max(initial=0.0)) for f in found])
 
 
-def without(truth: Truth, labels: Collection[int]) -> NDArray[np.bool_]:
+def without(truth: FrameTruth, labels: Collection[int]) -> NDArray[np.bool_]:
     """Frames in which nothing of these classes is in view, ignored objects included."""
     wanted = sorted(labels)
     return np.array([not np.isin(marks.kinds, wanted).any() for marks in truth.marks])

@@ -23,7 +23,7 @@ from models.evaluation.judged import (
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
 from models.evaluation.second import look_at_all, sightings
-from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, Truth, Words
+from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, FrameTruth, NameLists
 from models.evaluation.words import as_runtime, looked_for
 from models.words.text_encoder import TextEncoder
 
@@ -33,8 +33,8 @@ CURVE = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
 def measure(
-    detector: Detector, truth: Truth, dev: Truth | None, words: Words, encoder: TextEncoder,
-    synonyms: bool = True, second: SecondLook | None = None,
+    detector: Detector, truth: FrameTruth, dev: FrameTruth | None, words: NameLists,
+    encoder: TextEncoder, synonyms: bool = True, second: SecondLook | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """The report on `truth`; calibration and threshold come from `dev`, else from `truth`."""
     rooms = list(words.rooms)
@@ -83,8 +83,8 @@ def measure(
 
 
 def looked_at_twice(
-    detector: OpenDetector, second: SecondLook, truth: Truth, words: Words, precision: Precision,
-    threshold: float, encoder: TextEncoder,
+    detector: OpenDetector, second: SecondLook, truth: FrameTruth, words: NameLists,
+    precision: Precision, threshold: float, encoder: TextEncoder,
 ) -> dict[str, Any]:  # fmt: skip
     """The categories held out of training, each as a goal as the runtime understands it: what is
     taken for a class that the detector knows is not looked at twice, and counts as not found."""
@@ -115,7 +115,7 @@ def looked_at_twice(
     }
 
 
-def _is(truth: Truth, label: int, names: Collection[str]) -> bool:
+def _is(truth: FrameTruth, label: int, names: Collection[str]) -> bool:
     return truth.categories[label] in names
 
 
@@ -130,7 +130,9 @@ def _whole_calibration(detector: Detector, gain: float, shift: float) -> dict[st
     return {"gain": gain * detector.gain, "shift": gain * detector.shift + shift}
 
 
-def groups(truth: Truth, ap: dict[int, float], words: Words) -> dict[str, dict[str, float]]:
+def groups(
+    truth: FrameTruth, ap: dict[int, float], words: NameLists
+) -> dict[str, dict[str, float]]:
     """Mean AP50 of each group over those of its categories that occur."""
     sets = {"HM3D goals": HM3D, "RoboTHOR goals": ROBOTHOR, "trained": words.trained}
     sets["held out"] = words.held_out
@@ -143,7 +145,7 @@ def groups(truth: Truth, ap: dict[int, float], words: Words) -> dict[str, dict[s
 
 
 def room_accuracy(
-    truth: Truth, likeliest: Sequence[int], rooms: Sequence[str], things: bool = False
+    truth: FrameTruth, likeliest: Sequence[int], rooms: Sequence[str], things: bool = False
 ) -> float:
     """Share of the views of a known room type that are named rightly, of all or of those in which
     an object counts (a blank wall is of any room); NaN without any."""
@@ -156,7 +158,7 @@ def room_accuracy(
 
 
 def _goal_scores(
-    truth: Truth, found: Sequence[RawDetections], gain: float, shift: float
+    truth: FrameTruth, found: Sequence[RawDetections], gain: float, shift: float
 ) -> list[tuple[Any, Any]]:
     """Recalibrated best scores and absence of every goal class, over the frames."""
     pairs = []
@@ -171,8 +173,8 @@ _EMPTY = (np.zeros(0, bool), np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 
 def seen_at(
-    truth: Truth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float],
-    threshold: float, words: Words, ap: dict[int, float],
+    truth: FrameTruth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float],
+    threshold: float, words: NameLists, ap: dict[int, float],
 ) -> dict[str, dict[str, float]]:  # fmt: skip
     """Each goal class at the threshold; `apart`: frames with a category near to it left out."""
     labels = [k for k, c in enumerate(truth.categories) if c in GOALS]
@@ -194,7 +196,7 @@ def seen_at(
 
 
 def curve(
-    truth: Truth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float]
+    truth: FrameTruth, found: Sequence[RawDetections], settled: Judged, fit: tuple[float, float]
 ) -> list[dict[str, float]]:
     """False sightings and recall, averaged over the goal classes that occur, by threshold."""
     labels = [k for k, c in enumerate(truth.categories) if c in GOALS]
@@ -208,7 +210,7 @@ def curve(
 
 
 def by_other_names(
-    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: Words,
+    looked: Looked, precision: Precision, judged: Judged, ap: dict[int, float], words: NameLists,
     encoder: TextEncoder,
 ) -> dict[str, Any]:  # fmt: skip
     """AP of a category asked for by a name that training never saw, over AP by its own name: of the

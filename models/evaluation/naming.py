@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.detections import Detector, RawDetections
-from models.detection.detector import NAMES, OpenDetector, View
-from models.evaluation.truth import Truth
+from models.detection.detector import NAMES, DetectorView, OpenDetector
+from models.evaluation.truth import FrameTruth
 from models.words.text_encoder import TextEncoder
 
 Floats = NDArray[np.float32]
@@ -21,7 +21,7 @@ class Looked:
 
     detector: OpenDetector
     categories: tuple[str, ...]
-    views: tuple[View, ...]
+    views: tuple[DetectorView, ...]
     rooms: tuple[int, ...]  # index of each frame's likeliest room
     cosines: tuple[Floats, ...]  # (K, C) a frame
     found: tuple[RawDetections, ...]
@@ -43,7 +43,9 @@ class Looked:
         return tuple(out)
 
 
-def look(detector: OpenDetector, truth: Truth, encoder: TextEncoder, rooms: list[str]) -> Looked:
+def look(
+    detector: OpenDetector, truth: FrameTruth, encoder: TextEncoder, rooms: list[str]
+) -> Looked:
     """Run the network on every frame once. Regions are kept in half precision: 1,000 frames of 300
     take 240 MB."""
     rows = encoder.embed(truth.categories)
@@ -60,7 +62,7 @@ def look(detector: OpenDetector, truth: Truth, encoder: TextEncoder, rooms: list
 
 
 def detect_all(
-    detector: Detector, truth: Truth, rooms: list[str]
+    detector: Detector, truth: FrameTruth, rooms: list[str]
 ) -> tuple[tuple[RawDetections, ...], tuple[int, ...]]:
     """Detections and likeliest room of every frame, by a detector of any contract; -1: none."""
     detector.set_vocabulary([(c,) for c in truth.categories], rooms)

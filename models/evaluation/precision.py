@@ -10,7 +10,7 @@ from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
 from models.detection.detections import RawDetections
-from models.evaluation.truth import Truth
+from models.evaluation.truth import FrameTruth
 
 MATCH_IOU = 0.5
 
@@ -18,7 +18,7 @@ MATCH_IOU = 0.5
 class Precision:
     """One truth's index, made once."""
 
-    def __init__(self, truth: Truth) -> None:
+    def __init__(self, truth: FrameTruth) -> None:
         self._table = truth.table
         self._ids = [c["id"] for c in truth.table["categories"]]
         with contextlib.redirect_stdout(io.StringIO()):

@@ -7,8 +7,8 @@ import numpy as np
 
 from models.detection.detections import Floats, RawDetections
 from models.detection.detector import OpenDetector
-from models.detection.second_look import Evidence, SecondLook, places, strangest
-from models.evaluation.truth import Truth, Words
+from models.detection.second_look import SecondLook, SecondLookEvidence, places, strangest
+from models.evaluation.truth import FrameTruth, NameLists
 from models.evaluation.words import LOOKS
 
 
@@ -29,7 +29,7 @@ class Sightings:
 
     boxes_px: Floats
     labels: np.ndarray
-    evidence: Evidence
+    evidence: SecondLookEvidence
 
     def scored(self, second: SecondLook) -> tuple[RawDetections, np.ndarray]:
         """As detections, best first, and which each is of these."""
@@ -41,7 +41,7 @@ class Sightings:
 
 
 def look_at_all(
-    detector: OpenDetector, second: SecondLook, truth: Truth, words: Words
+    detector: OpenDetector, second: SecondLook, truth: FrameTruth, words: NameLists
 ) -> tuple[Places, ...]:
     """Both networks on every frame."""
     detector.set_vocabulary([(name,) for name in words.trained], [])
@@ -55,7 +55,7 @@ def look_at_all(
 
 
 def sightings(
-    looked: Sequence[Places], second: SecondLook, truth: Truth, words: Words,
+    looked: Sequence[Places], second: SecondLook, truth: FrameTruth, words: NameLists,
     sought: Mapping[str, Sequence[str]],
 ) -> tuple[Sightings, ...]:  # fmt: skip
     """Of every frame, each of the categories `sought` as a goal of its own, by these names. A
@@ -84,5 +84,5 @@ def _sighted(
         told.append(np.stack(second.evidence(seen.classes[at], stands, *parts)))
         boxes.append(seen.boxes_px[at])
         labels.append(np.full(len(at), label, np.int32))
-    evidence = Evidence(*np.concatenate(told, axis=1))
+    evidence = SecondLookEvidence(*np.concatenate(told, axis=1))
     return Sightings(np.concatenate(boxes), np.concatenate(labels), evidence)

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.detections import Detector, RawDetections
-from models.errors import ModelError
-from models.evaluation.truth import Marks, Truth, Words
+from models.errors import ModelFileError
+from models.evaluation.truth import FrameTruth, Marks, NameLists
 
 COLUMNS, ROWS = 3, 4
 WIDTH = 640
@@ -26,7 +26,7 @@ PALETTE = (
 Image = NDArray[np.uint8]
 
 
-def draw_sheet(detector: Detector, truth: Truth, words: Words, out: Path) -> None:
+def draw_sheet(detector: Detector, truth: FrameTruth, words: NameLists, out: Path) -> None:
     """COLUMNS x ROWS frames, evenly drawn from those with objects, with truth in thin white."""
     full = [k for k, m in enumerate(truth.marks) if len(m.kinds) - int(m.crowd.sum()) >= 2]
     full = full or list(range(len(truth.marks)))
@@ -45,7 +45,7 @@ def draw_sheet(detector: Detector, truth: Truth, words: Words, out: Path) -> Non
     pictures += [blank] * (-len(pictures) % COLUMNS)
     lines = [np.hstack(pictures[i : i + COLUMNS]) for i in range(0, len(pictures), COLUMNS)]
     if not cv2.imwrite(str(out), np.vstack(lines)[..., ::-1]):
-        raise ModelError(f"{out}: cannot be written; name a .png in a directory that is there")
+        raise ModelFileError(f"{out}: cannot be written; name a .png in a directory that is there")
 
 
 def draw(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 NAMES = Path(__file__).parent.parent / "train" / "names.toml"
 ASKED = Path(__file__).parent / "asked.toml"
@@ -35,7 +35,7 @@ class Marks:
 
 
 @dataclass(frozen=True)
-class Truth:
+class FrameTruth:
     """A directory of frames as `hil-sim frames` writes it; `table` is its COCO table."""
 
     directory: Path
@@ -54,11 +54,13 @@ class Truth:
             bgr = cv2.imread(str(folder / name)) if (folder / name).is_file() else None
             if bgr is not None:
                 return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
-        raise ModelError(f"{self.directory}: image {name} cannot be read; render the frames again")
+        raise ModelFileError(
+            f"{self.directory}: image {name} cannot be read; render the frames again"
+        )
 
 
 @dataclass(frozen=True)
-class Words:
+class NameLists:
     """What training called things: `trained` categories with all their names, `held_out` ones, the
     `unseen` synonyms and the `near` categories of each trained one, and the room types; and what
     else people may have `asked` for a category by."""
@@ -71,7 +73,7 @@ class Words:
     asked: dict[str, tuple[str, ...]]
 
 
-def read_truth(directory: Path, limit: int | None = None) -> Truth:
+def read_truth(directory: Path, limit: int | None = None) -> FrameTruth:
     """The annotations of a directory of frames, or of its first `limit`. Raises ModelError."""
     path = directory / "annotations.json"
     try:
@@ -81,13 +83,13 @@ def read_truth(directory: Path, limit: int | None = None) -> Truth:
         notes = [m for m in table["annotations"] if m["image_id"] in kept]
         categories = tuple(c["name"] for c in table["categories"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ModelError(
+        raise ModelFileError(
             f"{path}: not a readable COCO table ({error}); make it with `hil-sim frames`"
         ) from error
     table = {"images": images, "annotations": notes, "categories": table["categories"]}
     if not images:
-        raise ModelError(f"{path}: holds no frames; make some with `hil-sim frames`")
-    return Truth(directory, table, categories, _marks(table))
+        raise ModelFileError(f"{path}: holds no frames; make some with `hil-sim frames`")
+    return FrameTruth(directory, table, categories, _marks(table))
 
 
 def _marks(table: dict[str, Any]) -> tuple[Marks, ...]:
@@ -104,12 +106,12 @@ def _marks(table: dict[str, Any]) -> tuple[Marks, ...]:
     return tuple(found)
 
 
-def read_words(path: Path = NAMES) -> Words:
+def read_words(path: Path = NAMES) -> NameLists:
     """The names that training used, and those it did not."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
     known: dict[str, Any] = table["categories"]
     asked: dict[str, list[str]] = tomllib.loads(ASKED.read_text(encoding="utf-8"))
-    return Words(
+    return NameLists(
         trained={name: tuple(body["names"]) for name, body in known.items()},
         held_out=tuple(table.get("held_out", ())),
         unseen={name: tuple(body.get("unseen", ())) for name, body in known.items()},

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import click
 
-from models.evaluation.truth import Words, read_words
+from models.evaluation.truth import NameLists, read_words
 from models.store import manifest
 from models.words.senses import Senses
 from models.words.text_encoder import TextEncoder
@@ -48,7 +48,7 @@ def looked_for(understood: Understand, text: str) -> tuple[str, ...]:
 
 
 def verdicts(
-    words: Words, understood: Understand, others: Mapping[str, Sequence[str]]
+    words: NameLists, understood: Understand, others: Mapping[str, Sequence[str]]
 ) -> list[tuple[str, str, str, str]]:
     """(synonym, its category, verdict, how it was understood) for all `others`, names of trained
     categories."""

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import ModelError, OverdueError
+from models.errors import ModelFileError, OverdueError
 
 CHUNK = 16
 """Tokens evaluated at once; sums of another batch size differ in their last bits."""
@@ -57,7 +57,7 @@ class LanguageModel:
         """
         prefix = self._tokens(context, first=True)
         if not prefix:
-            raise ModelError("the context of a score is empty; give at least one word")
+            raise ModelFileError("the context of a score is empty; give at least one word")
         return tuple(self._one(prefix, self._tokens(text, first=False)) for text in continuations)
 
     def _tokens(self, text: str, first: bool) -> list[int]:
@@ -65,9 +65,9 @@ class LanguageModel:
 
     def _one(self, prefix: list[int], tail: list[int]) -> float:
         if not tail:
-            raise ModelError("a continuation to score is empty; give at least one word")
+            raise ModelFileError("a continuation to score is empty; give at least one word")
         if len(prefix) + len(tail) > self._context:
-            raise ModelError(
+            raise ModelFileError(
                 f"{len(prefix) + len(tail)} tokens do not fit the context of {self._context}; "
                 "shorten the prompt or raise the model's context"
             )
@@ -181,7 +181,7 @@ class ReasoningModel:
             raise RuntimeError("too late")
         return chunk["choices"][0]["delta"].get("content") or ""
 
-    def _failed(self, error: Exception, seconds: float) -> ModelError:
+    def _failed(self, error: Exception, seconds: float) -> ModelFileError:
         """What a call is answered that ended early; leaves nothing of it in the cache."""
         import llama_cpp
 
@@ -189,7 +189,7 @@ class ReasoningModel:
         llama_cpp.llama_memory_clear(llama_cpp.llama_get_memory(self._llama.ctx), True)
         if self._alarm.rang:
             return OverdueError(f"no answer in {seconds:.2f} s")
-        return ModelError(f"llama.cpp: {' '.join(str(error).split())[:160]}")
+        return ModelFileError(f"llama.cpp: {' '.join(str(error).split())[:160]}")
 
 
 class _Alarm:
@@ -246,7 +246,7 @@ def load(path: Path, threads: int, **settings: Any) -> Any:
         )
     except Exception as error:  # the binding raises ValueError, AssertionError, ...
         reason = " ".join(str(error).split())[:120]
-        raise ModelError(f"{path}: llama.cpp cannot load it ({reason})") from error
+        raise ModelFileError(f"{path}: llama.cpp cannot load it ({reason})") from error
 
 
 def _sha256(path: Path) -> str:
@@ -257,7 +257,7 @@ def _sha256(path: Path) -> str:
 def _check(path: Path) -> None:
     remedy = "check the path or run `rfnav models pull`"
     if not path.is_file():
-        raise ModelError(f"{path}: no such model file; {remedy}")
+        raise ModelFileError(f"{path}: no such model file; {remedy}")
     with path.open("rb") as stream:
         if stream.read(4) != b"GGUF":
-            raise ModelError(f"{path}: not a GGUF file, or damaged; {remedy}")
+            raise ModelFileError(f"{path}: not a GGUF file, or damaged; {remedy}")

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.language.likelihood import ReasoningModel
 
 HANDLERS = {
@@ -47,7 +47,7 @@ class VisionModel(ReasoningModel):
         except Exception as error:  # jinja2's, the binding's and our own, all about these files
             self.close()
             reason = " ".join(str(error).split())[:160]
-            raise ModelError(
+            raise ModelFileError(
                 f"{path} with {projector} by handler {handler!r}: cannot see ({reason}); "
                 "the projector must be this model's own, and the handler its family's"
             ) from error
@@ -79,7 +79,7 @@ class VisionModel(ReasoningModel):
         split = (self._llama.tokenize(w.encode(), add_bos=False, special=False) for w in words)
         found = sorted({ids[-1] for ids in split if len(ids) == 1})
         if not found:
-            raise ModelError(f"no token says {words[0]!r}: use style reason")
+            raise ModelFileError(f"no token says {words[0]!r}: use style reason")
         return found
 
 
@@ -92,9 +92,9 @@ def _handler(projector: Path, name: str) -> Any:
     from llama_cpp import _logger, llama_chat_format, mtmd_cpp
 
     if name not in HANDLERS:
-        raise ModelError(f"vision handler {name}: unknown; known are {', '.join(HANDLERS)}")
+        raise ModelFileError(f"vision handler {name}: unknown; known are {', '.join(HANDLERS)}")
     if not projector.is_file():
-        raise ModelError(f"{projector}: no such mmproj file; check the path")
+        raise ModelFileError(f"{projector}: no such mmproj file; check the path")
     # It logs every image to stderr otherwise, whatever `verbose` says.
     mtmd_cpp.mtmd_log_set(_logger.llama_log_callback, None)
     mtmd_cpp.mtmd_helper_log_set(_logger.llama_log_callback, None)

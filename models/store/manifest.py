@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import sources
 
 PACKAGE = Path(__file__).parents[1]
@@ -76,7 +76,7 @@ def load_manifest(path: Path = MANIFEST, users: bool = True) -> dict[str, Entry]
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, tomllib.TOMLDecodeError) as error:
-        raise ModelError(f"{path}: not a readable manifest ({error})") from error
+        raise ModelFileError(f"{path}: not a readable manifest ({error})") from error
     entries = {name: _entry(path, name, body) for name, body in table.items()}
     if path == MANIFEST and users and user_manifest().is_file():
         return load_manifest(user_manifest()) | entries
@@ -106,14 +106,14 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
             handler=body.get("handler", ""),
         )
     except (KeyError, TypeError) as error:
-        raise ModelError(f"{path}: model {name!r}: wrong or missing key: {error}") from error
+        raise ModelFileError(f"{path}: model {name!r}: wrong or missing key: {error}") from error
 
 
 def entry(name: str, manifest: Path = MANIFEST) -> Entry:
     """The manifest's entry of that name; an unknown name lists the known ones."""
     known = load_manifest(manifest)
     if name not in known:
-        raise ModelError(f"{name}: no such model; known are {', '.join(sorted(known))}")
+        raise ModelFileError(f"{name}: no such model; known are {', '.join(sorted(known))}")
     return known[name]
 
 
@@ -161,10 +161,10 @@ def _present(model: Entry, file: ModelFile, manifest: Path) -> Path:
     else:
         path = cached
     if not path.is_file():
-        raise ModelError(f"{path}: model {model.name} is missing; {remedy}")
+        raise ModelFileError(f"{path}: model {model.name} is missing; {remedy}")
     found = sha256(path)
     if found != file.sha256:
-        raise ModelError(
+        raise ModelFileError(
             f"{path}: damaged: sha256 {found[:12]}…, expected {file.sha256[:12]}…; {remedy}"
         )
     return path
@@ -173,7 +173,7 @@ def _present(model: Entry, file: ModelFile, manifest: Path) -> Path:
 def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: Path) -> Path:
     try:
         return _present(model, file, manifest)
-    except ModelError:
+    except ModelFileError:
         pass
     target = cache_dir() / model.name / file.name
     failures = []
@@ -183,15 +183,19 @@ def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: 
                 sources.deliver(source, manifest.parent, work, partial, progress)
                 _admit(partial, file, target)
             return target
-        except ModelError as error:
+        except ModelFileError as error:
             failures.append(str(error))
-    raise ModelError(f"{model.name}: {file.name}: {'; '.join(failures) or 'no source is given'}")
+    raise ModelFileError(
+        f"{model.name}: {file.name}: {'; '.join(failures) or 'no source is given'}"
+    )
 
 
 def _admit(partial: Path, file: ModelFile, target: Path) -> None:
     found = sha256(partial)
     if found != file.sha256:
-        raise ModelError(f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…")
+        raise ModelFileError(
+            f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…"
+        )
     os.replace(partial, target)
 
 
@@ -202,11 +206,11 @@ def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
         target.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=".partial-", dir=target.parent))
     except OSError as error:
-        raise ModelError(f"{target.parent}: cannot be written ({error.strerror})") from error
+        raise ModelFileError(f"{target.parent}: cannot be written ({error.strerror})") from error
     try:
         yield work, work / target.name
     except OSError as error:
-        raise ModelError(f"{target}: {error.strerror or error}") from error
+        raise ModelFileError(f"{target}: {error.strerror or error}") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
 

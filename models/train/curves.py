@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 
 PARTS = ("objectness", "box", "words", "room")
 SMOOTH = 25
@@ -19,9 +19,9 @@ def read_log(path: Path) -> dict[str, list[float]]:
             rows = list(csv.DictReader(stream))
         columns = {k: [float(row[k]) for row in rows] for k in ("step", "frames_per_s", *PARTS)}
     except (OSError, KeyError, ValueError) as error:
-        raise ModelError(f"{path}: not the log of a training run ({error})") from error
+        raise ModelFileError(f"{path}: not the log of a training run ({error})") from error
     if not rows:
-        raise ModelError(f"{path}: empty; the first line is written after 20 steps")
+        raise ModelFileError(f"{path}: empty; the first line is written after 20 steps")
     return columns
 
 

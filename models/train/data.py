@@ -16,7 +16,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 WIDTH, HEIGHT = FULL = 416, 320
 SMALL = 320, 256
@@ -79,7 +79,7 @@ def read_frames(
             if image is not None and image not in frames:
                 frames[image] = _labelled(image, row, index)
     if not frames:
-        raise ModelError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
+        raise ModelFileError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
     return list(frames.values())
 
 
@@ -113,7 +113,9 @@ def _labelled(path: Path, row: dict[str, Any], index: dict[str, int]) -> Labelle
     marks = row["objects"]
     for mark in marks:
         if mark["category"] not in index:
-            raise ModelError(f"{path}: category {mark['category']!r} has no names in names.toml")
+            raise ModelFileError(
+                f"{path}: category {mark['category']!r} has no names in names.toml"
+            )
     labels = np.array([index[m["category"]] for m in marks], np.int64)
     xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
     return Labelled(
@@ -136,7 +138,7 @@ def load(path: Path) -> Image:
     """(H, W, 3) uint8 RGB."""
     bgr = cv2.imread(str(path), cv2.IMREAD_COLOR)
     if bgr is None:
-        raise ModelError(f"{path}: not a readable image; render the frames again")
+        raise ModelFileError(f"{path}: not a readable image; render the frames again")
     return np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
 
 

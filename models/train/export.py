@@ -20,7 +20,7 @@ import torch
 from onnx import helper
 from torch import Tensor, nn
 
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.onnx_session import open_session
 from models.train.data import FULL
 from models.train.graph import halve, simplified
@@ -64,7 +64,9 @@ def load_network(checkpoint: Path) -> tuple[Network, dict[str, Any]]:
         network.load_state_dict(state["average"])
     except (OSError, RuntimeError, KeyError, pickle.UnpicklingError) as error:
         reason = " ".join(str(error).split())[:120]
-        raise ModelError(f"{checkpoint}: not a checkpoint of this trainer ({reason})") from error
+        raise ModelFileError(
+            f"{checkpoint}: not a checkpoint of this trainer ({reason})"
+        ) from error
     return network.eval(), state
 
 
@@ -82,7 +84,9 @@ def export(
     weights are in half precision and computing is in single.
     """
     if any(side % 32 or side <= 0 for side in size):
-        raise ModelError(f"{out}: input {size[0]}x{size[1]}: both sides must be multiples of 32")
+        raise ModelFileError(
+            f"{out}: input {size[0]}x{size[1]}: both sides must be multiples of 32"
+        )
     network, _ = load_network(checkpoint)
     selected = Selected(network).eval()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -140,10 +144,12 @@ def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:
         for name in ("objectness", "scene"):
             gap = float(np.abs(mine[name] - theirs[name]).max())
             if gap > TOLERANCE[name]:
-                raise ModelError(f"{path}: {name} differs from torch by {gap:.3f}; do not use it")
+                raise ModelFileError(
+                    f"{path}: {name} differs from torch by {gap:.3f}; do not use it"
+                )
         lone = float(np.abs(mine["boxes"][0, 0] - theirs["boxes"][0]).max(axis=1).min())
         if lone > TOLERANCE["boxes"]:
-            raise ModelError(f"{path}: the best box differs from torch by {lone:.1f} px")
+            raise ModelFileError(f"{path}: the best box differs from torch by {lone:.1f} px")
 
 
 def parse_size(text: str) -> tuple[int, int]:
@@ -151,7 +157,9 @@ def parse_size(text: str) -> tuple[int, int]:
     try:
         width, height = (int(part) for part in text.split("x"))
     except ValueError:
-        raise ModelError(f"size {text!r} is none; write WIDTHxHEIGHT, such as 416x320") from None
+        raise ModelFileError(
+            f"size {text!r} is none; write WIDTHxHEIGHT, such as 416x320"
+        ) from None
     return width, height
 
 
@@ -178,7 +186,7 @@ def main(
     """Export a checkpoint, check it against torch, and say what it weighs."""
     calibrate = sorted((int8 / "images").glob("*.jpg")) if int8 else ()
     if int8 and not calibrate:
-        raise ModelError(f"{int8}: holds no images/*.jpg; render some with `hil-sim frames`")
+        raise ModelFileError(f"{int8}: holds no images/*.jpg; render some with `hil-sim frames`")
     export(checkpoint, out, {"gain": gain, "shift": shift}, parse_size(size), calibrate)
     digest = hashlib.sha256(out.read_bytes()).hexdigest()
     click.echo(f"{out}: {out.stat().st_size} bytes, sha256 {digest}")

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 PATH = Path(__file__).parent / "names.toml"
 NEVER_DRAWN = 12
@@ -53,7 +53,7 @@ def load_names(embed: Embed, path: Path = PATH) -> Names:
     known, rooms = table["categories"], table["rooms"]
     near = [set(body.get("near", ())) for body in known.values()]
     for other in set().union(*near) - set(known):
-        raise ModelError(f"{path}: near: {other!r} is no category of this file")
+        raise ModelFileError(f"{path}: near: {other!r} is no category of this file")
     compare = torch.tensor([[float(b not in skip) for b in known] for skip in near])
     phrases = [
         [p.format(n) for p in rooms["phrases"] for n in many] for many in rooms["names"].values()

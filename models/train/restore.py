@@ -16,7 +16,7 @@ import torch
 from onnx import numpy_helper
 from torch import Tensor, nn
 
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.onnx_session import image_size, open_session
 from models.train.data import Labelled, batches, read_frames
 from models.train.export import FORMAT, Selected, check_parity
@@ -36,7 +36,9 @@ def restore(path: Path) -> Network:
     model = onnx.load(str(path))
     table = {p.key: p.value for p in model.metadata_props}
     if table.get("format") != FORMAT:
-        raise ModelError(f"{path}: not a file of models.train.export; give one such as rfnav-det")
+        raise ModelFileError(
+            f"{path}: not a file of models.train.export; give one such as rfnav-det"
+        )
     values = {
         t.name.removesuffix(".half"): torch.from_numpy(
             numpy_helper.to_array(t).astype(np.float32, copy=True)
@@ -62,7 +64,7 @@ def restore(path: Path) -> Network:
     found["room_log_scale"] = torch.tensor(float(table["value.room_scale"])).log()
     missing = sorted(state.keys() - found.keys())
     if missing:
-        raise ModelError(f"{path}: holds no {missing[0]} that could be read; is it in 8 bits?")
+        raise ModelFileError(f"{path}: holds no {missing[0]} that could be read; is it in 8 bits?")
     network = Network()
     network.load_state_dict(found)
     return network.eval()

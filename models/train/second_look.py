@@ -23,10 +23,10 @@ from torch.nn import functional as F
 
 from models.detection.detector import OpenDetector, open_detector
 from models.detection.second_look import FITTED, FORMAT, SecondLook
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.evaluation.judged import fit_odds, verdicts
 from models.evaluation.second import Places, Sightings, look_at_all, sightings
-from models.evaluation.truth import Truth, Words, read_truth, read_words
+from models.evaluation.truth import FrameTruth, NameLists, read_truth, read_words
 from models.store import manifest
 from models.train.export import OPSET
 from models.train.graph import halve, simplified
@@ -66,7 +66,7 @@ def read_names(path: Path) -> tuple[str, ...]:
     for node in ast.parse(path.read_text(encoding="utf-8")).body:
         if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == LIST:
             return tuple(ast.literal_eval(node.value))
-    raise ModelError(f"{path}: holds no {LIST}")
+    raise ModelFileError(f"{path}: holds no {LIST}")
 
 
 def build(out: Path, weights: Path, names: tuple[str, ...]) -> None:
@@ -110,7 +110,7 @@ def usual(looked: Sequence[Places]) -> list[float]:
     return [float(f"{value:.4g}") for value in mean]
 
 
-def rarely_seen(truth: Truth, words: Words) -> tuple[str, ...]:
+def rarely_seen(truth: FrameTruth, words: NameLists) -> tuple[str, ...]:
     """The trained categories of which the frames have few objects that count."""
     kinds = np.concatenate([marks.kinds[~marks.crowd] for marks in truth.marks])
     count = np.bincount(kinds, minlength=len(truth.categories)) * 1000 / len(truth.marks)
@@ -121,7 +121,7 @@ def rarely_seen(truth: Truth, words: Words) -> tuple[str, ...]:
     )
 
 
-def fit(told: Sequence[Sightings], truth: Truth, second: SecondLook) -> dict[str, float]:
+def fit(told: Sequence[Sightings], truth: FrameTruth, second: SecondLook) -> dict[str, float]:
     """What evidence is worth: the log odds of being right."""
     evidence, right = [], []
     for part, marks in zip(told, truth.marks, strict=True):
@@ -148,7 +148,7 @@ def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
     truth, words = read_truth(dev), read_words()
     rare = rarely_seen(truth, words)
     if not rare:
-        raise ModelError(
+        raise ModelFileError(
             f"{dev}: no trained category has {RARE[0]} to {RARE[1]} objects in 1,000 "
             "frames; evidence is fitted on such: give more frames"
         )

@@ -11,7 +11,7 @@ import click
 import cv2
 
 from models.detection.detector import open_detector
-from models.errors import ModelError, told
+from models.errors import ModelFileError, told
 from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure
 from models.evaluation.truth import read_truth, read_words
@@ -68,7 +68,7 @@ def main(
     truth, fitting = read_truth(data, limit), read_truth(dev, limit)
     calibrate = sorted((int8 / "images").glob("*.jpg"))
     if not calibrate:
-        raise ModelError(f"{int8}: holds no images/*.jpg; render some with `hil-sim frames`")
+        raise ModelFileError(f"{int8}: holds no images/*.jpg; render some with `hil-sim frames`")
     click.echo("| " + " | ".join(HEAD) + " |\n" + "|---" * len(HEAD) + "|")
     reports: dict[str, Any] = {}
     for size in sizes:

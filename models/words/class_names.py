@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
 MAX_CLASSES = 2000
@@ -17,17 +17,19 @@ ROOM_PHRASES = ("{}", "a {}", "a photo of a {}", "inside a {}")
 def check_names(names: Sequence[str], where: str) -> None:
     """Raise ModelError unless this is a usable list of class names."""
     if not names:
-        raise ModelError(f"{where}: the class list is empty; give at least one name")
+        raise ModelFileError(f"{where}: the class list is empty; give at least one name")
     if len(names) > MAX_CLASSES:
-        raise ModelError(f"{where}: {len(names)} names; at most {MAX_CLASSES} are possible")
+        raise ModelFileError(f"{where}: {len(names)} names; at most {MAX_CLASSES} are possible")
     for name in names:
         shown = " ".join(name.split())[:30]
         if not name.strip():
-            raise ModelError(f"{where}: a class name is blank; write a word or remove the line")
+            raise ModelFileError(f"{where}: a class name is blank; write a word or remove the line")
         if "\n" in name or "\r" in name:
-            raise ModelError(f"{where}: class name {shown!r} holds a line break; use one line each")
+            raise ModelFileError(
+                f"{where}: class name {shown!r} holds a line break; use one line each"
+            )
         if len(name) > MAX_NAME:
-            raise ModelError(
+            raise ModelFileError(
                 f"{where}: class name {shown!r}… has {len(name)} characters; at most {MAX_NAME}"
             )
 
@@ -37,7 +39,9 @@ def read_names(path: Path) -> tuple[str, ...]:
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except (OSError, UnicodeDecodeError) as error:
-        raise ModelError(f"{path}: not a readable class list ({error}); one name a line") from error
+        raise ModelFileError(
+            f"{path}: not a readable class list ({error}); one name a line"
+        ) from error
     while lines and not lines[-1].strip():
         lines.pop()
     check_names(lines, str(path))
@@ -50,7 +54,7 @@ class ClassText:
     def __init__(self, classes: Sequence[Sequence[str]], encoder: TextEncoder) -> None:
         for names in classes:
             if isinstance(names, str) or not names:
-                raise ModelError("vocabulary: each class is a tuple of at least one name")
+                raise ModelFileError("vocabulary: each class is a tuple of at least one name")
         self.classes = tuple(tuple(names) for names in classes)
         flat = [name for names in self.classes for name in names]
         check_names(flat, "vocabulary")

@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 PATH = Path(__file__).parents[1] / "wordnet" / "nouns.json.gz"
 PLURALS = (
@@ -14,7 +14,7 @@ PLURALS = (
 )  # fmt: skip
 
 
-class Sense(NamedTuple):
+class NounSense(NamedTuple):
     """One meaning. `names` share it; `broader` and `narrower` are ids of what it is a kind of and
     of its own kinds, one step away. `gloss` is empty where no other meaning competes for a name.
     `common` is False where the word that was asked for mostly means what is not in the table: dog,
@@ -38,7 +38,9 @@ class Senses:
             self._singular: dict[str, str] = dict(table["singular"])
             self._elsewhere = frozenset(table["elsewhere"])
         except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
-            raise ModelError(f"{path}: not a table of senses ({error}); reinstall rf-nav") from None
+            raise ModelFileError(
+                f"{path}: not a table of senses ({error}); reinstall rf-nav"
+            ) from None
         kinds: list[list[int]] = [[] for _ in rows]
         for id, (_, _, up) in enumerate(rows):
             for above in up:
@@ -46,11 +48,11 @@ class Senses:
         self._senses = []
         self._by_key: dict[str, list[int]] = {}
         for id, (names, gloss, up) in enumerate(rows):
-            self._senses.append(Sense(id, names, gloss, up, tuple(kinds[id])))
+            self._senses.append(NounSense(id, names, gloss, up, tuple(kinds[id])))
             for word in dict.fromkeys(key(name) for name in names):
                 self._by_key.setdefault(word, []).append(id)
 
-    def __call__(self, text: str) -> tuple[Sense, ...]:
+    def __call__(self, text: str) -> tuple[NounSense, ...]:
         """All household meanings of a noun, singular or plural, however it is spaced; () where
         none is known."""
         for form in self._forms(key(text)):

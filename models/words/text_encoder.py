@@ -8,7 +8,7 @@ import onnxruntime
 from numpy.typing import NDArray
 from tokenizers import Tokenizer
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.onnx_session import open_session
 
 MAX_TOKENS = 64
@@ -59,11 +59,11 @@ class TextEncoder:
 def open_tokenizer(path: Path, remedy: str = "run `rfnav models pull minilm`") -> Tokenizer:
     """A tokenizer that truncates and does not pad. Raises ModelError."""
     if not path.is_file():
-        raise ModelError(f"{path}: missing; {remedy}")
+        raise ModelFileError(f"{path}: missing; {remedy}")
     try:
         tokenizer = Tokenizer.from_file(str(path))
     except Exception as error:  # the binding raises bare Exception
-        raise ModelError(f"{path}: damaged ({error}); {remedy}") from error
+        raise ModelFileError(f"{path}: damaged ({error}); {remedy}") from error
     tokenizer.no_padding()
     tokenizer.enable_truncation(MAX_TOKENS)
     return tokenizer

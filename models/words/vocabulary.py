@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 
 PATH = Path(__file__).parents[1] / "vocabulary.toml"
 
@@ -33,7 +33,7 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             {name: _names(kinds) for name, kinds in table.get("kinds", {}).items()},
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ModelError(
+        raise ModelFileError(
             f"{path}: not a word list ({error}); it needs `objects`, a list of lists of names, and "
             "`rooms`, a list of names"
         ) from error
@@ -41,15 +41,19 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
     for name, kinds in found.kinds.items():
         for kind in (name, *kinds):
             if owner.get(kind) != kind:
-                raise ModelError(
+                raise ModelFileError(
                     f"{path}: kinds.{name}: no class of `objects` begins with {kind!r}"
                 )
     for name, more in found.also.items():
         if owner.get(name) != name:
-            raise ModelError(f"{path}: also.{name}: no class of `objects` begins with that name")
+            raise ModelFileError(
+                f"{path}: also.{name}: no class of `objects` begins with that name"
+            )
         for other in more:
             if owner.setdefault(other, name) != name:
-                raise ModelError(f"{path}: also.{name}: {other!r} is {owner[other]}, too; keep one")
+                raise ModelFileError(
+                    f"{path}: also.{name}: {other!r} is {owner[other]}, too; keep one"
+                )
     return found
 
 

@@ -7,7 +7,7 @@ import click
 from tqdm import tqdm
 
 from models.detection.imported import describe, import_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
@@ -43,7 +43,7 @@ def verify(names: tuple[str, ...]) -> None:
         try:
             manifest.verify(model.name)
             click.echo(f"{model.name}: ok")
-        except ModelError as error:
+        except ModelFileError as error:
             wrong += 1
             click.echo(f"{model.name}: {error}")
     if wrong:
@@ -56,7 +56,7 @@ def list_models() -> None:
     for model in manifest.load_manifest().values():
         try:
             state = str(manifest.locate(model.name))
-        except ModelError:
+        except ModelFileError:
             state = "not here or damaged"
         size = f"{model.size / 1e6:.1f} MB"
         click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 
-from runtime.core.voting.likelihood_experts import Question
+from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 
 _TABLE = """CREATE TABLE IF NOT EXISTS score (
     model TEXT, context TEXT, continuation TEXT, value REAL,
@@ -30,7 +30,7 @@ class ScoreFile:
         self._path, self._model = path, model
         self.error = ""
 
-    def load(self) -> dict[Question, float]:
+    def load(self) -> dict[LikelihoodQuestion, float]:
         """All of them."""
         query = "SELECT context, continuation, value FROM score WHERE model = ?"
         try:
@@ -41,9 +41,9 @@ class ScoreFile:
         except (sqlite3.Error, OSError) as error:
             self.error = f"{self._path}: {error}; remove it to begin anew"
             return {}
-        return {Question(context, text): value for context, text, value in rows}
+        return {LikelihoodQuestion(context, text): value for context, text, value in rows}
 
-    def keep(self, scores: Iterable[tuple[Question, float]]) -> None:
+    def keep(self, scores: Iterable[tuple[LikelihoodQuestion, float]]) -> None:
         """Add scores. After an error nothing more is written."""
         if self.error:
             return

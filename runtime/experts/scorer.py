@@ -13,7 +13,7 @@ import numpy as np
 
 from runtime.clock import Clock, Deadline
 from runtime.core.types import F32
-from runtime.core.voting.likelihood_experts import Question
+from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.score_cache import ScoreFile
 
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
@@ -55,7 +55,7 @@ class Similarity:
 class _Job:
     """What one caller waits for. Guarded by the scorer's condition."""
 
-    def __init__(self, questions: Sequence[Question], by: Deadline) -> None:
+    def __init__(self, questions: Sequence[LikelihoodQuestion], by: Deadline) -> None:
         self.questions = questions
         self.waiting = deque(questions)  # those without a score yet, and perhaps some with
         self.by = by
@@ -84,15 +84,15 @@ class Scorer:
         self._clock = clock
         self._condition = threading.Condition()
         self._file = file
-        self._memo: dict[tuple[str, Question], float] = {}
+        self._memo: dict[tuple[str, LikelihoodQuestion], float] = {}
         if file is not None:
             name = self._rungs[0][0]
             self._memo = {(name, q): value for q, value in file.load().items()}
         self._urgent: deque[_Job] = deque()
-        self._background: deque[Question] = deque()
+        self._background: deque[LikelihoodQuestion] = deque()
         self._busy = False
         self._began_s = 0.0  # the prompt under way
-        self._unsaved: list[tuple[Question, float]] = []
+        self._unsaved: list[tuple[LikelihoodQuestion, float]] = []
         self._last = ""  # the context asked about last
         self._closed = False
         self.errors: list[str] = []  # why rungs were left
@@ -122,7 +122,9 @@ class Scorer:
         with self._condition:
             return len(self._memo)
 
-    def answer(self, questions: Iterable[Question], by: Deadline) -> dict[Question, float]:
+    def answer(
+        self, questions: Iterable[LikelihoodQuestion], by: Deadline
+    ) -> dict[LikelihoodQuestion, float]:
         """Scores by question; those the model did not reach by the deadline are left out.
 
         Raises what the last rung's model raised.
@@ -143,7 +145,7 @@ class Scorer:
             name = self._rungs[0][0]
             return {q: self._memo[name, q] for q in wanted if (name, q) in self._memo}
 
-    def warm(self, questions: Iterable[Question]) -> None:
+    def warm(self, questions: Iterable[LikelihoodQuestion]) -> None:
         """Score in the background, after everything that somebody waits for. Returns at once."""
         with self._condition:
             name = self._rungs[0][0]
@@ -196,7 +198,7 @@ class Scorer:
                 self._condition.notify_all()
         self._write()
 
-    def _next_prompt(self) -> tuple[_Job | None, list[Question]]:
+    def _next_prompt(self) -> tuple[_Job | None, list[LikelihoodQuestion]]:
         """Questions that share one context: of the caller who can be answered soonest, else of the
         background."""
         while self._urgent:
@@ -209,7 +211,7 @@ class Scorer:
             job.done = True
         return None, self._take(self._background)
 
-    def _take(self, waiting: deque[Question]) -> list[Question]:
+    def _take(self, waiting: deque[LikelihoodQuestion]) -> list[LikelihoodQuestion]:
         """Remove and return the unanswered questions of one context: one that begins as the last
         one did, if there is such, since what models have read of it they need not read again;
         else the first."""
@@ -227,7 +229,11 @@ class Scorer:
         return taken
 
     def _keep(
-        self, name: str, job: _Job | None, prompt: list[Question], outcome: list[float] | Exception
+        self,
+        name: str,
+        job: _Job | None,
+        prompt: list[LikelihoodQuestion],
+        outcome: list[float] | Exception,
     ) -> None:
         if isinstance(outcome, Exception):
             self._step_down(name, job, outcome)
@@ -239,7 +245,9 @@ class Scorer:
         if job is not None and not job.waiting:
             self._leave(job)
 
-    def _save(self, name: str, prompt: list[Question], outcome: list[float] | Exception) -> None:
+    def _save(
+        self, name: str, prompt: list[LikelihoodQuestion], outcome: list[float] | Exception
+    ) -> None:
         """Write what is new to the file once nobody waits, or when it is much."""
         if self._file is not None and name == self._first and not isinstance(outcome, Exception):
             self._unsaved += zip(prompt, outcome, strict=True)
@@ -270,7 +278,7 @@ class Scorer:
             self._urgent.remove(job)
 
 
-def _score(model: Likelihood, prompt: list[Question]) -> list[float] | Exception:
+def _score(model: Likelihood, prompt: list[LikelihoodQuestion]) -> list[float] | Exception:
     try:
         values: Any = model.score(prompt[0].context, [q.continuation for q in prompt])
         scores = [float(v) for v in values]

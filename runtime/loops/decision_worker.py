@@ -18,7 +18,7 @@ from runtime.navigate import NavigateConfig
 
 
 @dataclass(frozen=True)
-class Question:
+class DecisionRequest:
     """What is to be decided; `asker` is whose it is, for an answer that comes too late."""
 
     asker: object
@@ -31,11 +31,11 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class DecisionReply:
     """A decision, and what became of the rehearsal before it: "used", why it could not be, or ""
     when there was none."""
 
-    question: Question
+    question: DecisionRequest
     decision: Decision
     rehearsal: str = ""
 
@@ -45,9 +45,9 @@ class Decider:
 
     def __init__(self, nice: int = 0) -> None:
         self._changed = threading.Condition()
-        self._question: Question | None = None
-        self._answer: Answer | None = None
-        self._rehearsal: Question | None = None  # to come, under way, or done
+        self._question: DecisionRequest | None = None
+        self._answer: DecisionReply | None = None
+        self._rehearsal: DecisionRequest | None = None  # to come, under way, or done
         self._rehearsed: Ballot | None = None  # what it brought
         self._error: BaseException | None = None
         self._closed = False
@@ -68,7 +68,7 @@ class Decider:
             busy = self._question is not None or self._answer is not None
             return not busy and (self._rehearsal is None or self._rehearsed is not None)
 
-    def ask(self, question: Question) -> None:
+    def ask(self, question: DecisionRequest) -> None:
         """Begin to decide; must not be busy. A rehearsal of something else ends."""
         with self._changed:
             assert self._question is None
@@ -78,7 +78,7 @@ class Decider:
         if rehearsal is not None:
             rehearsal.panel.nudge()
 
-    def rehearse(self, question: Question) -> None:
+    def rehearse(self, question: DecisionRequest) -> None:
         """Prepare for a question that may come; must be idle. What is prepared already is kept."""
         with self._changed:
             before, ballot = self._rehearsal, self._rehearsed
@@ -87,7 +87,7 @@ class Decider:
             self._rehearsal, self._rehearsed = question, None
             self._changed.notify_all()
 
-    def take(self) -> Answer | None:
+    def take(self) -> DecisionReply | None:
         """The decision that was made meanwhile; raises what went wrong in making it."""
         with self._changed:
             if self._error is not None:
@@ -125,7 +125,7 @@ class Decider:
         waiting = self._rehearsal is not None and self._rehearsed is None
         return self._closed or self._question is not None or waiting
 
-    def _try_out(self, rehearsal: Question) -> None:
+    def _try_out(self, rehearsal: DecisionRequest) -> None:
         def wanted() -> bool:
             """Nothing is asked yet, or just this."""
             with self._changed:
@@ -139,7 +139,7 @@ class Decider:
                 self._rehearsal = None
             self._changed.notify_all()
 
-    def _decide(self, question: Question) -> None:
+    def _decide(self, question: DecisionRequest) -> None:
         rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
         early = rehearsal is not None and _early(rehearsal, question)
         if rehearsal is not None and ballot is not None and not early:
@@ -159,16 +159,16 @@ class Decider:
         with self._changed:
             if not early:
                 self._rehearsal = self._rehearsed = None
-            self._question, self._answer = None, Answer(question, decision, told)
+            self._question, self._answer = None, DecisionReply(question, decision, told)
 
 
-def _early(rehearsal: Question, question: Question) -> bool:
+def _early(rehearsal: DecisionRequest, question: DecisionRequest) -> bool:
     """Whether the frontier that the rehearsal is without is still there: its time may come."""
     there = rehearsal.without in {f.id for f in question.snapshot.brief.frontiers}
     return there and rehearsal.asker is question.asker
 
 
-def _apart(rehearsal: Question, question: Question) -> str:
+def _apart(rehearsal: DecisionRequest, question: DecisionRequest) -> str:
     """Why a rehearsal was not of this question; "" when it was."""
     if rehearsal.asker is not question.asker or rehearsal.panel is not question.panel:
         return "another search"
@@ -176,7 +176,7 @@ def _apart(rehearsal: Question, question: Question) -> str:
     return rehearsing.differs(prepared, now, question.tolerance)
 
 
-def _unfit(ballot: Ballot, question: Question) -> str:
+def _unfit(ballot: Ballot, question: DecisionRequest) -> str:
     """Why a rehearsed ballot cannot stand for one that is asked for; "" when it can."""
     if not rehearsing.complete(ballot):
         return "an expert was late"

@@ -28,7 +28,7 @@ from runtime.core.world import Command, World
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
 from runtime.loops.control_loop import Helm, Plan
-from runtime.loops.decision_worker import Decider, Question
+from runtime.loops.decision_worker import Decider, DecisionRequest
 from runtime.loops.search import Mind, Search, seen, understand
 from runtime.robot.bus import Bus, Request
 
@@ -233,7 +233,7 @@ class RealTime:
             navigate.adopt(world, first, cfg.navigate)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel, tolerance = search.order.panel, cfg.speculation
-        self._decider.ask(Question(search, snap, panel, by, cfg.navigate, tolerance))
+        self._decider.ask(DecisionRequest(search, snap, panel, by, cfg.navigate, tolerance))
 
     def _rehearse(self, search: Search, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
@@ -256,7 +256,7 @@ class RealTime:
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel, snap = search.order.panel, replace(snap, brief=brief)
         tolerance = cfg.speculation
-        question = Question(search, snap, panel, by, cfg.navigate, tolerance, without=aim)
+        question = DecisionRequest(search, snap, panel, by, cfg.navigate, tolerance, without=aim)
         self._decider.rehearse(question)
 
     def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:

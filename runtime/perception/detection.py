@@ -21,7 +21,7 @@ from runtime.perception.goal_words import Goal
 Classes = tuple[tuple[str, ...], ...]
 
 
-class Eyes:
+class SeekingDetector:
     """The models that see, loaded, and what they look for. One thread at a time may use them.
     Raises models.errors.ModelError when one cannot be loaded."""
 

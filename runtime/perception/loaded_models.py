@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from models.errors import ModelError as ModelFileError
+from models.errors import ModelFileError
 from models.language.likelihood import LanguageModel, ReasoningModel
 from models.language.vision import VisionModel
 from models.store import manifest
@@ -28,7 +28,7 @@ from runtime.experts.reasoner import Reasoner
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seats
-from runtime.perception.detection import Eyes, located
+from runtime.perception.detection import SeekingDetector, located
 from runtime.perception.goal_words import Goal, Words, understand
 
 GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
@@ -50,7 +50,7 @@ class LocalMind:
             self._encoder = TextEncoder(_directory(models.text), threads)
             also, kinds = vocabulary.also, vocabulary.kinds
             self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
-            self._eyes = Eyes(config, self._encoder, vocabulary)
+            self._eyes = SeekingDetector(config, self._encoder, vocabulary)
         except ModelFileError as error:
             raise ModelError(str(error)) from error
         if config.panel.experts:

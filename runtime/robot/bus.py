@@ -19,7 +19,7 @@ from runtime.journal import plain
 from runtime.robot import wire
 from runtime.robot.requests import Request
 from runtime.robot.session import BusConfig, TopicsConfig, open_session
-from runtime.robot.sync import Match, Raw, Rings, interpolate
+from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
 
@@ -47,7 +47,7 @@ class Bus:
             int(config.pair_tolerance_s * 1e9), int(config.odometry_gap_s * 1e9), lockstep
         )
         self._requests: deque[tuple[str, str, Any]] = deque()
-        self._camera_info: Raw | None = None  # newest, not decoded yet
+        self._camera_info: RawMessage | None = None  # newest, not decoded yet
         self._intrinsics: Intrinsics | None = None
         self._intrinsics_error: SensorError | None = None
         self._lockstep = lockstep
@@ -291,7 +291,7 @@ class Bus:
             health.received += 1
             health.arrival_s = arrival_s
             try:
-                raw = Raw(wire.peek_stamp(payload, topic), payload, arrival_s)
+                raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
             except SensorError as error:
                 health.bad += 1
                 health.last_error = str(error)
@@ -372,7 +372,7 @@ class Bus:
         pose = interpolate(before, after, match.stamp_ns)
         return Observation(match.stamp_ns, rgb, depth, pose, intrinsics)
 
-    def _pose(self, raw: Raw) -> wire.Stamped[Pose] | None:
+    def _pose(self, raw: RawMessage) -> wire.Stamped[Pose] | None:
         decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
         try:
             return decode(raw.payload, self._odom_topic)

@@ -15,7 +15,7 @@ CLOCK_BACK_NS = 1_000_000_000  # a stamp this much older than the one before: a 
 
 
 @dataclass(frozen=True)
-class Raw:
+class RawMessage:
     """A message as it came: its header's stamp, its bytes, and when it arrived (monotonic s)."""
 
     stamp_ns: int
@@ -27,10 +27,10 @@ class Raw:
 class Match:
     """Colour and depth of one moment, and the odometry on both sides of it (or twice at it)."""
 
-    color: Raw
-    depth: Raw
-    before: Raw
-    after: Raw
+    color: RawMessage
+    depth: RawMessage
+    before: RawMessage
+    after: RawMessage
 
     @property
     def arrival_s(self) -> float:
@@ -54,18 +54,18 @@ class Rings:
         self._tolerance_ns = 0 if lockstep else tolerance_ns
         self._gap_ns = odometry_gap_ns
         self._lockstep = lockstep
-        self.color: deque[Raw] = deque(maxlen=None if lockstep else IMAGES_KEPT)
-        self.depth: deque[Raw] = deque(maxlen=None if lockstep else IMAGES_KEPT)
-        self.odom: deque[Raw] = deque(maxlen=None if lockstep else ODOMETRY_KEPT)
+        self.color: deque[RawMessage] = deque(maxlen=None if lockstep else IMAGES_KEPT)
+        self.depth: deque[RawMessage] = deque(maxlen=None if lockstep else IMAGES_KEPT)
+        self.odom: deque[RawMessage] = deque(maxlen=None if lockstep else ODOMETRY_KEPT)
 
     def clear(self) -> None:
         for ring in (self.color, self.depth, self.odom):
             ring.clear()
 
-    def file(self, stream: str, raw: Raw) -> None:
+    def file(self, stream: str, raw: RawMessage) -> None:
         """Add a message. In real time one from a clock that was set back makes what came before it
         worthless, in all streams."""
-        ring: deque[Raw] = getattr(self, stream)
+        ring: deque[RawMessage] = getattr(self, stream)
         if not self._lockstep and ring and raw.stamp_ns < ring[-1].stamp_ns - CLOCK_BACK_NS:
             self.clear()
         ring.append(raw)
@@ -84,7 +84,7 @@ class Rings:
             _forget(self.odom, match.before.stamp_ns - 1)
         return match
 
-    def drop_odometry(self, raw: Raw) -> None:
+    def drop_odometry(self, raw: RawMessage) -> None:
         """Remove one that turned out to be damaged."""
         if raw in self.odom:
             self.odom.remove(raw)
@@ -100,7 +100,7 @@ class Rings:
             if sides is not None:
                 yield Match(color, depth, *sides)
 
-    def _around(self, stamp_ns: int) -> tuple[Raw, Raw] | None:
+    def _around(self, stamp_ns: int) -> tuple[RawMessage, RawMessage] | None:
         before = max(
             (raw for raw in self.odom if raw.stamp_ns <= stamp_ns),
             key=lambda raw: raw.stamp_ns,
@@ -138,7 +138,7 @@ def interpolate(before: Stamped[Pose], after: Stamped[Pose], stamp_ns: int) -> P
     )
 
 
-def _forget(ring: deque[Raw], up_to_ns: int) -> None:
+def _forget(ring: deque[RawMessage], up_to_ns: int) -> None:
     """Remove what is not newer than `up_to_ns`, whatever order it arrived in."""
     kept = [raw for raw in ring if raw.stamp_ns > up_to_ns]
     ring.clear()

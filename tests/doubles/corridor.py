@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hil_sim.driving.episode_run import Home
 from hil_sim.driving.link import Runtime
+from hil_sim.driving.stage import StagedHome
 from hil_sim.ground_truth.episodes import Episode, Start
 from hil_sim.scenes.format import Door, Room, Scene, SceneObject
 from hil_sim.simulation.body import Body
@@ -54,8 +54,8 @@ class Corridor:
             seen[10:22, 20:40] = 0
         return View(rgb, np.full((48, 64), 6.6 - pose.y_m, np.float32), seen)
 
-    def home(self) -> Home:
-        return Home(
+    def home(self) -> StagedHome:
+        return StagedHome(
             self,
             self.look,
             lambda pose: abs(4.0 - pose.y_m),

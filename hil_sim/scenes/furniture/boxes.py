@@ -19,7 +19,7 @@ ROBOT_M = 0.22
 
 
 @dataclass(frozen=True)
-class Mesh:
+class CatalogMesh:
     """A mesh with its natural size (width, depth, height) and height above the floor."""
 
     id: str
@@ -128,12 +128,12 @@ def gap(a: Box, b: Box) -> float:
 
 
 @functools.cache
-def furniture() -> dict[str, tuple[Mesh, ...]]:
+def furniture() -> dict[str, tuple[CatalogMesh, ...]]:
     """Meshes by category, from furniture.json."""
     rows = json.loads((Path(__file__).parent / "furniture.json").read_text(encoding="utf-8"))
     return {
         category: tuple(
-            Mesh(
+            CatalogMesh(
                 name,
                 tuple(r["size_m"]),
                 r.get("z_m", 0.0),
@@ -148,7 +148,7 @@ def furniture() -> dict[str, tuple[Mesh, ...]]:
 
 
 @functools.cache
-def mesh_named(id: str) -> Mesh | None:
+def mesh_named(id: str) -> CatalogMesh | None:
     """The furniture list's entry of a mesh, None if it has none."""
     return next((m for meshes in furniture().values() for m in meshes if m.id == id), None)
 

@@ -1,6 +1,6 @@
 """Things strewn about a home, for detectors to learn what furnished homes seldom show."""
 
-from hil_sim.scenes.furniture.boxes import Mesh
+from hil_sim.scenes.furniture.boxes import CatalogMesh
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.placing import against_wall, in_the_open, on_top
 from hil_sim.scenes.generated.surfaces import resting_place
@@ -47,13 +47,13 @@ def seat(home: Furnisher) -> None:
         _stand(home, find(home, name))
 
 
-def _lay(home: Furnisher, mesh: Mesh | None) -> bool:
+def _lay(home: Furnisher, mesh: CatalogMesh | None) -> bool:
     supports = [obj for obj in home.here if resting_place(obj)]
     home.rng.shuffle(supports)
     return any(on_top(home, mesh, support) for support in supports)
 
 
-def _stand(home: Furnisher, mesh: Mesh | None) -> None:
+def _stand(home: Furnisher, mesh: CatalogMesh | None) -> None:
     if home.rng.random() < 0.5:
         in_the_open(home, mesh)
     else:

@@ -4,7 +4,7 @@ import random
 from dataclasses import dataclass, field
 
 from hil_sim.scenes.format import SceneObject
-from hil_sim.scenes.furniture.boxes import Mesh
+from hil_sim.scenes.furniture.boxes import CatalogMesh
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.placement import Habit, Habits, habits
 from hil_sim.scenes.generated.placing import against_wall, beside, in_the_open, on_top
@@ -96,7 +96,9 @@ def place(home: Furnisher, name: str, habit: Habit) -> SceneObject | None:
     return None
 
 
-def _put(home: Furnisher, mesh: Mesh, name: str, on: str, habit: Habit) -> SceneObject | None:
+def _put(
+    home: Furnisher, mesh: CatalogMesh, name: str, on: str, habit: Habit
+) -> SceneObject | None:
     if on == "floor":
         return stand(home, mesh, name, habit)
     if on == "wall":
@@ -107,7 +109,7 @@ def _put(home: Furnisher, mesh: Mesh, name: str, on: str, habit: Habit) -> Scene
     return next((obj for obj in placed if obj), None)
 
 
-def stand(home: Furnisher, mesh: Mesh, name: str, habit: Habit) -> SceneObject | None:
+def stand(home: Furnisher, mesh: CatalogMesh, name: str, habit: Habit) -> SceneObject | None:
     """On the floor, against a wall or in the open, near what it is usually near."""
     if name in IN_THE_OPEN and home.rng.random() >= habit.wall:
         return in_the_open(home, mesh, near=habit.near, name=name)
@@ -115,7 +117,7 @@ def stand(home: Furnisher, mesh: Mesh, name: str, habit: Habit) -> SceneObject |
     return against_wall(home, mesh, jitter=jitter, near=habit.near, name=name)
 
 
-def hang(home: Furnisher, mesh: Mesh | None, name: str) -> SceneObject | None:
+def hang(home: Furnisher, mesh: CatalogMesh | None, name: str) -> SceneObject | None:
     """On a wall, at the height of such things."""
     if mesh is None:
         return None

@@ -60,7 +60,7 @@ class PlanRoom:
 
 
 @dataclass(frozen=True)
-class Plan:
+class FloorPlan:
     rooms: tuple[PlanRoom, ...]
     walls: tuple[Wall, ...]
     doors: tuple[Door, ...]

@@ -11,11 +11,19 @@ import random
 from dataclasses import dataclass, replace
 
 from hil_sim.scenes.format import SceneObject
-from hil_sim.scenes.furniture.boxes import Box, Mesh, box_of, furniture, gap, hex_colour, hits
+from hil_sim.scenes.furniture.boxes import (
+    Box,
+    CatalogMesh,
+    box_of,
+    furniture,
+    gap,
+    hex_colour,
+    hits,
+)
 from hil_sim.scenes.generated.floorplan import (
     INNER_M,
     OUTER_M,
-    Plan,
+    FloorPlan,
     PlanRoom,
     Rect,
     on_line,
@@ -61,7 +69,7 @@ class Furnisher:
     """A home being furnished: what stands where, and whether the floor still connects."""
 
     def __init__(
-        self, rng: random.Random, plan: Plan, split: str = "train", high_m: float = 2.4,
+        self, rng: random.Random, plan: FloorPlan, split: str = "train", high_m: float = 2.4,
         varied: bool = False,
     ) -> None:  # fmt: skip
         self.rng, self.split, self.high_m, self.varied = rng, split, high_m, varied
@@ -108,7 +116,9 @@ class Furnisher:
         count, self._floor = self._before
         del self.objects[count:]
 
-    def pick(self, category: str, only: tuple[str, ...] = (), longest: float = 9.0) -> Mesh | None:
+    def pick(
+        self, category: str, only: tuple[str, ...] = (), longest: float = 9.0
+    ) -> CatalogMesh | None:
         """A random mesh of the category for this split, its size varied by up to 10 %; in a varied
         home each side by up to a quarter."""
         meshes = [m for m in furniture().get(category, ()) if not only or m.id in only]
@@ -130,7 +140,7 @@ class Furnisher:
         return replace(mesh, size_m=(w, d, h))
 
     def spot(
-        self, mesh: Mesh, x: float, y: float, yaw: float, z: float | None = None,
+        self, mesh: CatalogMesh, x: float, y: float, yaw: float, z: float | None = None,
         front_m: float = 0.0, under: Box | None = None,
     ) -> Spot | None:  # fmt: skip
         """The place as a Spot if nothing is in the way; `front_m` must be clear in front of it.
@@ -156,7 +166,7 @@ class Furnisher:
         floor = self._floor.without(box, self.room)
         return None if floor is None else Spot(box, front, floor)
 
-    def take(self, mesh: Mesh, spot: Spot | None, name: str = "") -> SceneObject | None:
+    def take(self, mesh: CatalogMesh, spot: Spot | None, name: str = "") -> SceneObject | None:
         """Place the mesh there."""
         if spot is None:
             return None
@@ -234,14 +244,14 @@ class Furnisher:
         (x0, y0, x1, y1), r = box.span, self.room
         return x0 >= r.x0 and y0 >= r.y0 and x1 <= r.x1 and y1 <= r.y1
 
-    def _tint(self, mesh: Mesh) -> str | None:
+    def _tint(self, mesh: CatalogMesh) -> str | None:
         if self.rng.random() < 0.6 or mesh.category not in TINTED or mesh.id.startswith("builtin:"):
             return None
         strong = self.rng.random() < 0.4
         saturation = self.rng.uniform(0.25, 0.75) if strong else self.rng.uniform(0.0, 0.25)
         return hex_colour(self.rng.random(), saturation, self.rng.uniform(0.6, 1.0))
 
-    def _paint(self, mesh: Mesh) -> str | None:
+    def _paint(self, mesh: CatalogMesh) -> str | None:
         if mesh.category not in PAINTABLE or self.rng.random() >= PAINTED:
             return None
         strong = self.rng.random() < 0.3

@@ -10,7 +10,7 @@ from collections import Counter
 from hil_sim.scenes.format import Room, Scene, contains
 from hil_sim.scenes.furniture.boxes import hex_colour
 from hil_sim.scenes.generated.clutter import seat, strew
-from hil_sim.scenes.generated.floorplan import Plan, polygon_of
+from hil_sim.scenes.generated.floorplan import FloorPlan, polygon_of
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.layouts import FEWEST, MOST, LayoutError, draw_plan
 from hil_sim.scenes.generated.recipes import furnish, lacks
@@ -84,7 +84,7 @@ def _lacking(scene: Scene) -> list[str]:
     return found
 
 
-def _rooms(rng: random.Random, plan: Plan) -> tuple[Room, ...]:
+def _rooms(rng: random.Random, plan: FloorPlan) -> tuple[Room, ...]:
     common_wall, common_floor = _wall_colour(rng), rng.choice(WOOD + TILES)
     rooms: list[Room] = []
     count: Counter[str] = Counter()

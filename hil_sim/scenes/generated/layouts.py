@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 
 from hil_sim.scenes.generated.doors import draw_doors
-from hil_sim.scenes.generated.floorplan import Plan, PlanRoom, Rect, turned, walls_around
+from hil_sim.scenes.generated.floorplan import FloorPlan, PlanRoom, Rect, turned, walls_around
 from runtime.errors import RfNavError
 
 FEWEST, MOST = 4, 9
@@ -40,7 +40,7 @@ class LayoutError(RfNavError):
     """A home that cannot be drawn."""
 
 
-def draw_plan(rng: random.Random, rooms: int) -> Plan:
+def draw_plan(rng: random.Random, rooms: int) -> FloorPlan:
     """A home of that many rooms (4 to 9, hallway included), all reachable through doors."""
     if not FEWEST <= rooms <= MOST:
         raise LayoutError(f"rooms: is {rooms}, must be {FEWEST} to {MOST}")
@@ -52,7 +52,7 @@ def draw_plan(rng: random.Random, rooms: int) -> Plan:
         placed = turned(rng, drawn)
         doors = draw_doors(rng, placed)
         if doors is not None:
-            return Plan(placed, walls_around(placed), doors)
+            return FloorPlan(placed, walls_around(placed), doors)
     raise LayoutError(f"no livable {kind} plan of {rooms} rooms in {TRIES} tries")
 
 
@@ -230,6 +230,6 @@ def _split(rng: random.Random, cell: Rect) -> tuple[Rect, Rect]:
     return Rect(cell.x0, cell.y0, cell.x1, y), Rect(cell.x0, y, cell.x1, cell.y1)
 
 
-def count_kinds(plan: Plan) -> Counter[str]:
+def count_kinds(plan: FloorPlan) -> Counter[str]:
     """Rooms by type."""
     return Counter(room.kind for room in plan.rooms)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 
 from hil_sim.scenes.format import SceneObject
-from hil_sim.scenes.furniture.boxes import Box, Mesh, box_of, gap, offset
+from hil_sim.scenes.furniture.boxes import Box, CatalogMesh, box_of, gap, offset
 from hil_sim.scenes.generated.furnisher import SIDES, YAW, Furnisher, Spot
 from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 
@@ -16,7 +16,7 @@ Near = Mapping[str, float]
 
 
 def against_wall(
-    home: Furnisher, mesh: Mesh | None, z: float | None = None, front_m: float = 0.0,
+    home: Furnisher, mesh: CatalogMesh | None, z: float | None = None, front_m: float = 0.0,
     sides: tuple[str, ...] = SIDES, corner: bool = False, jitter: float = 0.0,
     near: Near | None = None, name: str = "", middle: float = 1.0,
 ) -> SceneObject | None:  # fmt: skip
@@ -45,7 +45,7 @@ def against_wall(
 
 
 def in_the_open(
-    home: Furnisher, mesh: Mesh | None, margin: float = 0.0, square: bool = False,
+    home: Furnisher, mesh: CatalogMesh | None, margin: float = 0.0, square: bool = False,
     near: Near | None = None, name: str = "",
 ) -> SceneObject | None:  # fmt: skip
     """Anywhere in the room, at least `margin` from its walls."""
@@ -69,8 +69,8 @@ def in_the_open(
 
 
 def on_top(
-    home: Furnisher, mesh: Mesh | None, support: SceneObject | None, facing: float | None = None,
-    name: str = "", at_back: bool = False,
+    home: Furnisher, mesh: CatalogMesh | None, support: SceneObject | None,
+    facing: float | None = None, name: str = "", at_back: bool = False,
 ) -> SceneObject | None:  # fmt: skip
     """On a table's top or a bed's or sofa's seat, `at_back` of it or anywhere; `facing`: the
     same way as the support, give or take that many rad; None: any way."""
@@ -93,8 +93,8 @@ def on_top(
 
 
 def beside(
-    home: Furnisher, mesh: Mesh | None, anchor: SceneObject, u: float, v: float, turn: float = 0.0,
-    z: float | None = None, name: str = "", front_m: float = 0.0,
+    home: Furnisher, mesh: CatalogMesh | None, anchor: SceneObject, u: float, v: float,
+    turn: float = 0.0, z: float | None = None, name: str = "", front_m: float = 0.0,
 ) -> SceneObject | None:  # fmt: skip
     """At (u, v) in the anchor's own axes, turned by `turn` from it."""
     if mesh is None:

@@ -1,7 +1,7 @@
 """Kitchens and bathrooms: what stands side by side along a wall."""
 
 from hil_sim.scenes.format import SceneObject
-from hil_sim.scenes.furniture.boxes import Mesh
+from hil_sim.scenes.furniture.boxes import CatalogMesh
 from hil_sim.scenes.generated.complete import Wanted, load
 from hil_sim.scenes.generated.furnisher import SIDES, YAW, Furnisher
 from hil_sim.scenes.generated.placing import against_wall, beside
@@ -11,7 +11,7 @@ from hil_sim.scenes.generated.wares import find
 SMALL_KITCHEN_M2 = 9.0
 MIRROR_M = 1.2
 
-Modules = list[tuple[str, Mesh]]
+Modules = list[tuple[str, CatalogMesh]]
 
 
 def furnish_kitchen(home: Furnisher, wanted: Wanted) -> None:
@@ -27,7 +27,7 @@ def furnish_kitchen(home: Furnisher, wanted: Wanted) -> None:
         arrange_table(home, max(2, chairs), longest=1.3 if home.room.area < 14 else 1.7)
 
 
-def _run(home: Furnisher, side: str, modules: Modules, upper: Mesh | None) -> Modules:
+def _run(home: Furnisher, side: str, modules: Modules, upper: CatalogMesh | None) -> Modules:
     """What stands side by side along one wall, as far as it goes; returns what is left."""
     rng, end = home.rng, home.wall_length(side) / 2
     at, left = -end + rng.choice([0.01, rng.uniform(0.0, 0.4)]), list(modules)

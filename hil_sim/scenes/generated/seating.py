@@ -3,7 +3,7 @@
 import math
 
 from hil_sim.scenes.format import SceneObject
-from hil_sim.scenes.furniture.boxes import Mesh
+from hil_sim.scenes.furniture.boxes import CatalogMesh
 from hil_sim.scenes.generated.complete import load
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.placing import against_wall, beside, in_the_open
@@ -27,7 +27,7 @@ def arrange_table(home: Furnisher, chairs: int, longest: float = 9.0) -> SceneOb
     return None
 
 
-def seats(home: Furnisher, table: SceneObject, mesh: Mesh, most: int) -> int:
+def seats(home: Furnisher, table: SceneObject, mesh: CatalogMesh, most: int) -> int:
     """Chairs around a table, facing it, pulled out by a random amount. Returns how many."""
     assert table.size_m is not None
     w, d, _ = table.size_m

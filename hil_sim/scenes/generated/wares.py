@@ -1,6 +1,6 @@
 """Which meshes a word of the placement statistics means."""
 
-from hil_sim.scenes.furniture.boxes import Mesh, furniture
+from hil_sim.scenes.furniture.boxes import CatalogMesh, furniture
 from hil_sim.scenes.generated.furnisher import Furnisher
 
 KITCHEN_SINKS = ("Blend Swap CC-0#sinkCabinet", "Blend Swap CC-BY#kitchenSink")
@@ -103,7 +103,7 @@ LIKE = {"cup": "mug", "wine bottle": "bottle", "soap bottle": "bottle", "ottoman
 """What stands in for a category of which there is no mesh."""
 
 
-def find(home: Furnisher, word: str, longest: float = 9.0, on: str = "floor") -> Mesh | None:
+def find(home: Furnisher, word: str, longest: float = 9.0, on: str = "floor") -> CatalogMesh | None:
     """A mesh for the word that suits where it is to stand; None if there is none."""
     kinds = {"floor": LARGER, "wall": HUNG}.get(on, SMALLER)
     word = kinds.get(word, word)

@@ -53,7 +53,7 @@ class Plane:
 
 
 @dataclass(frozen=True)
-class Evidence:
+class WallEvidence:
     """Of one layout. Grids have cells of 1 cm from OUTER's lower left corner, row along y.
 
     `clear_m` (H, W): metres to the nearest path. `solid` (H, W): furniture of any scene stands
@@ -95,7 +95,7 @@ def _line(row: dict[str, Any], path: Path) -> Path2:
     return np.array(points, float).reshape(-1, 2)
 
 
-def gather(layout: str, files: Sequence[Path]) -> Evidence:
+def gather(layout: str, files: Sequence[Path]) -> WallEvidence:
     """Read the evidence of a layout from the episode files of its scenes."""
     height, width = (round((OUTER[i + 2] - OUTER[i]) / CELL_M) for i in (1, 0))
     crossed, solid = np.zeros((height, width), np.uint8), np.zeros((height, width), np.uint8)
@@ -115,7 +115,7 @@ def gather(layout: str, files: Sequence[Path]) -> Evidence:
     clear = cv2.distanceTransform(1 - crossed, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M
     every = np.concatenate(chords) if chords else np.empty((0, 4))
     step = max(1, math.ceil(len(every) / LONGEST))
-    return Evidence(
+    return WallEvidence(
         np.asarray(clear, float), solid >= SOLID, every[::step], tuple(planes), tuple(paths)
     )
 

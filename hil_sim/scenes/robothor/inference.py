@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hil_sim.scenes.robothor.evidence import CELL_M, OUTER, Bools, Evidence, Floats
+from hil_sim.scenes.robothor.evidence import CELL_M, OUTER, Bools, Floats, WallEvidence
 from hil_sim.scenes.robothor.regions import Segment
 
 ALONG_M = 0.13
@@ -33,7 +33,7 @@ MOST = 12
 
 
 @dataclass(frozen=True)
-class Run:
+class WallRun:
     """A straight piece of wall. `axis` 0: along x at y = `at`, from `low` to `high`; 1: along y.
     `hung`: paintings hang on it."""
 
@@ -55,7 +55,7 @@ class Run:
         return (self.at, self.low), (self.at, self.high)
 
 
-def infer(evidence: Evidence) -> tuple[Run, ...]:
+def infer(evidence: WallEvidence) -> tuple[WallRun, ...]:
     """The walls of a layout."""
     walls = _behind_paintings(evidence)
     left = _unexplained(evidence.chords, walls)
@@ -71,7 +71,7 @@ def infer(evidence: Evidence) -> tuple[Run, ...]:
 # -- runs ------------------------------------------------------------------------------------------
 
 
-def _possible(evidence: Evidence, axis: int, at: float) -> Bools:
+def _possible(evidence: WallEvidence, axis: int, at: float) -> Bools:
     """(cells,) where along a line a wall could be."""
     line = round((at - OUTER[1 - axis]) / CELL_M - 0.5)
     clear = evidence.clear_m[line] if axis == 0 else evidence.clear_m[:, line]
@@ -80,7 +80,7 @@ def _possible(evidence: Evidence, axis: int, at: float) -> Bools:
     return possible
 
 
-def _run_at(evidence: Evidence, axis: int, at: float, along: float) -> Run | None:
+def _run_at(evidence: WallEvidence, axis: int, at: float, along: float) -> WallRun | None:
     """The longest run on the line that holds a place along it, its tips clear of paths."""
     possible = _possible(evidence, axis, at)
     first = last = int((along - OUTER[axis]) / CELL_M)
@@ -90,14 +90,14 @@ def _run_at(evidence: Evidence, axis: int, at: float, along: float) -> Run | Non
         first -= 1
     while last < len(possible) - 1 and possible[last + 1]:
         last += 1
-    return _trimmed(evidence, Run(axis, at, *_ends(axis, first, last)))
+    return _trimmed(evidence, WallRun(axis, at, *_ends(axis, first, last)))
 
 
 def _ends(axis: int, first: int, last: int) -> tuple[float, float]:
     return OUTER[axis] + first * CELL_M, OUTER[axis] + (last + 1) * CELL_M
 
 
-def _trimmed(evidence: Evidence, run: Run) -> Run | None:
+def _trimmed(evidence: WallEvidence, run: WallRun) -> WallRun | None:
     """Tips back to where paths keep the distance at which they go round one."""
     good = np.flatnonzero(_beside(evidence.clear_m, run) >= TIP_M)
     if len(good) == 0:
@@ -106,9 +106,9 @@ def _trimmed(evidence: Evidence, run: Run) -> Run | None:
     return replace(run, low=low, high=high) if high - low >= LEAST_M else None
 
 
-def _behind_paintings(evidence: Evidence) -> list[Run]:
+def _behind_paintings(evidence: WallEvidence) -> list[WallRun]:
     """A run for each painting, moved sideways by up to 2 cm if it is longer there."""
-    found: list[Run] = []
+    found: list[WallRun] = []
     for plane in evidence.planes:
         along = (plane.low + plane.high) / 2
         if any(_holds(run, plane.axis, plane.at, along) for run in found):
@@ -123,12 +123,12 @@ def _behind_paintings(evidence: Evidence) -> list[Run]:
     return found
 
 
-def _holds(run: Run, axis: int, at: float, along: float) -> bool:
+def _holds(run: WallRun, axis: int, at: float, along: float) -> bool:
     beside = abs(run.at - at) < 2 * SAME_M
     return run.axis == axis and beside and run.low <= along <= run.high
 
 
-def _beside(grid: Floats, run: Run) -> Floats:
+def _beside(grid: Floats, run: WallRun) -> Floats:
     line = round((run.at - OUTER[1 - run.axis]) / CELL_M - 0.5)
     whole = grid[line] if run.axis == 0 else grid[:, line]
     first, last = (round((v - OUTER[run.axis]) / CELL_M) for v in (run.low, run.high))
@@ -136,9 +136,11 @@ def _beside(grid: Floats, run: Run) -> Floats:
     return part
 
 
-def _most_barring(evidence: Evidence, walls: list[Run], chords: Floats) -> tuple[Run | None, int]:
+def _most_barring(
+    evidence: WallEvidence, walls: list[WallRun], chords: Floats
+) -> tuple[WallRun | None, int]:
     """The run, attached to a wall, that bars most of the chords, and how many."""
-    best: tuple[int, Run | None] = (0, None)
+    best: tuple[int, WallRun | None] = (0, None)
     if len(chords) == 0:
         return None, 0
     for axis in (0, 1):
@@ -150,27 +152,27 @@ def _most_barring(evidence: Evidence, walls: list[Run], chords: Floats) -> tuple
     return best[1], best[0]
 
 
-def _free_runs(evidence: Evidence, axis: int, at: float) -> list[Run]:
+def _free_runs(evidence: WallEvidence, axis: int, at: float) -> list[WallRun]:
     edges = np.diff(np.r_[False, _possible(evidence, axis, at), False].astype(int))
     spans = zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True)
-    runs = [Run(axis, at, *_ends(axis, int(a), int(b) - 1)) for a, b in spans]
+    runs = [WallRun(axis, at, *_ends(axis, int(a), int(b) - 1)) for a, b in spans]
     return [r for run in runs if (r := _trimmed(evidence, run)) is not None]
 
 
-def _attached(run: Run, walls: Sequence[Run]) -> bool:
+def _attached(run: WallRun, walls: Sequence[WallRun]) -> bool:
     """Whether a run ends at the outer walls or at another wall."""
     outer = run.low - OUTER[run.axis] < REACH_M or OUTER[run.axis + 2] - run.high < REACH_M
     return outer or any(_meets(run, wall) is not None for wall in walls)
 
 
-def _meets(run: Run, wall: Run) -> float | None:
+def _meets(run: WallRun, wall: WallRun) -> float | None:
     """Where along the run a wall across it is met, or nearly."""
     if wall.axis == run.axis or not run.low - REACH_M <= wall.at <= run.high + REACH_M:
         return None
     return wall.at if wall.low - REACH_M <= run.at <= wall.high + REACH_M else None
 
 
-def _bars(run: Run, chords: Floats) -> Bools:
+def _bars(run: WallRun, chords: Floats) -> Bools:
     """(N,) which chords cross a wall, or pass its tip nearer than the body can."""
     a, b = 1 - run.axis, 3 - run.axis  # across the wall
     start, end = chords[:, a] - run.at, chords[:, b] - run.at
@@ -182,7 +184,7 @@ def _bars(run: Run, chords: Floats) -> Bools:
     return crossing
 
 
-def _unexplained(chords: Floats, walls: Sequence[Run]) -> Floats:
+def _unexplained(chords: Floats, walls: Sequence[WallRun]) -> Floats:
     left = np.ones(len(chords), bool)
     for wall in walls:
         left &= ~_bars(wall, chords)
@@ -193,7 +195,7 @@ def _unexplained(chords: Floats, walls: Sequence[Run]) -> Floats:
 # -- junctions -------------------------------------------------------------------------------------
 
 
-def _joined(evidence: Evidence, walls: Sequence[Run]) -> tuple[Run, ...]:
+def _joined(evidence: WallEvidence, walls: Sequence[WallRun]) -> tuple[WallRun, ...]:
     """Runs cut back or lengthened to the walls they meet; what hangs over is dropped unless it
     bars chords that nothing else does or carries a painting."""
     done = _merged(walls)
@@ -203,9 +205,9 @@ def _joined(evidence: Evidence, walls: Sequence[Run]) -> tuple[Run, ...]:
     return tuple(sorted((at_edges(run) for run in done), key=lambda r: (r.axis, r.at, r.low)))
 
 
-def _merged(walls: Sequence[Run]) -> list[Run]:
+def _merged(walls: Sequence[WallRun]) -> list[WallRun]:
     """Runs on one line that overlap are one wall."""
-    done: list[Run] = []
+    done: list[WallRun] = []
     for run in sorted(walls, key=lambda r: (not r.hung, -r.length)):
         for i, other in enumerate(done):
             beside = other.axis == run.axis and abs(other.at - run.at) < 3 * SAME_M
@@ -218,7 +220,7 @@ def _merged(walls: Sequence[Run]) -> list[Run]:
     return done
 
 
-def at_edges(run: Run) -> Run:
+def at_edges(run: WallRun) -> WallRun:
     """A run that ends near an outer wall ends at it."""
     low, high = OUTER[run.axis], OUTER[run.axis + 2]
     return replace(
@@ -228,7 +230,7 @@ def at_edges(run: Run) -> Run:
     )
 
 
-def _at_junctions(evidence: Evidence, run: Run, others: Sequence[Run]) -> Run:
+def _at_junctions(evidence: WallEvidence, run: WallRun, others: Sequence[WallRun]) -> WallRun:
     left = _unexplained(evidence.chords, others)
     for at in sorted(at for other in others if (at := _meets(run, other)) is not None):
         below, above = replace(run, high=at), replace(run, low=at)
@@ -241,13 +243,13 @@ def _at_junctions(evidence: Evidence, run: Run, others: Sequence[Run]) -> Run:
     return run
 
 
-def _corner(other: Run, at: float, end: float) -> bool:
+def _corner(other: WallRun, at: float, end: float) -> bool:
     """Whether a wall across ends where a run at `at` ends."""
     nearest = min(abs(other.low - at), abs(other.high - at))
     return nearest < REACH_M and abs(other.at - end) < REACH_M
 
 
-def _supported(evidence: Evidence, piece: Run, chords: Floats, rest: Run) -> bool:
+def _supported(evidence: WallEvidence, piece: WallRun, chords: Floats, rest: WallRun) -> bool:
     """Whether a piece beyond a junction carries a painting or bars what the rest does not."""
     for plane in evidence.planes:
         middle = (plane.low + plane.high) / 2

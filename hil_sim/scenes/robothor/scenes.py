@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from hil_sim.scenes.format import CATEGORIES, Room, Scene, SceneObject, Wall, contains
-from hil_sim.scenes.furniture.boxes import Mesh, furniture, hex_colour
+from hil_sim.scenes.furniture.boxes import CatalogMesh, furniture, hex_colour
 from hil_sim.scenes.robothor.evidence import OUTER
 from hil_sim.scenes.robothor.facing import TABLES, faced
 from hil_sim.scenes.robothor.footprints import LEAST_M, Footprint, footprint
@@ -186,7 +186,7 @@ def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObj
 
 
 def _fitting(
-    rng: random.Random, meshes: Sequence[Mesh], box: Footprint, fronted: bool
+    rng: random.Random, meshes: Sequence[CatalogMesh], box: Footprint, fronted: bool
 ) -> tuple[str, int]:
     """A mesh whose proportions are the box's, or nearly, and the quarter turn that fits it."""
     turns = (0,) if fronted else (0, 1)
@@ -199,7 +199,7 @@ def _fitting(
     return rng.choice(good)
 
 
-def _stretch(mesh: Mesh, box: Footprint, turn: int) -> float:
+def _stretch(mesh: CatalogMesh, box: Footprint, turn: int) -> float:
     """How unevenly the box stretches the mesh: the largest over the smallest factor, from 1."""
     width, depth = (box.depth, box.width) if turn else (box.width, box.depth)
     wanted = (width, depth, box.height)

@@ -19,7 +19,7 @@ import click
 import numpy as np
 
 from hil_sim.scenes.robothor.evidence import Floats, Path2, gather, hung_plane
-from hil_sim.scenes.robothor.inference import SAME_M, Run, at_edges, infer
+from hil_sim.scenes.robothor.inference import SAME_M, WallRun, at_edges, infer
 from hil_sim.scenes.robothor.metadata import APARTMENTS, MetadataError, apartment, layout_of
 from hil_sim.scenes.robothor.regions import Segment
 from runtime.errors import RfNavError
@@ -141,9 +141,9 @@ def behind_paintings(layout: str) -> tuple[Segment, ...]:
     what is left to an outer wall, are joined."""
     scenes = [name for name in APARTMENTS if layout_of(name) == layout]
     planes = [hung_plane(thing) for name in scenes for thing in apartment(name)]
-    found: list[Run] = []
+    found: list[WallRun] = []
     for plane in sorted((p for p in planes if p), key=lambda p: (p.axis, p.low)):
-        run = Run(plane.axis, round(plane.at, 3), plane.low, plane.high, hung=True)
+        run = WallRun(plane.axis, round(plane.at, 3), plane.low, plane.high, hung=True)
         for i, other in enumerate(found):
             beside = other.axis == run.axis and abs(other.at - run.at) < SAME_M
             if beside and run.low <= other.high:

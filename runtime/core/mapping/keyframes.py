@@ -55,7 +55,7 @@ class Keyframe:
     mount: Mount | None = None
 
 
-class View(NamedTuple):
+class KeyframeView(NamedTuple):
     """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b""."""
 
     embedding: F32 = NOTHING
@@ -91,11 +91,11 @@ def keep(frames: list[Keyframe], frame: Keyframe, cfg: KeyframeConfig) -> None:
 
 def best_view(
     frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap, cfg: KeyframeConfig
-) -> View:
+) -> KeyframeView:
     """The keyframe that shows most of a frontier's cells (N, 2) m, the nearer the better, with
     nothing known in between; an empty view when none shows any."""
     if not frames:
-        return View()
+        return KeyframeView()
     cells = cells_xy[np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)]
     poses = np.array([(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in frames])
     worth = _worth(poses, cells, cfg)
@@ -107,7 +107,11 @@ def best_view(
         shown = float(worth[n][_clear(grid, poses[n, :2], cells)].sum())
         if shown > best:
             best, found = shown, int(n)
-    return View() if found < 0 else View(frames[found].embedding, _marked(frames[found], cells_xy))
+    return (
+        KeyframeView()
+        if found < 0
+        else KeyframeView(frames[found].embedding, _marked(frames[found], cells_xy))
+    )
 
 
 def _worth(poses: F64, cells: F64, cfg: KeyframeConfig) -> F64:

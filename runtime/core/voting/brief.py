@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.keyframes import View
+from runtime.core.mapping.keyframes import KeyframeView
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
@@ -72,14 +72,15 @@ def compose(
     grid: NavigationMap,
     semantic: SemanticMap,
     frontiers: Iterable[Frontier],
-    views: Mapping[int, View],
+    views: Mapping[int, KeyframeView],
     cfg: BriefConfig,
 ) -> Brief:
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
     things = _Things.of(semantic, grid.frame, cfg)
     told = [
-        _frontier_brief(f, grid, semantic, things, views.get(f.id, View()), cfg) for f in reachable
+        _frontier_brief(f, grid, semantic, things, views.get(f.id, KeyframeView()), cfg)
+        for f in reachable
     ]
     return Brief(goal, stamp_ns, tuple(told))
 
@@ -89,7 +90,7 @@ def _frontier_brief(
     grid: NavigationMap,
     semantic: SemanticMap,
     things: "_Things",
-    view: View,
+    view: KeyframeView,
     cfg: BriefConfig,
 ) -> FrontierBrief:
     margin_m = max(cfg.object_range_m, cfg.unknown_depth_m) + 0.5

@@ -30,7 +30,7 @@ class ExpertConfig:
 
 
 @dataclass(frozen=True)
-class Question:
+class LikelihoodQuestion:
     """Score `continuation` after `context`; equal questions have equal answers and are memoised."""
 
     context: str
@@ -71,20 +71,20 @@ LEAST_M2 = 0.2  # taken to be unknown behind any frontier
 SCENE = "a room with a {thing}"
 
 
-def questions(topic: Topic, goal: str, things: Iterable[str]) -> tuple[Question, ...]:
+def questions(topic: Topic, goal: str, things: Iterable[str]) -> tuple[LikelihoodQuestion, ...]:
     """Everything to be scored before `affinities` can be computed, without repeats, in a fixed
     order that keeps equal contexts together."""
-    asked: dict[Question, None] = {}
+    asked: dict[LikelihoodQuestion, None] = {}
     for thing in (*topic.anchors, *things):
         for template in topic.templates:
             context = _context(template, thing)
             for word in (*REFERENCES, goal):
-                asked[Question(context, " " + word)] = None
+                asked[LikelihoodQuestion(context, " " + word)] = None
     return tuple(asked)
 
 
 def affinities(
-    topic: Topic, goal: str, things: Iterable[str], answers: Mapping[Question, float]
+    topic: Topic, goal: str, things: Iterable[str], answers: Mapping[LikelihoodQuestion, float]
 ) -> dict[str, float]:
     """How much more likely the goal becomes in the context of each thing, nats; only for things
     whose questions are all answered."""
@@ -101,20 +101,22 @@ def affinities(
     return known
 
 
-def door_questions(rooms: Sequence[str]) -> tuple[Question, ...]:
+def door_questions(rooms: Sequence[str]) -> tuple[LikelihoodQuestion, ...]:
     """Everything to be scored before `behind` can be computed; `rooms` are all room types."""
     contexts = [t.format(thing=room) for room in rooms for t in DOORS]
-    return tuple(Question(context, " " + other) for context in contexts for other in rooms)
+    return tuple(
+        LikelihoodQuestion(context, " " + other) for context in contexts for other in rooms
+    )
 
 
-def behind(rooms: Sequence[str], answers: Mapping[Question, float]) -> Doors:
+def behind(rooms: Sequence[str], answers: Mapping[LikelihoodQuestion, float]) -> Doors:
     """What a door of each room type leads to: probabilities of the other types; {} while a question
     is unanswered. A language model likes to say the same room again; a door leads to another."""
     try:
         nats = {
             (room, other): fmean(
-                answers[Question(t.format(thing=room), " " + other)]
-                - fmean(answers[Question(t.format(thing=r), " " + other)] for r in rooms)
+                answers[LikelihoodQuestion(t.format(thing=room), " " + other)]
+                - fmean(answers[LikelihoodQuestion(t.format(thing=r), " " + other)] for r in rooms)
                 for t in DOORS
             )
             for room in rooms
@@ -259,10 +261,12 @@ def things_near(brief: Brief) -> tuple[str, ...]:
     return tuple(sorted({o.name for f in brief.frontiers for o in f.objects}))
 
 
-def _preference(template: str, thing: str, goal: str, answers: Mapping[Question, float]) -> float:
+def _preference(
+    template: str, thing: str, goal: str, answers: Mapping[LikelihoodQuestion, float]
+) -> float:
     context = _context(template, thing)
-    return answers[Question(context, " " + goal)] - fmean(
-        answers[Question(context, " " + word)] for word in REFERENCES
+    return answers[LikelihoodQuestion(context, " " + goal)] - fmean(
+        answers[LikelihoodQuestion(context, " " + word)] for word in REFERENCES
     )
 
 

@@ -8,7 +8,7 @@ from hil_sim.commands.decisions import (
     FRONTIERS,
     OBJECTS,
     Faulty,
-    Figure,
+    LatencyFigure,
     _with_faults,
     lines,
     made_up,
@@ -65,11 +65,11 @@ def test_every_decision_is_made_and_nothing_is_left_over() -> None:
 
 
 def test_the_table_says_what_was_missed() -> None:
-    table = lines([Figure("quick", 0.05, "s", 0.1), Figure("slow", 3.0, "s", 2.0)])
+    table = lines([LatencyFigure("quick", 0.05, "s", 0.1), LatencyFigure("slow", 3.0, "s", 2.0)])
     assert not table[1].endswith("MISSED")
     assert table[2].endswith("MISSED")
-    assert Figure("never", float("inf"), "s", 2.0).missed
-    assert Figure("unknown", float("nan"), "s", 2.0).missed
+    assert LatencyFigure("never", float("inf"), "s", 2.0).missed
+    assert LatencyFigure("unknown", float("nan"), "s", 2.0).missed
 
 
 @pytest.mark.slow

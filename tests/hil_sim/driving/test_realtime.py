@@ -16,11 +16,11 @@ from hil_sim.driving.camera_process import Glance, Sight
 from hil_sim.driving.episode_run import EpisodeResult, run_episode
 from hil_sim.driving.link import Runtime
 from hil_sim.simulation.faults import parse_faults
-from hil_sim.simulation.protocol import Base
+from hil_sim.simulation.protocol import DifferentialDrive
 from runtime.core.types import Pose
 
 ROVER = DOUBLES / "fake_rover.py"
-PROTOCOL = replace(SMALL, base=Base(), max_steps=30, observe_s=0.2)
+PROTOCOL = replace(SMALL, base=DifferentialDrive(), max_steps=30, observe_s=0.2)
 
 
 class Blink:

@@ -9,7 +9,7 @@ from asked import moment
 from hil_sim.expert_bench.bank import (
     CLEAN,
     HOMES,
-    Home,
+    BankHome,
     layout_of,
     load_bank,
     questions_of,
@@ -21,11 +21,11 @@ from hil_sim.expert_bench.make import home_names
 from runtime.errors import RfNavError
 
 
-def home(name: str = "train-100000", eyes: str = "e") -> Home:
-    return Home(name, (moment(name), moment(name, 20)), {"on the map": 2}, eyes)
+def home(name: str = "train-100000", eyes: str = "e") -> BankHome:
+    return BankHome(name, (moment(name), moment(name, 20)), {"on the map": 2}, eyes)
 
 
-def write(folder: Path, *homes: Home) -> Path:
+def write(folder: Path, *homes: BankHome) -> Path:
     (folder / HOMES).mkdir(exist_ok=True)
     for one in homes:
         write_home(folder / HOMES / f"{one.name}.jsonl.gz", one)

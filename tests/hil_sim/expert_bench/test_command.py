@@ -8,7 +8,7 @@ from asked import moment
 from click.testing import CliRunner
 
 from hil_sim.expert_bench import command, voting
-from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, Home, Plan, write_home
+from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, write_home
 from hil_sim.expert_bench.make import make_bank, plan_of
 from runtime.clock import Deadline, ManualClock
 from runtime.config import EXPERTS
@@ -39,9 +39,9 @@ class Mute:
 @pytest.fixture
 def bank(tmp_path: Path) -> Path:
     folder = tmp_path / "bank"
-    make_bank(folder, [], Plan(), 1)
+    make_bank(folder, [], BankPlan(), 1)
     for name in ("train-100000", "train-100001"):
-        write_home(folder / HOMES / f"{name}.jsonl.gz", Home(name, (moment(name),), {}, "e"))
+        write_home(folder / HOMES / f"{name}.jsonl.gz", BankHome(name, (moment(name),), {}, "e"))
     return folder
 
 
@@ -71,8 +71,8 @@ def test_tables_are_put_between_markers_and_come_out_the_same(
 
 def test_a_bank_is_not_mixed(bank: Path) -> None:
     with pytest.raises(RfNavError, match=r"bank\.json: was made with other seed, steps"):
-        make_bank(bank, [], Plan(seed=1, steps=50), 1)
-    assert plan_of(bank) == Plan()
+        make_bank(bank, [], BankPlan(seed=1, steps=50), 1)
+    assert plan_of(bank) == BankPlan()
 
 
 @pytest.mark.parametrize(

@@ -12,18 +12,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hil_sim.expert_bench.bank import CLEAN, Home, Plan, read_home, write_home
+from hil_sim.expert_bench.bank import CLEAN, BankHome, BankPlan, read_home, write_home
 from hil_sim.expert_bench.drive import ORIGIN, Goals, Stop, frozen, misnamed, priced, stops, thinned
 from hil_sim.expert_bench.make import home_file, make_bank, tell_again, write_maps
-from hil_sim.expert_bench.seeing import Eyes
-from hil_sim.ground_truth.truth import Truth
+from hil_sim.expert_bench.seeing import BenchDetector
+from hil_sim.ground_truth.truth import SceneTruth
 from hil_sim.ground_truth.witness import to_scene
 from hil_sim.scenes.format import Door, Room, Scene, SceneError, SceneObject, Wall
 from hil_sim.scenes.furniture.assets import Assets
-from hil_sim.simulation.scene_physics import World
+from hil_sim.simulation.scene_physics import ScenePhysics
 from runtime.core.types import Detections, Pose
 
-PLAN = Plan(starts=1, steps=30, moments=2, goals=4)
+PLAN = BankPlan(starts=1, steps=30, moments=2, goals=4)
 ROOMS = ("bathroom", "bedroom")
 
 
@@ -61,21 +61,23 @@ class Grey:
 
 
 @pytest.fixture(scope="module")
-def eyes() -> Eyes:
-    return Eyes(Grey(), ("bed", "toilet"), Eyes.settings())
+def eyes() -> BenchDetector:
+    return BenchDetector(Grey(), ("bed", "toilet"), BenchDetector.settings())
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[World, Truth]]:
+def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ScenePhysics, SceneTruth]]:
     cache = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(cache))
         assets = Assets(cache)
-        with World(scene(), assets) as world:
-            yield world, Truth(world, assets)
+        with ScenePhysics(scene(), assets) as world:
+            yield world, SceneTruth(world, assets)
 
 
-def asked(home: tuple[World, Truth], eyes: Eyes, plan: Plan = PLAN) -> tuple[Home, list[bytes]]:
+def asked(
+    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector, plan: BankPlan = PLAN
+) -> tuple[BankHome, list[bytes]]:
     """What the command asks of a home, and the maps behind it."""
     world, truth = home
     goals, left_out = Goals.of(world.scene, truth, plan), Counter[str]()
@@ -86,30 +88,32 @@ def asked(home: tuple[World, Truth], eyes: Eyes, plan: Plan = PLAN) -> tuple[Hom
             if costs_m:
                 moments.append(frozen("three", stop, costs_m, plan, eyes.config.navigate))
                 kept.append(pickle.dumps(stop))
-    return Home("three", tuple(moments), dict(left_out), "grey"), kept
+    return BankHome("three", tuple(moments), dict(left_out), "grey"), kept
 
 
 @pytest.fixture(scope="module")
-def driven(home: tuple[World, Truth], eyes: Eyes) -> tuple[Home, list[bytes]]:
+def driven(
+    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
+) -> tuple[BankHome, list[bytes]]:
     return asked(home, eyes)
 
 
 @pytest.fixture(scope="module")
-def made(driven: tuple[Home, list[bytes]]) -> Home:
+def made(driven: tuple[BankHome, list[bytes]]) -> BankHome:
     found, _ = driven
     assert found.moments
     assert found.moments[0].why == "first decision"
     return found
 
 
-def test_a_goal_is_asked_about_while_it_is_not_on_the_map(made: Home) -> None:
+def test_a_goal_is_asked_about_while_it_is_not_on_the_map(made: BankHome) -> None:
     for moment in made.moments:
         told = {o.name for f in moment.briefs[CLEAN].frontiers for o in f.objects}
         assert not told & set(moment.costs_m)
     assert {goal for m in made.moments for goal in m.costs_m} <= {"toilet", "bed"}
 
 
-def test_a_cost_is_no_less_than_the_way_to_the_frontier(made: Home) -> None:
+def test_a_cost_is_no_less_than_the_way_to_the_frontier(made: BankHome) -> None:
     for moment in made.moments:
         told = {f.id: f.distance_m for f in moment.briefs[CLEAN].frontiers}
         assert set(told) <= set(moment.ids)
@@ -121,7 +125,9 @@ def test_a_cost_is_no_less_than_the_way_to_the_frontier(made: Home) -> None:
             assert all(cost >= told.get(id, 0.0) for id, cost in costs)
 
 
-def test_costs_agree_with_the_truth_at_the_frontiers(home: tuple[World, Truth], eyes: Eyes) -> None:
+def test_costs_agree_with_the_truth_at_the_frontiers(
+    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
+) -> None:
     world, truth = home
     goals = Goals.of(world.scene, truth, PLAN)
     stop = next(stops("three", 0, world, truth.space, eyes, PLAN))
@@ -136,7 +142,7 @@ def test_costs_agree_with_the_truth_at_the_frontiers(home: tuple[World, Truth], 
 
 
 def test_the_same_plan_asks_the_same(
-    made: Home, home: tuple[World, Truth], eyes: Eyes, tmp_path: Path
+    made: BankHome, home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector, tmp_path: Path
 ) -> None:
     again, _ = asked(home, eyes)
     write_home(tmp_path / "a", made)
@@ -147,7 +153,7 @@ def test_the_same_plan_asks_the_same(
 
 
 def test_what_experts_are_told_can_be_composed_again(
-    driven: tuple[Home, list[bytes]], tmp_path: Path
+    driven: tuple[BankHome, list[bytes]], tmp_path: Path
 ) -> None:
     home, kept = driven
     make_bank(tmp_path, [], PLAN, 1)
@@ -158,7 +164,7 @@ def test_what_experts_are_told_can_be_composed_again(
     assert read_home(home_file(tmp_path, "three")).moments == home.moments
 
 
-def test_all_conditions_tell_of_the_same_frontiers(made: Home) -> None:
+def test_all_conditions_tell_of_the_same_frontiers(made: BankHome) -> None:
     for moment in made.moments:
         assert set(moment.briefs) == {CLEAN, "wrong labels", "missing objects"}
         clean = moment.briefs[CLEAN].frontiers
@@ -170,7 +176,7 @@ def test_all_conditions_tell_of_the_same_frontiers(made: Home) -> None:
 
 
 def test_objects_are_misnamed_and_left_out_as_often_as_said(
-    home: tuple[World, Truth], eyes: Eyes
+    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
 ) -> None:
     world, truth = home
     stop: Stop = next(stops("three", 0, world, truth.space, eyes, PLAN))

@@ -9,7 +9,7 @@ import pytest
 from asked import moment
 
 from hil_sim.expert_bench import report
-from hil_sim.expert_bench.bank import CLEAN, Bank, Home, Question, questions_of
+from hil_sim.expert_bench.bank import CLEAN, Bank, BankHome, BenchQuestion, questions_of
 from hil_sim.expert_bench.judge import CONDITIONS, METHODS, NEAR, RANDOM, Table, judge
 from hil_sim.expert_bench.statistics import Resampling
 from hil_sim.expert_bench.voting import Votes, at_random
@@ -27,7 +27,7 @@ class Given:
     def __init__(self, cast: Cast) -> None:
         self._cast, self.asked_for = cast, list[float]()
 
-    def asked(self, config: Config, questions: Sequence[Question]) -> Votes:
+    def asked(self, config: Config, questions: Sequence[BenchQuestion]) -> Votes:
         self.asked_for.append(config.experts.bar)
         table = {e: (lambda brief, by, e=e: self._cast(e, brief)) for e in EXPERTS}
         return Votes(table, questions, Deadline.never(ManualClock()))
@@ -51,7 +51,7 @@ def bank(homes: int = 4) -> Bank:
         one = replace(
             one, briefs=briefs, order=order, ids=(1, 2, 3), goal_xy=places, costs_m=costs_m
         )
-        found += list(questions_of(Home(one.home, (one,), {}, "e")))
+        found += list(questions_of(BankHome(one.home, (one,), {}, "e")))
     return Bank(tuple(found))
 
 

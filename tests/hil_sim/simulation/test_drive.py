@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from hil_sim.simulation.drive import SUBSTEP_S, drive, ordered, still
 from hil_sim.simulation.noise import NONE, Noise
-from hil_sim.simulation.protocol import HM3D, Base
+from hil_sim.simulation.protocol import HM3D, DifferentialDrive
 from hil_sim.simulation.robot import Robot, act, reckon
 from runtime.core.types import Action, Pose, Twist
 
-BASE = Base()
+BASE = DifferentialDrive()
 HERE = Robot(Pose(0.0, 0.0, 0.0))
 
 

@@ -6,20 +6,22 @@ import pickle
 import pytest
 
 from hil_sim.simulation.noise import NONE, USUAL
-from hil_sim.simulation.protocol import PROTOCOLS, Ending, Sighting, protocol_named
+from hil_sim.simulation.protocol import PROTOCOLS, Ending, GoalSighting, protocol_named
 from runtime import config
 from runtime.errors import ConfigError
 
 
 def test_robothor_needs_the_target_in_view_and_near() -> None:
-    good = Sighting(pixels=100, depth_m=1.2, box_m=1.0)
+    good = GoalSighting(pixels=100, depth_m=1.2, box_m=1.0)
     success = PROTOCOLS["robothor"].success
     assert success(Ending(True, math.inf, (good,)))
     assert not success(Ending(False, 0.0, (good,)))
-    assert not success(Ending(True, 0.0, (Sighting(99, 0.5, 0.5),)))
-    assert not success(Ending(True, 0.0, (Sighting(5000, 1.2, 1.01),)))
+    assert not success(Ending(True, 0.0, (GoalSighting(99, 0.5, 0.5),)))
+    assert not success(Ending(True, 0.0, (GoalSighting(5000, 1.2, 1.01),)))
     # One near and unseen, another seen and far: neither is found.
-    assert not success(Ending(True, 0.0, (Sighting(0, math.inf, 0.3), Sighting(900, 3.0, 3.0))))
+    assert not success(
+        Ending(True, 0.0, (GoalSighting(0, math.inf, 0.3), GoalSighting(900, 3.0, 3.0)))
+    )
 
 
 def test_onrobot_is_as_hm3d_with_room_to_brake() -> None:

@@ -6,7 +6,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from hil_sim.ground_truth.labels import LABELLED, View, labels, seen_room, to_optical
+from hil_sim.ground_truth.labels import LABELLED, CameraView, labels, seen_room, to_optical
 from hil_sim.scenes.format import Room, Scene, SceneObject
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.boxes import box_of
@@ -14,7 +14,7 @@ from hil_sim.training_frames.frames import FRAMES_A_HOME, collect, counts, homes
 
 SIZE = (416, 320)
 HFOV = math.radians(79)
-AHEAD = View(0.0, 0.0, 1.0, 0.0, 0.0, HFOV)
+AHEAD = CameraView(0.0, 0.0, 1.0, 0.0, 0.0, HFOV)
 
 
 def scene(*objects: SceneObject) -> Scene:
@@ -37,12 +37,12 @@ def painted(index: int, box: tuple[int, int, int, int]) -> np.ndarray:
 
 
 def test_optical_axes_follow_yaw_and_pitch() -> None:
-    turned = View(1.0, 2.0, 0.5, math.pi / 2, 0.0, HFOV)
+    turned = CameraView(1.0, 2.0, 0.5, math.pi / 2, 0.0, HFOV)
     left, up, ahead = to_optical(np.array([[0.0, 2, 0.5], [1, 2, 1.5], [1, 4, 0.5]]), turned)
     assert left == pytest.approx([-1, 0, 0])
     assert up == pytest.approx([0, -1, 0])
     assert ahead == pytest.approx([0, 0, 2])
-    lifted = View(0, 0, 0, 0, math.pi / 4, HFOV)
+    lifted = CameraView(0, 0, 0, 0, math.pi / 4, HFOV)
     assert to_optical(np.array([[1.0, 0, 1]]), lifted)[0] == pytest.approx([0, 0, math.sqrt(2)])
 
 
@@ -79,7 +79,7 @@ def test_the_room_is_the_cameras_own_unless_another_fills_the_view() -> None:
     near, far = np.full((320, 416), 2.0, np.float32), np.full((320, 416), 6.0, np.float32)
     assert seen_room(scene(), AHEAD, near) == "kitchen"
     assert seen_room(scene(), AHEAD, far) == ""
-    assert seen_room(scene(), View(20, 0, 1, 0, 0, HFOV), near) == ""
+    assert seen_room(scene(), CameraView(20, 0, 1, 0, 0, HFOV), near) == ""
 
 
 def test_shards_become_one_coco_file(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from models.detection.detections import RawDetections, boxes_only
 from models.detection.detector import open_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
 SIZE = (32, 32)
@@ -62,7 +62,7 @@ def test_plain_frames_of_any_size(detector, shape: tuple[int, ...], level: int) 
 )
 def test_what_is_no_frame(detector, frame: np.ndarray) -> None:
     detector.set_vocabulary(VOCABULARY, ())
-    with pytest.raises(ModelError, match="a frame is"):
+    with pytest.raises(ModelFileError, match="a frame is"):
         detector.detect(frame)
 
 
@@ -78,7 +78,7 @@ def test_what_is_no_frame(detector, frame: np.ndarray) -> None:
 )
 def test_bad_vocabularies_leave_the_last_one(detector, classes, said: str) -> None:
     detector.set_vocabulary(VOCABULARY, ())
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelFileError, match=said):
         detector.set_vocabulary(classes, ())
     assert detector.detect(np.zeros((*SIZE, 3), np.uint8)).labels.tolist() == [0]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from models.detection.detector import OpenDetector, open_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
 METADATA = {
@@ -66,7 +66,7 @@ def test_any_frame_size(detector: OpenDetector, shape: tuple[int, ...]) -> None:
 )
 def test_what_is_no_frame(detector: OpenDetector, frame: np.ndarray) -> None:
     detector.set_vocabulary((("toilet",),), ROOMS)
-    with pytest.raises(ModelError, match="a frame is"):
+    with pytest.raises(ModelFileError, match="a frame is"):
         detector.detect(frame)
 
 
@@ -82,21 +82,21 @@ def test_what_is_no_frame(detector: OpenDetector, frame: np.ndarray) -> None:
     ],
 )
 def test_bad_vocabularies(detector: OpenDetector, classes, said: str) -> None:
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelFileError, match=said):
         detector.set_vocabulary(classes, ROOMS)
 
 
 def test_a_frame_before_a_vocabulary(detector: OpenDetector) -> None:
-    with pytest.raises(ModelError, match="has no vocabulary"):
+    with pytest.raises(ModelFileError, match="has no vocabulary"):
         detector.detect(np.zeros((8, 8, 3), np.uint8))
 
 
 def test_files_that_are_no_detector(constant_graph, tmp_path: Path, encoder: TextEncoder) -> None:
-    with pytest.raises(ModelError, match=r"none\.onnx: no such model file"):
+    with pytest.raises(ModelFileError, match=r"none\.onnx: no such model file"):
         open_detector(tmp_path / "none.onnx", "rfnav", encoder)
     (tmp_path / "bad.onnx").write_bytes(b"\x08\x01garbage")
-    with pytest.raises(ModelError, match=r"bad\.onnx: not a usable ONNX file"):
+    with pytest.raises(ModelFileError, match=r"bad\.onnx: not a usable ONNX file"):
         open_detector(tmp_path / "bad.onnx", "rfnav", encoder)
     other = constant_graph({"out": np.zeros((1, 7, 3))}, (64, 96))
-    with pytest.raises(ModelError, match="not an RF-NAV detector"):
+    with pytest.raises(ModelFileError, match="not an RF-NAV detector"):
         open_detector(other, "rfnav", encoder)

@@ -7,7 +7,7 @@ import pytest
 from places import SHARED
 
 from models.detection.detector import open_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
 SIZE = (64, 96)
@@ -69,11 +69,11 @@ def test_a_class_list_of_the_wrong_length(
     constant_graph, tmp_path: Path, encoder: TextEncoder
 ) -> None:
     path = constant_graph({"out": v8()}, SIZE)
-    with pytest.raises(ModelError, match=r"its 3 classes have no names; give a text file"):
+    with pytest.raises(ModelFileError, match=r"its 3 classes have no names; give a text file"):
         open_detector(path, "yolo", encoder)
     names = tmp_path / "names.txt"
     names.write_text("couch\ngiraffe\n")
-    with pytest.raises(ModelError, match=r"names\.txt: 2 names for 3 classes"):
+    with pytest.raises(ModelFileError, match=r"names\.txt: 2 names for 3 classes"):
         open_detector(path, "yolo", encoder, classes_file=names)
     names.write_text("couch\ngiraffe\ntv\n\n")
     assert open_detector(path, "yolo", encoder, classes_file=names).capabilities["classes"]
@@ -94,14 +94,14 @@ def test_bad_class_files(
     path = constant_graph({"out": v8()}, SIZE)
     names = tmp_path / "names.txt"
     names.write_text(text)
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelFileError, match=said):
         open_detector(path, "yolo", encoder, classes_file=names)
 
 
 def test_an_unknown_layout_is_refused(constant_graph, encoder: TextEncoder) -> None:
     odd = np.zeros((1, 77, 7), np.float32)
     path = constant_graph({"out": odd}, SIZE, {"names": NAMES})
-    with pytest.raises(ModelError, match="is no known YOLO layout"):
+    with pytest.raises(ModelFileError, match="is no known YOLO layout"):
         open_detector(path, "yolo", encoder)
 
 

@@ -9,7 +9,7 @@ from places import SHARED
 
 from models.detection.detector import open_detector
 from models.detection.imported import import_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 from runtime.commands.models import models_command
@@ -92,7 +92,7 @@ def test_one_of_ours_is_taken_in(home: Path, encoder: TextEncoder) -> None:
     assert found.capabilities["contract"] == "rfnav"
     assert found.capabilities["open_vocabulary"]
     (found.path / "model.onnx").write_bytes(b"damaged")
-    with pytest.raises(ModelError, match="damaged: sha256"):
+    with pytest.raises(ModelFileError, match="damaged: sha256"):
         manifest.verify("copy")
     assert manifest.fetch("copy").read_bytes() == theirs.read_bytes()  # from where it was
 
@@ -110,14 +110,14 @@ def test_a_name_imported_again_is_replaced(home: Path, constant_graph, encoder) 
 
 @pytest.mark.parametrize("name", ["", "a b", "../up", "Große", "x" * 41, "rfnav-det"])
 def test_bad_names(name: str, home: Path, constant_graph, encoder: TextEncoder) -> None:
-    with pytest.raises(ModelError, match=r"not a name|is a model of the project"):
+    with pytest.raises(ModelFileError, match=r"not a name|is a model of the project"):
         import_detector(yolo(constant_graph), name, encoder, None, None)
     assert not manifest.user_manifest().exists()
 
 
 def test_what_is_refused_is_not_kept(home: Path, constant_graph, encoder: TextEncoder) -> None:
     def refused(path: Path, said: str, classes: Path | None = None) -> None:
-        with pytest.raises(ModelError, match=said) as caught:
+        with pytest.raises(ModelFileError, match=said) as caught:
             import_detector(path, "bad", encoder, classes, None)
         assert ".partial" not in str(caught.value)
         assert "bad" not in manifest.load_manifest()
@@ -144,7 +144,7 @@ def test_what_is_refused_is_not_kept(home: Path, constant_graph, encoder: TextEn
 
 
 def test_a_text_model_is_no_detector(encoder: TextEncoder) -> None:
-    with pytest.raises(ModelError, match=r"no detector of a known contract \(inputs input_ids"):
+    with pytest.raises(ModelFileError, match=r"no detector of a known contract \(inputs input_ids"):
         open_detector(manifest.fetch("minilm") / "model.onnx", "auto", encoder)
 
 

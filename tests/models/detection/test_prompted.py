@@ -8,7 +8,7 @@ import pytest
 
 from models.detection.detector import open_detector
 from models.detection.prompted import TowerPrompts, open_prompts
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
@@ -68,15 +68,15 @@ def test_a_network_that_answers_with_nan_sees_nothing(
 
 def test_rows_that_do_not_fit(prompted_graph, tmp_path: Path, encoder: TextEncoder) -> None:
     path = prompted_graph(BOXES, np.zeros((2, 4), np.float32), SIZE, 2)
-    with pytest.raises(ModelError, match="takes embedded texts; give them"):
+    with pytest.raises(ModelFileError, match="takes embedded texts; give them"):
         open_detector(path, "auto", encoder)
     other = tmp_path / "other.npz"
     np.savez(other, sofa=np.ones(7, np.float32))
-    with pytest.raises(ModelError, match="texts have 4 values, the rows given 7"):
+    with pytest.raises(ModelFileError, match="texts have 4 values, the rows given 7"):
         open_detector(path, "auto", encoder, texts=other)
     np.savez(other, **{f"thing {i}": ROWS[0] for i in range(3)})
     detector = open_detector(path, "auto", encoder, texts=other)
-    with pytest.raises(ModelError, match="takes 2 texts, not 3"):
+    with pytest.raises(ModelFileError, match="takes 2 texts, not 3"):
         detector.set_vocabulary([(f"thing {i}",) for i in range(3)], ())
 
 
@@ -102,15 +102,15 @@ def test_bad_rows(rows, said: str, tmp_path: Path) -> None:
                     np.lib.format.write_array(member, np.asarray(row))
     else:
         np.savez(path, **rows)
-    with pytest.raises(ModelError, match=said):
+    with pytest.raises(ModelFileError, match=said):
         open_prompts(path)
 
 
 def test_files_that_are_no_rows(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="no such file"):
+    with pytest.raises(ModelFileError, match="no such file"):
         open_prompts(tmp_path / "none.npz")
     (tmp_path / "bad.npz").write_bytes(b"PK\x03\x04 nothing")
-    with pytest.raises(ModelError, match=r"not a readable \.npz"):
+    with pytest.raises(ModelFileError, match=r"not a readable \.npz"):
         open_prompts(tmp_path / "bad.npz")
 
 
@@ -147,11 +147,11 @@ def test_a_tower_embeds_any_text(tower: Path) -> None:
     assert np.linalg.norm(one) == pytest.approx(1)
     assert not np.allclose(one, other)
     (tower.parent / "tokenizer.json").unlink()
-    with pytest.raises(ModelError, match=r"tokenizer\.json: missing; put the tower's there"):
+    with pytest.raises(ModelFileError, match=r"tokenizer\.json: missing; put the tower's there"):
         open_prompts(tower)
 
 
 def test_a_tower_of_other_inputs_is_refused(constant_graph, tower: Path) -> None:
     shutil.copy(constant_graph({"out": np.zeros((1, 2))}, (8, 8)), tower)
-    with pytest.raises(ModelError, match="no text tower's; expected input_ids"):
+    with pytest.raises(ModelFileError, match="no text tower's; expected input_ids"):
         open_prompts(tower)

@@ -11,12 +11,12 @@ import pytest
 from onnx import TensorProto, helper
 
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.second_look import Evidence, SecondLook, Sought, look_twice, places
-from models.errors import ModelError
+from models.detection.second_look import SecondLook, SecondLookEvidence, Sought, look_twice, places
+from models.errors import ModelFileError
 from models.evaluation.judged import fit_odds
 from models.evaluation.precision import Precision
 from models.evaluation.second import Sightings, look_at_all, sightings
-from models.evaluation.truth import Marks, Truth, Words, _marks
+from models.evaluation.truth import FrameTruth, Marks, NameLists, _marks
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
@@ -179,7 +179,7 @@ def test_a_file_that_is_none_is_refused_in_a_line(
     change: dict[str, str], said: str, tmp_path: Path, encoder: TextEncoder
 ) -> None:
     path = write(tmp_path / "other.onnx", METADATA | change)
-    with pytest.raises(ModelError, match=said) as error:
+    with pytest.raises(ModelFileError, match=said) as error:
         SecondLook(path, encoder)
     assert str(error.value).startswith(str(path))
     assert "\n" not in str(error.value)
@@ -198,9 +198,9 @@ def test_it_is_evaluated_on_what_was_held_out_and_on_each_word_as_if_it_were(
             for k, (x0, y0, x1, y1) in enumerate(boxes.values())
         ],
     }  # fmt: skip
-    truth = Truth(Path(), table, tuple(boxes), _marks(table))
-    words = Words({"sofa": ("sofa",)}, ("umbrella",), {}, {}, (), {})
-    monkeypatch.setattr(Truth, "picture", lambda self, name: frame(RED, BLUE))
+    truth = FrameTruth(Path(), table, tuple(boxes), _marks(table))
+    words = NameLists({"sofa": ("sofa",)}, ("umbrella",), {}, {}, (), {})
+    monkeypatch.setattr(FrameTruth, "picture", lambda self, name: frame(RED, BLUE))
     looked = look_at_all(detector, second, truth, words)
     (told,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]})
     found, order = told.scored(second)
@@ -224,7 +224,7 @@ def test_it_is_fitted_on_what_is_rare_among_the_trained(tmp_path: Path) -> None:
     listed.write_text('raise SystemExit\n_IMAGENET_CATEGORIES = ["umbrella", "banjo"]\n')
     assert read_names(listed) == ("umbrella", "banjo")
     listed.write_text("OTHER = []\n")
-    with pytest.raises(ModelError, match="holds no _IMAGENET_CATEGORIES"):
+    with pytest.raises(ModelFileError, match="holds no _IMAGENET_CATEGORIES"):
         read_names(listed)
     categories, rng = ("sofa", "piano", "umbrella", "bed"), np.random.default_rng(0)
     often = {0: 40, 1: 5, 2: 5, 3: 1}  # of 1,000
@@ -233,13 +233,13 @@ def test_it_is_fitted_on_what_is_rare_among_the_trained(tmp_path: Path) -> None:
         kinds = np.array([k for k, count in often.items() if n < count], np.int64)
         boxes = np.tile(np.array(LEFT, np.float32), (len(kinds), 1))
         marks.append(Marks(boxes, kinds, np.zeros(len(kinds), bool)))
-    truth = Truth(Path(), {}, categories, tuple(marks))
-    words = Words({"sofa": (), "piano": (), "bed": ()}, ("umbrella",), {}, {}, (), {})
+    truth = FrameTruth(Path(), {}, categories, tuple(marks))
+    words = NameLists({"sofa": (), "piano": (), "bed": ()}, ("umbrella",), {}, {}, (), {})
     assert rarely_seen(truth, words) == ("piano",)
     told = []  # a place a frame, that of the piano looks like one
     for n in range(1000):
         resemblance = rng.normal(3 if n < 5 else 0, 0.5)
-        evidence = Evidence(*np.array([[resemblance], [0.0], [0.0]], np.float32))
+        evidence = SecondLookEvidence(*np.array([[resemblance], [0.0], [0.0]], np.float32))
         label = np.array([1], np.int32)
         told.append(Sightings(np.array([LEFT], np.float32), label, evidence))
     worth = fit(told, truth, AnyLook())
@@ -254,7 +254,7 @@ class AnyLook(SecondLook):
     def __init__(self) -> None:
         pass
 
-    def probability(self, evidence: Evidence) -> np.ndarray:
+    def probability(self, evidence: SecondLookEvidence) -> np.ndarray:
         return 1 / (1 + np.exp(-evidence.resemblance))
 
 

@@ -11,21 +11,21 @@ pytest.importorskip("pycocotools")
 
 from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.evaluation import judged as judging
 from models.evaluation.measures import measure, room_accuracy
 from models.evaluation.naming import look
 from models.evaluation.precision import Precision
 from models.evaluation.report import markdown
 from models.evaluation.sheet import COLUMNS, ROWS, WIDTH, draw_sheet
-from models.evaluation.truth import Truth, read_truth, read_words
+from models.evaluation.truth import FrameTruth, read_truth, read_words
 from models.words.text_encoder import TextEncoder
 
 CATEGORIES = ("sofa", "toilet", "guitar")
 ROOMS = ("kitchen", "bathroom")
 
 
-def write_frames(folder: Path, notes: list[list[tuple[int, list[float], int]]]) -> Truth:
+def write_frames(folder: Path, notes: list[list[tuple[int, list[float], int]]]) -> FrameTruth:
     """One 96x64 frame a list of (category id, x y w h, ignored)."""
     (folder / "images").mkdir(parents=True)
     images, rows = [], []
@@ -44,7 +44,7 @@ def write_frames(folder: Path, notes: list[list[tuple[int, list[float], int]]]) 
 
 
 @pytest.fixture
-def truth(tmp_path: Path) -> Truth:
+def truth(tmp_path: Path) -> FrameTruth:
     """Ten frames; a sofa in the first eight, one of them too hidden to count."""
     sofa = [1, [10, 10, 50, 40], 0]
     notes = [[tuple(sofa)] for _ in range(7)] + [[(1, [10, 10, 50, 40], 1)]]
@@ -75,7 +75,7 @@ def seen(*rows: tuple[int, float, tuple[float, ...]]) -> RawDetections:
     return RawDetections(boxes, scores, labels, np.zeros((len(rows), 0)), nothing, nothing)
 
 
-def test_average_precision_of_hits_misses_and_ignored_ones(truth: Truth) -> None:
+def test_average_precision_of_hits_misses_and_ignored_ones(truth: FrameTruth) -> None:
     box = (10.0, 10.0, 60.0, 50.0)
     everywhere = [seen((0, 0.9 if k < 7 else 0.95, box)) for k in range(10)]
     ap = Precision(truth).average(everywhere, range(3))
@@ -89,7 +89,7 @@ def test_average_precision_of_hits_misses_and_ignored_ones(truth: Truth) -> None
     assert Precision(truth).average(right, [0]) == {0: pytest.approx(1)}
 
 
-def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: Truth) -> None:
+def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: FrameTruth) -> None:
     rooms = ("kitchen", "bathroom")
     likeliest = [1] * 6 + [0] * 4  # right where the sofa counts, but once
     assert room_accuracy(truth, likeliest, rooms) == pytest.approx(6 / 10)
@@ -97,7 +97,7 @@ def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: Trut
     assert np.isnan(room_accuracy(truth, likeliest, ("kitchen",)))
 
 
-def test_false_sightings_count_frames_without_the_goal_only(truth: Truth) -> None:
+def test_false_sightings_count_frames_without_the_goal_only(truth: FrameTruth) -> None:
     box = (10.0, 10.0, 60.0, 50.0)
     found = [seen((0, 0.905 if k < 9 else 0.4, box)) for k in range(10)]
     absent = judging.without(truth, [0])
@@ -121,7 +121,7 @@ def test_calibration_makes_a_score_the_share_that_is_right() -> None:
 
 
 def test_a_frame_is_looked_at_once_and_named_as_the_detector_would(
-    truth: Truth, detector: OpenDetector, encoder: TextEncoder
+    truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder
 ) -> None:
     looked = look(detector, truth, encoder, list(ROOMS))
     plain = detector.detect(np.full((64, 96, 3), 90, np.uint8))
@@ -140,7 +140,7 @@ def test_a_frame_is_looked_at_once_and_named_as_the_detector_would(
 
 
 def test_the_report_has_every_figure(
-    truth: Truth, detector: OpenDetector, encoder: TextEncoder, tmp_path: Path
+    truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder, tmp_path: Path
 ) -> None:
     dev = write_frames(tmp_path / "dev", [[(1, [10, 10, 50, 40], 0)], []])
     report = measure(detector, truth, dev, read_words(), encoder)
@@ -158,23 +158,23 @@ def test_the_report_has_every_figure(
     assert f"other names ({len(report['asked']['rows'])}): share of own AP" in text
 
 
-def test_a_sheet_is_drawn(truth: Truth, detector: OpenDetector, tmp_path: Path) -> None:
+def test_a_sheet_is_drawn(truth: FrameTruth, detector: OpenDetector, tmp_path: Path) -> None:
     draw_sheet(detector, truth, read_words(), tmp_path / "sheet.png")
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     rows = -(-min(len(truth.marks), COLUMNS * ROWS) // COLUMNS)
     assert sheet.shape == (rows * round(64 * WIDTH / 96), COLUMNS * WIDTH, 3)
     assert len(np.unique(sheet.reshape(-1, 3), axis=0)) > 3
-    with pytest.raises(ModelError, match="cannot be written"):
+    with pytest.raises(ModelFileError, match="cannot be written"):
         draw_sheet(detector, truth, read_words(), tmp_path / "none" / "sheet.png")
 
 
 def test_frames_that_cannot_be_judged_on(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match=r"annotations\.json: not a readable COCO table"):
+    with pytest.raises(ModelFileError, match=r"annotations\.json: not a readable COCO table"):
         read_truth(tmp_path)
     (tmp_path / "annotations.json").write_text('{"images": [], "annotations": []}')
-    with pytest.raises(ModelError, match="not a readable COCO table"):
+    with pytest.raises(ModelFileError, match="not a readable COCO table"):
         read_truth(tmp_path)
     empty = {"images": [], "annotations": [], "categories": []}
     (tmp_path / "annotations.json").write_text(json.dumps(empty))
-    with pytest.raises(ModelError, match="holds no frames"):
+    with pytest.raises(ModelFileError, match="holds no frames"):
         read_truth(tmp_path)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.language.likelihood import LanguageModel
 from models.store import manifest
 
@@ -59,14 +59,14 @@ def test_another_word_in_a_known_context_needs_no_evaluation(
 
 
 def test_what_cannot_be_scored_is_said_in_one_line(model: LanguageModel, tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="do not fit the context of 128"):
+    with pytest.raises(ModelFileError, match="do not fit the context of 128"):
         model.score("word " * 200, [" toilet"])
-    with pytest.raises(ModelError, match="continuation to score is empty"):
+    with pytest.raises(ModelFileError, match="continuation to score is empty"):
         model.score(BATHROOM, [""])
-    with pytest.raises(ModelError, match="no such model file"):
+    with pytest.raises(ModelFileError, match="no such model file"):
         LanguageModel(tmp_path / "none.gguf")
     (tmp_path / "text.gguf").write_text("not a model")
-    with pytest.raises(ModelError, match="not a GGUF file"):
+    with pytest.raises(ModelFileError, match="not a GGUF file"):
         LanguageModel(tmp_path / "text.gguf")
 
 
@@ -74,6 +74,6 @@ def test_a_truncated_model_is_refused(tmp_path: Path) -> None:
     whole = manifest.fetch("smollm2-135m")
     with whole.open("rb") as stream:
         (tmp_path / "short.gguf").write_bytes(stream.read(1 << 20))
-    with pytest.raises(ModelError, match=r"llama\.cpp cannot load it") as error:
+    with pytest.raises(ModelFileError, match=r"llama\.cpp cannot load it") as error:
         LanguageModel(tmp_path / "short.gguf")
     assert "\n" not in str(error.value)

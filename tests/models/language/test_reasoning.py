@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from llama_cpp import Llama
 
-from models.errors import ModelError, OverdueError
+from models.errors import ModelFileError, OverdueError
 from models.language.likelihood import ReasoningModel
 from models.store import manifest
 
@@ -66,8 +66,8 @@ def test_the_time_bounds_an_answer_that_is_being_given(
 
 
 def test_what_cannot_be_asked_is_said_in_one_line(model: ReasoningModel, tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="exceed context window") as error:
+    with pytest.raises(ModelFileError, match="exceed context window") as error:
         model.reply([{"role": "user", "content": "word " * 5000}], GRAMMAR, max_tokens=10)
     assert "\n" not in str(error.value)
-    with pytest.raises(ModelError, match="no such model file"):
+    with pytest.raises(ModelFileError, match="no such model file"):
         ReasoningModel(tmp_path / "none.gguf")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mmproj import write_mmproj
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.language.vision import HANDLERS, VisionModel
 from models.store import manifest
 
@@ -71,15 +71,15 @@ def test_handlers_are_those_of_the_binding() -> None:
 
 def test_parts_that_do_not_go_together_are_refused(projector: Path, tmp_path: Path) -> None:
     text = manifest.fetch("smollm2-135m")
-    with pytest.raises(ModelError, match=r"by handler 'mtmd': cannot see \(.*its family's$"):
+    with pytest.raises(ModelFileError, match=r"by handler 'mtmd': cannot see \(.*its family's$"):
         VisionModel(text, projector, "mtmd")  # its chat template knows no pictures
     other = write_mmproj(tmp_path / "other.gguf", text_width=64)
-    with pytest.raises(ModelError, match="cannot see") as error:
+    with pytest.raises(ModelFileError, match="cannot see") as error:
         VisionModel(text, other, "llava-1.5")
     assert "\n" not in str(error.value)
-    with pytest.raises(ModelError, match="no such mmproj file"):
+    with pytest.raises(ModelFileError, match="no such mmproj file"):
         VisionModel(text, tmp_path / "none.gguf", "llava-1.5")
-    with pytest.raises(ModelError, match="vision handler clip: unknown; known are mtmd"):
+    with pytest.raises(ModelFileError, match="vision handler clip: unknown; known are mtmd"):
         VisionModel(text, projector, "clip")
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest as store
 from models.store import sources
 from runtime.commands.models import models_command
@@ -64,7 +64,7 @@ def test_a_url_is_fetched_once_and_reports_progress(home: Path) -> None:
 def test_a_wrong_checksum_is_refused_and_not_kept(home: Path) -> None:
     (home / "far.bin").write_bytes(b"something else")
     path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
-    with pytest.raises(ModelError, match="refused: sha256") as error:
+    with pytest.raises(ModelFileError, match="refused: sha256") as error:
         store.fetch("tiny", manifest=path)
     assert "\n" not in str(error.value)
     assert cached(home) == []
@@ -79,12 +79,12 @@ def test_the_next_source_is_tried(home: Path) -> None:
 
 def test_missing_and_damaged_files_name_the_remedy(home: Path) -> None:
     path = manifest(home, '{ url = "file:///nowhere" }')
-    with pytest.raises(ModelError, match="missing; run `rfnav models pull tiny`"):
+    with pytest.raises(ModelFileError, match="missing; run `rfnav models pull tiny`"):
         store.locate("tiny", manifest=path)
     target = home / "cache" / "rf-nav" / "models" / "tiny" / "tiny.bin"
     target.parent.mkdir(parents=True)
     target.write_bytes(CONTENT[:-1])
-    with pytest.raises(ModelError, match=r"damaged: sha256 .*; run `rfnav models pull tiny`"):
+    with pytest.raises(ModelFileError, match=r"damaged: sha256 .*; run `rfnav models pull tiny`"):
         store.verify("tiny", manifest=path)
 
 
@@ -97,14 +97,14 @@ def test_a_damaged_file_is_fetched_anew(home: Path) -> None:
 
 
 def test_an_unknown_model_lists_the_known(home: Path) -> None:
-    with pytest.raises(ModelError, match=r"no such model; known are .*minilm"):
+    with pytest.raises(ModelFileError, match=r"no such model; known are .*minilm"):
         store.fetch("nonesuch")
 
 
 def test_a_manifest_with_a_missing_key_names_the_model(home: Path) -> None:
     path = home / "manifest.toml"
     path.write_text('[tiny]\ntask = "text"\n')
-    with pytest.raises(ModelError, match="model 'tiny': wrong or missing key: 'files'"):
+    with pytest.raises(ModelFileError, match="model 'tiny': wrong or missing key: 'files'"):
         store.load_manifest(path)
 
 
@@ -117,13 +117,13 @@ def test_a_wheel_that_lacks_the_member(home: Path, monkeypatch: pytest.MonkeyPat
     assert store.fetch("tiny", manifest=good).read_bytes() == CONTENT
     store.fetch("tiny", manifest=good).unlink()
     bad = manifest(home, '{ pypi = "pkg==1", member = "pkg/other.bin" }')
-    with pytest.raises(ModelError, match=r"pkg==1: holds no pkg/other\.bin"):
+    with pytest.raises(ModelFileError, match=r"pkg==1: holds no pkg/other\.bin"):
         store.fetch("tiny", manifest=bad)
 
 
 def test_a_failed_download_is_one_line(home: Path) -> None:
     path = manifest(home, '{ pypi = "rf-nav-no-such-package==0 .. bad", member = "x" }')
-    with pytest.raises(ModelError, match=r"pip download .* failed: ERROR") as error:
+    with pytest.raises(ModelFileError, match=r"pip download .* failed: ERROR") as error:
         store.fetch("tiny", manifest=path)
     assert "\n" not in str(error.value)
     assert cached(home) == []

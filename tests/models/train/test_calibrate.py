@@ -9,7 +9,7 @@ import pytest
 pytest.importorskip("torch")
 
 from models.detection.detector import OpenDetector, open_detector
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.store import manifest
 from models.train.calibrate import calibrate
 
@@ -25,11 +25,11 @@ def test_gain_and_shift_go_into_the_file(tmp_path: Path, encoder, constant_graph
     assert isinstance(after, OpenDetector)
     assert (after.gain, after.shift) == (1.25, -0.5)
     assert after.size == before.size
-    with pytest.raises(ModelError, match="not an RF-NAV detector"):
+    with pytest.raises(ModelFileError, match="not an RF-NAV detector"):
         calibrate(constant_graph({"out": np.zeros((1, 2))}, (32, 32)), report)
     report.write_text("{}")
-    with pytest.raises(ModelError, match=r"report\.json: not a report"):
+    with pytest.raises(ModelFileError, match=r"report\.json: not a report"):
         calibrate(mine, report)
     report.write_text(json.dumps({"calibration": {"gain": 1, "shift": 0}}))
-    with pytest.raises(ModelError, match="not a readable ONNX file"):
+    with pytest.raises(ModelFileError, match="not a readable ONNX file"):
         calibrate(tmp_path / "none.onnx", report)

@@ -3,7 +3,7 @@ from pathlib import Path
 import cv2
 import pytest
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.train.curves import draw, read_log, smooth
 
 HEAD = "step,epoch,spent_s,pace,total,objectness,box,words,room,frames_per_s"
@@ -24,5 +24,5 @@ def test_a_point_is_the_mean_of_what_came_before() -> None:
 
 def test_another_file_is_named(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(ModelError, match=r"log.csv: not the log"):
+    with pytest.raises(ModelFileError, match=r"log.csv: not the log"):
         read_log(tmp_path / "log.csv")

@@ -12,7 +12,7 @@ torch = pytest.importorskip("torch")
 from onnx import TensorProto, helper, numpy_helper  # noqa: E402
 
 from models.detection.detector import OpenDetector, open_detector  # noqa: E402
-from models.errors import ModelError  # noqa: E402
+from models.errors import ModelFileError  # noqa: E402
 from models.onnx_session import open_session  # noqa: E402
 from models.train import graph  # noqa: E402
 from models.train.data import batches, read_frames  # noqa: E402
@@ -60,12 +60,12 @@ def test_eight_bits_answer_nearly_the_same(
 
 def test_sizes() -> None:
     assert parse_size("512x384") == (512, 384)
-    with pytest.raises(ModelError, match="write WIDTHxHEIGHT"):
+    with pytest.raises(ModelFileError, match="write WIDTHxHEIGHT"):
         parse_size("512")
 
 
 def test_a_size_of_no_whole_cells_is_refused(checkpoint: Path, tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="must be multiples of 32"):
+    with pytest.raises(ModelFileError, match="must be multiples of 32"):
         export(checkpoint, tmp_path / "x.onnx", None, (400, 300))
 
 
@@ -140,5 +140,5 @@ def test_no_other_file_is_restored(tmp_path: Path) -> None:
     ends = [helper.make_tensor_value_info(n, TensorProto.FLOAT, [1]) for n in "xy"]
     path = tmp_path / "other.onnx"
     onnx.save(helper.make_model(helper.make_graph([node], "g", [ends[0]], [ends[1]])), str(path))
-    with pytest.raises(ModelError, match=r"not a file of models\.train\.export"):
+    with pytest.raises(ModelFileError, match=r"not a file of models\.train\.export"):
         restore(path)

@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 torch = pytest.importorskip("torch")
 
-from models.errors import ModelError  # noqa: E402
+from models.errors import ModelFileError  # noqa: E402
 from models.train import average, data, finish, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou, room_loss  # noqa: E402
@@ -157,7 +157,7 @@ def test_a_checkpoint_resumes_and_exports(trainer: Trainer, tmp_path: Path) -> N
     export(tmp_path / "c.pt", tmp_path / "d.onnx")
     assert (tmp_path / "d.onnx").stat().st_size < 12e6
     (tmp_path / "bad.pt").write_bytes(b"nothing")
-    with pytest.raises(ModelError, match="not a checkpoint"):
+    with pytest.raises(ModelFileError, match="not a checkpoint"):
         load_network(tmp_path / "bad.pt")
 
 
@@ -252,7 +252,7 @@ def test_augmented_boxes_stay_on_their_objects(
 
 def test_unfinished_annotations_are_left_out(frames: Path, tmp_path: Path) -> None:
     (tmp_path / "annotations.json").write_text('{"images": [')
-    with pytest.raises(ModelError, match="no annotated frames"):
+    with pytest.raises(ModelFileError, match="no annotated frames"):
         data.read_frames(tmp_path, ())
 
 
@@ -267,7 +267,7 @@ def test_shards_of_a_running_rendering_are_read(frames: Path, tmp_path: Path) ->
     assert found.boxes.tolist() == [[1, 2, 31, 42]]
     assert found.ignore.tolist() == [True]
     assert SHAPES[found.labels[0]] == "toilet"
-    with pytest.raises(ModelError, match=r"category 'toilet' has no names in names\.toml"):
+    with pytest.raises(ModelFileError, match=r"category 'toilet' has no names in names\.toml"):
         data.read_frames(tmp_path, ("bed",))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.evaluation.truth import read_words
 from models.evaluation.words import as_runtime, looked_for, verdicts
 from models.words.from_wordnet import main
@@ -131,7 +131,7 @@ def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextE
 @pytest.mark.parametrize("content", [b"", b"no gzip", gzip.compress(b"{}"), gzip.compress(b"[")])
 def test_a_damaged_table_is_told_in_one_line(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "nouns.json.gz").write_bytes(content)
-    with pytest.raises(ModelError, match="not a table of senses") as caught:
+    with pytest.raises(ModelFileError, match="not a table of senses") as caught:
         Senses(tmp_path / "nouns.json.gz")
     assert "\n" not in str(caught.value)
 
@@ -196,6 +196,6 @@ def test_a_word_list_that_is_none_is_told_in_one_line(
     tmp_path: Path, content: str, told: str
 ) -> None:
     (tmp_path / "words.toml").write_text(content)
-    with pytest.raises(ModelError, match=told) as caught:
+    with pytest.raises(ModelFileError, match=told) as caught:
         load_vocabulary(tmp_path / "words.toml")
     assert "\n" not in str(caught.value)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.errors import ModelError
+from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
 
@@ -31,9 +31,9 @@ def test_a_text_does_not_depend_on_its_company(encoder: TextEncoder) -> None:
 
 
 def test_missing_and_damaged_files(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="no such model file"):
+    with pytest.raises(ModelFileError, match="no such model file"):
         TextEncoder(tmp_path)
     (tmp_path / "model.onnx").write_bytes(b"\x00" * 100)
-    with pytest.raises(ModelError, match="not a usable ONNX file") as error:
+    with pytest.raises(ModelFileError, match="not a usable ONNX file") as error:
         TextEncoder(tmp_path)
     assert "\n" not in str(error.value)

@@ -3,11 +3,14 @@
 from pathlib import Path
 
 from runtime.clock import Deadline, SystemClock
-from runtime.core.voting.likelihood_experts import Question
+from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.score_cache import ScoreFile
 from runtime.experts.scorer import Scorer
 
-Q, R = Question("a kitchen has a", " stove"), Question("a kitchen has a", " bed")
+Q, R = (
+    LikelihoodQuestion("a kitchen has a", " stove"),
+    LikelihoodQuestion("a kitchen has a", " bed"),
+)
 
 
 class Counting:

@@ -8,7 +8,7 @@ import pytest
 
 from runtime.clock import Deadline, ManualClock, SystemClock
 from runtime.core.types import F32
-from runtime.core.voting.likelihood_experts import Question
+from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.scorer import Scorer, Similarity
 
 PATIENCE_S = 5.0
@@ -43,8 +43,8 @@ class Broken:
         raise RuntimeError("no memory")
 
 
-def questions(*pairs: str) -> list[Question]:
-    return [Question(pair.split("|")[0], pair.split("|")[1]) for pair in pairs]
+def questions(*pairs: str) -> list[LikelihoodQuestion]:
+    return [LikelihoodQuestion(pair.split("|")[0], pair.split("|")[1]) for pair in pairs]
 
 
 def test_equal_questions_reach_the_model_once_and_contexts_share_a_prompt() -> None:
@@ -94,7 +94,7 @@ def test_many_callers_share_one_model_thread() -> None:
     model = Counting()
     with Scorer([("m", model)], CLOCK) as scorer:
         asked = questions(*(f"c{i}|t" for i in range(20)))
-        got: list[dict[Question, float]] = []
+        got: list[dict[LikelihoodQuestion, float]] = []
         callers = [
             threading.Thread(target=lambda: got.append(scorer.answer(asked, NEVER)))
             for _ in range(4)
@@ -113,7 +113,7 @@ def test_a_deadline_leaves_a_partial_answer_and_ends_the_work() -> None:
     clock, gate = ManualClock(), threading.Semaphore(0)
     model = Counting(gate)
     with Scorer([("m", model)], clock) as scorer:
-        got: list[dict[Question, float]] = []
+        got: list[dict[LikelihoodQuestion, float]] = []
         asked = questions("a|t", "b|t", "c|t", "d|t")
         by = Deadline.after(2.0, clock)
         caller = threading.Thread(target=lambda: got.append(scorer.answer(asked, by)))

@@ -10,7 +10,7 @@ from runtime.core.types import Brief, Frontier, FrontierBrief, Missing, Vote
 from runtime.core.voting.rehearsal import expected
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
-from runtime.loops.decision_worker import Answer, Decider, Question
+from runtime.loops.decision_worker import Decider, DecisionReply, DecisionRequest
 from runtime.navigate import NavigateConfig
 
 PATIENCE_S = 5.0  # of the tests, never reached when they pass
@@ -59,14 +59,14 @@ class Table:
         self.decider.close()
         self.panel.close()
 
-    def question(self, distances: dict[int, float], without: int | None = None) -> Question:
+    def question(self, distances: dict[int, float], without: int | None = None) -> DecisionRequest:
         snap = snapshot(distances)
         if without is not None:
             snap = Snapshot(expected(snap.brief, without), snap.frontiers, 0, snap.why)
         by = Deadline.after(2.0, self.clock)
-        return Question(self.asker, snap, self.panel, by, CFG, without=without)
+        return DecisionRequest(self.asker, snap, self.panel, by, CFG, without=without)
 
-    def answer(self) -> Answer:
+    def answer(self) -> DecisionReply:
         until = threading.Event()
         for _ in range(int(PATIENCE_S / 0.01)):
             found = self.decider.take()

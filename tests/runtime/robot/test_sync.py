@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.core.types import Pose
-from runtime.robot.sync import IMAGES_KEPT, Raw, Rings, interpolate
+from runtime.robot.sync import IMAGES_KEPT, RawMessage, Rings, interpolate
 from runtime.robot.wire import Stamped
 
 MS = 1_000_000
@@ -16,8 +16,8 @@ def rings(lockstep: bool = False) -> Rings:
     return Rings(20 * MS, 250 * MS, lockstep)
 
 
-def raw(stamp_ms: float, payload: bytes = b"") -> Raw:
-    return Raw(int(stamp_ms * MS), payload, 0.0)
+def raw(stamp_ms: float, payload: bytes = b"") -> RawMessage:
+    return RawMessage(int(stamp_ms * MS), payload, 0.0)
 
 
 def test_colour_and_depth_pair_within_20_ms_and_wait_for_odometry_on_both_sides() -> None:

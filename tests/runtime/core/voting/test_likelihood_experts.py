@@ -14,7 +14,7 @@ from runtime.core.voting.likelihood_experts import (
     REFERENCES,
     ROOMS,
     ExpertConfig,
-    Question,
+    LikelihoodQuestion,
     affinities,
     behind,
     door_questions,
@@ -41,7 +41,7 @@ def in_rooms(id: int, **rooms: float) -> FrontierBrief:
     )
 
 
-def answered(score) -> dict[Question, float]:
+def answered(score) -> dict[LikelihoodQuestion, float]:
     """Answers to everything about a sink, a bed and all room types."""
     asked = questions(OBJECTS, "toilet", ("sink", "bed")) + questions(ROOMS, "toilet", ())
     return {q: score(q) for q in asked}
@@ -148,7 +148,7 @@ def test_equal_evidence_is_no_preference():
 ALL_ROOMS = ("kitchen", "bathroom", "hallway")
 
 
-def told_of_doors(likely: str) -> dict[Question, float]:
+def told_of_doors(likely: str) -> dict[LikelihoodQuestion, float]:
     """Answers of a model that says `likely` behind the hallway's door, and else the same room."""
     return {
         q: 3.0 * (q.continuation == f" {likely}" and "hallway" in q.context)
