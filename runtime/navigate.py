@@ -13,7 +13,8 @@ from runtime.core import progress
 from runtime.core.distances import planner
 from runtime.core.mapping import coverage, frontiers, grid, keyframes
 from runtime.core.motion.control import Spin, Toward
-from runtime.core.objects import semantic_map, target
+from runtime.core.objects import semantic_map
+from runtime.core.objects import standpoints as target
 from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.types import (
     Action,

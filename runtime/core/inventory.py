@@ -1,7 +1,7 @@
 """What is on the semantic map, as it is told to others."""
 
 from runtime.core.objects.instances import Instance, shares, size_m
-from runtime.core.objects.target import look_from
+from runtime.core.objects.standpoints import look_from
 from runtime.core.settings import NavigateConfig
 from runtime.core.world import World
 

@@ -8,7 +8,7 @@ import pytest
 from apartment import MOUNT, TWO_ROOMS, Apartment
 
 from runtime import navigate
-from runtime.core.objects import target
+from runtime.core.objects import standpoints as target
 from runtime.core.types import Action, Ballot, Brief, Decision, Pose, Vote
 from runtime.core.voting.brief import compose, walking_distances
 from runtime.core.world import Command, World

@@ -12,7 +12,7 @@ from runtime.core.distances.planner import PlannerConfig, look_around, march_fro
 from runtime.core.mapping.coverage import CoverageConfig, look, overlooked
 from runtime.core.mapping.grid import MapConfig, NavigationMap
 from runtime.core.objects.instances import Instance
-from runtime.core.objects.target import TargetConfig, standpoints
+from runtime.core.objects.standpoints import TargetConfig, standpoints
 from runtime.core.progress import arrived, dithers, drive, stalled
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose

@@ -23,7 +23,7 @@ from runtime.core.objects.instances import (
     uncalled,
     without_strays,
 )
-from runtime.core.objects.target import TargetConfig, confirmed, supported
+from runtime.core.objects.standpoints import TargetConfig, confirmed, supported
 from runtime.core.types import Pose
 
 CFG = SemanticsConfig()

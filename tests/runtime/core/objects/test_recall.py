@@ -9,7 +9,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.objects.instances import Instance, SemanticsConfig, reject, weigh
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.target import TargetConfig, confirmed, ranked
+from runtime.core.objects.standpoints import TargetConfig, confirmed, ranked
 from runtime.core.types import Pose
 
 CFG, TARGET = SemanticsConfig(), TargetConfig()

@@ -15,7 +15,7 @@ from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.grid import MapConfig, NavigationMap
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.target import (
+from runtime.core.objects.standpoints import (
     TargetConfig,
     apart,
     confirmed,
