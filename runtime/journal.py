@@ -11,6 +11,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from runtime.core.types import Missing
 from runtime.errors import ConfigError
 
 MAP_FILE = "map.npz"
@@ -66,6 +67,8 @@ def plain(value: object) -> Any:
         return value.tolist() if ready else plain(value.tolist())
     if isinstance(value, Path):
         return str(value)
+    if isinstance(value, Missing):
+        return value.told()
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         return {f.name: plain(getattr(value, f.name)) for f in dataclasses.fields(value)}
     if isinstance(value, Mapping):

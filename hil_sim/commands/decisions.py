@@ -22,7 +22,7 @@ from tqdm import tqdm
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
-from runtime.core.types import Brief, Decision, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, Decision, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
 from runtime.experts.panel import Expert, Panel
 from runtime.perception.loaded_models import LocalMind
@@ -137,7 +137,7 @@ def first_votes(
         asked_s = perf_counter() - began_s
         ballot = decide(panel, brief, config, clock)[0].ballot
         informed = [vote.expert for vote in ballot.votes]
-        informed += [m.expert for m in ballot.missing if m.cause == "no preference"]
+        informed += [m.expert for m in ballot.missing if m.why is Absence.NO_PREFERENCE]
         for expert in (e for e in informed if e in READERS):
             took.setdefault(expert, asked_s + ballot.latency_s[expert])
     return took

@@ -23,6 +23,7 @@ from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.protocol import HM3D
 from hil_sim.simulation.robot import Robot, act
 from runtime import navigate
+from runtime.core.objects.instances import Evidence
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import Action, Ballot, Decision, Frontier, Observation, Pose
 from runtime.core.world import World as Known
@@ -167,7 +168,8 @@ def _decide(known: Known, why: str, rng: random.Random, wander: float, eyes: Ben
     """Adopt the closest frontier or a random one; one that is driven to is kept while it lasts."""
     near = sorted((f.distance_m, f.id) for f in known.frontiers if math.isfinite(f.distance_m))
     ids = [id for _, id in near]
-    standing = known.decision.frontier if known.decision else None
+    before = known.standing.decision
+    standing = before.frontier if before else None
     closest = ids[0] if ids else None
     if standing not in ids:
         standing = rng.choice(ids) if ids and rng.random() < wander else closest
@@ -185,7 +187,7 @@ def frozen(
     """What the experts would be told, with the map as it is and with its objects perturbed."""
     known = stop.known
     snap = navigate.snapshot(known, stop.why, cfg)
-    rng = random.Random(f"questions/{plan.seed}/perturbed/{home}/{stop.drive}/{known.step}")
+    rng = random.Random(f"questions/{plan.seed}/perturbed/{home}/{stop.drive}/{known.body.step}")
     maps = {
         "wrong labels": misnamed(known.semantic, plan.wrong, rng),
         "missing objects": thinned(known.semantic, plan.missing, rng),
@@ -195,7 +197,7 @@ def frozen(
         told = navigate.snapshot(replace(known, semantic=semantic), stop.why, cfg).brief
         briefs[name] = replace(told, goal="")
     places = {f.id: f.goal_xy for f in stop.reachable}
-    ids, goal_xy, step = tuple(places), tuple(places.values()), known.step
+    ids, goal_xy, step = tuple(places), tuple(places.values()), known.body.step
     return Moment(home, stop.drive, step, stop.why, briefs, snap.brief.order, ids, goal_xy, costs_m)
 
 
@@ -204,7 +206,9 @@ def misnamed(semantic: SemanticMap, share: float, rng: random.Random) -> Semanti
     changed = {}
     for id, instance in sorted(semantic.instances.items()):
         wrong, name = rng.random() < share, rng.choice(LABELLED)
-        changed[id] = replace(instance, odds={name: instance.log_odds}) if wrong else instance
+        changed[id] = (
+            replace(instance, evidence={name: Evidence(instance.log_odds)}) if wrong else instance
+        )
     return replace(semantic, instances=changed)
 
 

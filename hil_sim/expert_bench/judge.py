@@ -16,7 +16,7 @@ from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from hil_sim.expert_bench.voting import Voters, Votes, at_random
 from runtime.config import SEATED, Config, load
-from runtime.core.types import Ballot, Missing, Vote
+from runtime.core.types import Absence, Ballot, Missing, Vote
 from runtime.core.voting import consensus
 
 CONSENSUS, NEAR, RANDOM = "consensus", "consensus, 1 m", "random"
@@ -152,7 +152,7 @@ class _Bench:
             if name != expert:
                 return votes.of(name, number)
             if kind == "one absent":
-                return Missing(name, "absent")
+                return Missing(name, Absence.UNREACHED, "absent")
             return at_random(name, self._questions[number], self._seed)
 
         seats = config.panel.experts

@@ -16,6 +16,8 @@ def _told(thing: Instance, world: World, cfg: NavigateConfig) -> dict[str, objec
     spot = None
     if world.seen is not None:
         spot = look_from(world.map, *world.seen, thing, cfg.target, world.seen_from_m(thing.high_m))
+    known = sorted(thing.evidence.items())
+    rejected = {name: about.rejections for name, about in known if about.rejections}
     return {
         "id": thing.id,
         "name": thing.name,
@@ -26,7 +28,7 @@ def _told(thing: Instance, world: World, cfg: NavigateConfig) -> dict[str, objec
         "size_m": [round(side, 3) for side in size_m(thing, world.map.frame.resolution_m)],
         "look_from_xy": spot,
         "views": len(thing.views),
-        "rejections": sum(thing.rejections.values()),
-        "rejected_as": dict(sorted(thing.rejections.items())),
+        "rejections": sum(rejected.values()),
+        "rejected_as": rejected,
         "cells_xy": thing.cells_xy.round(3),
     }

@@ -7,9 +7,9 @@ from runtime.core.mapping.coverage import CoverageConfig
 from runtime.core.mapping.frontiers import FrontierConfig
 from runtime.core.mapping.grid import MapConfig
 from runtime.core.mapping.keyframes import KeyframeConfig
-from runtime.core.motion.control import ControlConfig
+from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.instances import SemanticsConfig
-from runtime.core.objects.standpoints import TargetConfig
+from runtime.core.objects.verdict import TargetConfig
 from runtime.core.voting.brief import BriefConfig
 from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.voting.information_gain import GainConfig

@@ -153,12 +153,45 @@ class Vote:
     against: tuple[int, ...] = ()  # frontiers it speaks against; see `consensus.veto`
 
 
+class Absence(StrEnum):
+    """Why an expert did not vote."""
+
+    LATE = "late"
+    BUSY = "busy"  # still with the question before
+    SETTLED = "settled without it"
+    NO_EVIDENCE = "no evidence"
+    NO_PREFERENCE = "no preference"
+    ABSTAINS = "abstains"
+    NO_IMAGES = "no images"
+    PRIVACY = "privacy"
+    NONSENSE = "nonsense"
+    ERROR = "error"
+    UNREACHED = "unreached"  # no model on any rung could be asked, or none answered
+
+    @property
+    def is_answer(self) -> bool:
+        """Whether it is the expert's own word: it has looked, and recommends nothing."""
+        return self in (Absence.NO_EVIDENCE, Absence.NO_PREFERENCE, Absence.ABSTAINS)
+
+
 @dataclass(frozen=True)
 class Missing:
-    """An expert that did not vote, and the cause ("late", "busy", "no model", ...)."""
+    """An expert that did not vote, and why."""
 
     expert: str
-    cause: str
+    why: Absence
+    detail: str = ""
+
+    @property
+    def cause(self) -> str:
+        """The same for people."""
+        if self.why is Absence.UNREACHED:
+            return self.detail or "no model"
+        return f"{self.why.value}: {self.detail}" if self.detail else self.why.value
+
+    def told(self) -> dict[str, str]:
+        """As it is journaled and published."""
+        return {"expert": self.expert, "cause": self.cause}
 
 
 @dataclass(frozen=True)
@@ -192,3 +225,15 @@ class Action(StrEnum):
     TURN_LEFT = "turn_left"
     TURN_RIGHT = "turn_right"
     STOP = "stop"
+
+
+class SearchState(StrEnum):
+    """How a search stands; the last five are how it ended."""
+
+    READY = "ready"
+    SEARCHING = "searching"
+    FOUND = "found"
+    NOT_FOUND = "not_found"
+    CANCELLED = "cancelled"
+    PREEMPTED = "preempted"  # by another goal
+    ENDED = "ended"  # with the runtime: a restart may go on

@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import dataclass, field, replace
+from enum import IntEnum, StrEnum
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -11,7 +13,7 @@ from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.frontiers import FrontierMemory
 from runtime.core.mapping.grid import MapConfig, NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
-from runtime.core.motion.control import STILL, Course
+from runtime.core.motion.courses import STILL, Course
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F64,
@@ -24,6 +26,7 @@ from runtime.core.types import (
     Mask,
     Mount,
     Pose,
+    SearchState,
     Twist,
 )
 
@@ -38,18 +41,50 @@ class Snapshot:
     why: str  # the event that made the decision due
 
 
+class Mode(StrEnum):
+    """What a step is for."""
+
+    LOOK = "look"
+    FRONTIER = "frontier"
+    TARGET = "target"
+    FACE = "face"
+    STOP = "stop"
+
+
 @dataclass(frozen=True)
 class Command:
-    """One step of the base, and what it is for. With `control.mode = "velocity"` the twist is what
-    is driven until the next, the course what it follows, and the action the twist's likeness."""
+    """One step of the base, and what it is for. A base of whole steps is told the action. One of
+    velocities follows the course: the twist is what it was sent, the action the twist's likeness.
+    """
 
     action: Action
-    mode: str  # "look" | "frontier" | "target" | "face" | "stop"
+    mode: Mode
     toward_xy: tuple[float, float] | None
     reason: str
     path_xy: F64 = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) m, from the robot
     course: Course | None = None
-    twist: Twist = STILL
+    twist: Twist | None = None
+    ended: SearchState | None = None  # of a STOP: FOUND or NOT_FOUND
+
+
+class AimKind(StrEnum):
+    """What the robot may be after."""
+
+    NONE = "none"
+    FRONTIER = "frontier"
+    TARGET = "target"
+    SIDE = "side"  # of a target: to see it from another side
+    FACE = "face"  # a target, turning on the spot
+
+
+class Aim(NamedTuple):
+    """What the robot is after: a frontier or an object, by its id."""
+
+    kind: AimKind
+    id: int
+
+
+NO_AIM = Aim(AimKind.NONE, 0)
 
 
 @dataclass
@@ -58,54 +93,108 @@ class Progress:
 
     best_m: float = math.inf  # ever
     run_m: float = math.inf  # since it last turned to this aim
-    idle: float = 0.0  # steps since then without coming closer; seconds in velocity mode
+    idle: float = 0.0  # effort since then without coming closer: steps, or seconds of velocities
     returns: int = 0  # how often it turned to this aim again without having come closer than ever
     plan: tuple[Action, ...] = ()  # through a tight place, what is left of it
 
 
-RESORTS = (
-    "retry what was given up before",
-    "go through gaps that look a little too tight",
-    "go to what was seen only from afar",
-    "look from near at what was faintly like it",
-)
-"""What is tried, one after the other, when no frontier is left to go to."""
+class Resort(IntEnum):
+    """What is tried, one after the other, when no frontier is left to go to."""
+
+    NONE = 0
+    RETRY = 1
+    TIGHT = 2
+    AFAR = 3
+    FAINT = 4
+
+    @property
+    def reason(self) -> str:
+        """In words."""
+        return _RESORTS[self]
+
+    def next(self) -> "Resort | None":
+        """What comes after it; None after the last."""
+        return Resort(self + 1) if self < Resort.FAINT else None
+
+
+_RESORTS = {
+    Resort.NONE: "",
+    Resort.RETRY: "retry what was given up before",
+    Resort.TIGHT: "go through gaps that look a little too tight",
+    Resort.AFAR: "go to what was seen only from afar",
+    Resort.FAINT: "look from near at what was faintly like it",
+}
+
+
+@dataclass
+class Explored:
+    """What exploring has come to."""
+
+    given_up: Mask  # (R, C) frontier cells that were looked at in vain
+    looked: Mask  # (R, C) cells seen from near
+    memory: FrontierMemory = field(default_factory=FrontierMemory)
+    looks_left: int = 0  # turns of the first look around
+    resort: Resort = Resort.NONE
+
+
+@dataclass
+class Standing:
+    """The decision that stands, and when it was adopted."""
+
+    decision: Decision | None = None
+    step: int = -10_000
+    elapsed_s: float = 0.0
+    evidence: tuple[object, ...] = ()  # what it knew
+
+
+@dataclass
+class Body:
+    """What the base was told, and what became of it."""
+
+    step: int = 0
+    last: Command | None = None
+    elapsed_s: float = 0.0  # by the observations' stamps; gaps count as a second at most
+    dt_s: float = 0.0  # of that, since the observation before
+    turned_rad: float = 0.0  # yaw since the start, counter-clockwise
+    twist: Twist = STILL  # sent last
+    asked_mps: float = 0.0  # forward speed asked of the base since the observation before
+    blocked_s: float = 0.0  # velocities: how long the base has not moved although asked
+    collisions: int = 0
+    blind: bool = False  # the last observation had hardly any depth
+    visited_xy: list[tuple[float, float]] = field(default_factory=list)
+
+    def told(self, command: Command) -> Command:
+        """Book what the base was told until the next observation."""
+        self.last, self.twist = command, command.twist or STILL
+        self.asked_mps = self.twist.v_mps
+        return command
+
+
+@dataclass
+class Pursuit:
+    """What the robot is after, and how it gets on with each aim so far."""
+
+    aim: Aim = NO_AIM
+    progress: dict[Aim, Progress] = field(default_factory=dict)
 
 
 @dataclass
 class World:
-    """Maps, frontiers, the standing decision and the guards of one search."""
+    """All state of one search: what is known of the home, and what the robot does in it."""
 
     goal: str
     map: NavigationMap
     semantic: SemanticMap
     pose: Pose
-    stamp_ns: int
-    given_up: Mask  # (R, C) frontier cells that were looked at in vain
-    looked: Mask  # (R, C) cells seen from near
-    memory: FrontierMemory = field(default_factory=FrontierMemory)
-    frontiers: tuple[Frontier, ...] = ()
-    seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
-    decision: Decision | None = None
-    decided_at: int = -10_000  # step of the last decision
-    evidence: tuple[object, ...] = ()  # what the last decision knew
-    looks_left: int = 0  # turns of the first look around
-    step: int = 0
-    last: Command | None = None
-    aim: tuple[str, int] = ("none", 0)  # kind and id of what the robot is after
-    progress: dict[tuple[str, int], Progress] = field(default_factory=dict)  # of each aim so far
-    elapsed_s: float = 0.0  # by the observations' stamps; gaps count as a second at most
-    dt_s: float = 0.0  # of that, since the observation before
-    decided_s: float = 0.0  # when the last decision was adopted
-    turned_rad: float = 0.0  # yaw since the start, counter-clockwise
-    asked_mps: float = 0.0  # forward speed asked of the base since the observation before
-    blind: bool = False  # the last observation had hardly any depth
-    blocked_s: float = 0.0  # velocity mode: how long the base has not moved although asked
+    explored: Explored
+    stamp_ns: int = 0
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
     keyframes: list[Keyframe] = field(default_factory=list)
-    collisions: int = 0
-    resorts: int = 0  # how many of `RESORTS` were taken
-    visited_xy: list[tuple[float, float]] = field(default_factory=list)
+    seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
+    frontiers: tuple[Frontier, ...] = ()
+    standing: Standing = field(default_factory=Standing)
+    body: Body = field(default_factory=Body)
+    pursuit: Pursuit = field(default_factory=Pursuit)
 
     @classmethod
     def begin(
@@ -122,22 +211,24 @@ class World:
         grid = NavigationMap.around(pose, radius_m, cfg)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
-        return cls(goal, grid, semantic, pose, 0, given_up, looked, looks_left=looks)
+        return cls(goal, grid, semantic, pose, Explored(given_up, looked, looks_left=looks))
 
-    @property
-    def tight(self) -> bool:
-        """Whether gaps may be a little too tight by now."""
-        return self.resorts >= 2
-
-    @property
-    def thorough(self) -> bool:
-        """Whether what was seen only from afar is gone to by now."""
-        return self.resorts >= 3
-
-    @property
-    def desperate(self) -> bool:
-        """Whether the faintest likeness is worth a look by now."""
-        return self.resorts >= 4
+    @classmethod
+    def begin_from(cls, before: "World", goal: str, names: tuple[str, ...]) -> "World":
+        """A world for a new goal that has another's map, objects and track, of the same odometry
+        frame: nothing is given up or decided yet, and there is no first look around."""
+        known = before.explored
+        given_up, looked = np.zeros_like(known.given_up), np.zeros_like(known.looked)
+        return cls(
+            goal,
+            before.map,
+            replace(before.semantic, names=names),
+            before.pose,
+            Explored(given_up, looked, known.memory),
+            before.stamp_ns,
+            keyframes=before.keyframes,
+            body=Body(visited_xy=before.body.visited_xy),
+        )
 
     @property
     def terrain(self) -> Terrain:
@@ -161,8 +252,9 @@ class World:
         if padding:
             top, bottom, left, right = padding
             self.semantic.grow(padding)
-            self.given_up = np.pad(self.given_up, ((top, bottom), (left, right)))
-            self.looked = np.pad(self.looked, ((top, bottom), (left, right)))
+            wider, explored = ((top, bottom), (left, right)), self.explored
+            explored.given_up = np.pad(explored.given_up, wider)
+            explored.looked = np.pad(explored.looked, wider)
 
     def give_up(self, cells_xy: F64, near_m: float = math.inf) -> None:
         """Never ask for these frontier cells again (those within `near_m` of the robot)."""
@@ -170,7 +262,7 @@ class World:
         cells = self.map.frame.cells(cells_xy[gap <= near_m])
         mask = np.zeros(self.map.frame.shape, np.uint8)
         mask[tuple(cells.T)] = 1
-        self.given_up |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).astype(bool)
+        self.explored.given_up |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).astype(bool)
 
     def frontier(self, id: int | None) -> Frontier | None:
         """The frontier of that id, if it is there."""

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Self
 
 from runtime.clock import Clock, Deadline
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import prompted_experts
 from runtime.experts.cloud_config import CloudConfig, check, read_key
 from runtime.experts.endpoint import CallFailed, Endpoint, Reply
@@ -118,7 +118,11 @@ class Cloud:
         if not self.ready(by):
             with self._lock:
                 resting = self._clock.now_s() < self._rest_until_s
-                return Missing(name, f"left alone after: {self._error}" if resting else "no time")
+                return Missing(
+                    name,
+                    Absence.UNREACHED,
+                    f"left alone after: {self._error}" if resting else "no time",
+                )
         prompt = prompted_experts.compose(name, brief, self._cfg.sends_images)
         if isinstance(prompt, Missing):
             return prompt
@@ -127,7 +131,7 @@ class Cloud:
         except (CapReached, SpendingError) as error:
             with self._lock:
                 self._error = str(error)
-            return Missing(name, str(error))
+            return Missing(name, Absence.UNREACHED, str(error))
         return self._call(prompt, booking, by)
 
     def _call(self, prompt: prompted_experts.Prompt, booking: int, by: Deadline) -> Vote | Missing:
@@ -148,7 +152,7 @@ class Cloud:
             if reply.tokens_in is not None and reply.tokens_out is not None:
                 cost = self._prices.nano(reply.tokens_in, reply.tokens_out)
         except CallFailed as error:
-            outcome = Missing(prompt.expert, str(error))
+            outcome = Missing(prompt.expert, Absence.UNREACHED, str(error))
             self._note(error)
             cost = None if error.billable else 0
         finally:

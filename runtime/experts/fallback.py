@@ -8,11 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from runtime.clock import Deadline
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.experts.panel import Expert
-
-ANSWERS = ("no evidence", "no preference", "abstains")
-"""How causes begin that are answers too."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +36,10 @@ def climb(name: str, rungs: Sequence[Rung]) -> Expert:
             outcome = _try(rung, brief, by if lowest else by.tightened(rung.share * by.left_s()))
             if isinstance(outcome, Vote):
                 return replace(outcome, expert=name, rung=rung.name)
-            if outcome.cause.startswith(ANSWERS):
-                return Missing(name, outcome.cause)
+            if outcome.why.is_answer:
+                return replace(outcome, expert=name)
             causes.append(f"{rung.name}: {outcome.cause}")
-        return Missing(name, "; ".join(causes) or "no model")
+        return Missing(name, Absence.UNREACHED, "; ".join(causes))
 
     return ask
 
@@ -51,4 +48,5 @@ def _try(rung: Rung, brief: Brief, by: Deadline) -> Vote | Missing:
     try:
         return rung.expert(brief, by)
     except Exception as error:  # noqa: BLE001 -- whatever it is, the rung below may do better
-        return Missing("", " ".join(str(error).split())[:160] or type(error).__name__)
+        told = " ".join(str(error).split())[:160] or type(error).__name__
+        return Missing("", Absence.UNREACHED, told)

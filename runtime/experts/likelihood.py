@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from runtime.clock import Deadline
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import OBJECTS, ROOMS, Doors, ExpertConfig, Topic
 from runtime.experts.panel import Expert
@@ -63,7 +63,7 @@ class Scored:
             told = _Affinities(self, brief, by)
             outcome = vote(told, brief, by)
             if by.passed() and told.answered < ENOUGH * told.asked:
-                return Missing("", f"late: {told.answered} of {told.asked} answered")
+                return Missing("", Absence.LATE, f"{told.answered} of {told.asked} answered")
             return outcome
 
         return ask

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 from runtime.clock import Clock, Deadline
-from runtime.core.types import Ballot, Brief, Missing, Vote
+from runtime.core.types import Absence, Ballot, Brief, Missing, Vote
 
 Expert = Callable[[Brief, Deadline], Vote | Missing]
 Settled = Callable[[Sequence[Vote], Collection[str], Brief], bool]
@@ -123,7 +123,7 @@ class Panel:
                 until_s = appeal_s if self._appeals and now.appealed is None else by.at_s
                 self._clock.wait(self._condition, until_s)
             self._end()
-            return self._ballot(now, "late" if by.passed() else "settled without it")
+            return self._ballot(now, Absence.LATE if by.passed() else Absence.SETTLED)
 
     def rehearse(self, brief: Brief, by: Deadline, wanted: Callable[[], bool]) -> Ballot | None:
         """Ask everyone, without appeals, and wait for everyone until `by`; None once it is not
@@ -133,7 +133,7 @@ class Panel:
             while not by.passed() and wanted() and any(n not in self._answers for n in now.asked):
                 self._clock.wait(self._condition, by.at_s)
             self._end()
-            return self._ballot(now, "late") if wanted() else None
+            return self._ballot(now, Absence.LATE) if wanted() else None
 
     def nudge(self) -> None:
         """Have a rehearsal look again whether it is wanted."""
@@ -175,7 +175,7 @@ class Panel:
     def _done(self, now: _Round, appeal_s: float) -> bool:
         """Whether the round can end before its deadline; asks the appeals when they are due."""
         out = [name for name in now.asked if name not in self._answers]
-        ballot = self._ballot(now, "out")
+        ballot = self._ballot(now, Absence.LATE)
         if self._appeals and now.appealed is None:
             agreed = self._agreed is not None and self._agreed(ballot)
             if not agreed and (not out or self._clock.now_s() >= appeal_s):
@@ -192,13 +192,13 @@ class Panel:
         sure = [vote for vote in ballot.votes if vote.expert not in still]
         return self._settled(sure, still, now.question.brief)
 
-    def _ballot(self, now: _Round, cause: str) -> Ballot:
-        """The votes as they stand; `cause` of those that have not answered."""
+    def _ballot(self, now: _Round, why: Absence) -> Ballot:
+        """The votes as they stand; `why` those that have not answered are missing."""
         heard = {**self._answers, **self._replaced()}
         outcomes = [heard[name].outcome for name in sorted(heard)]
         missing = [o for o in outcomes if isinstance(o, Missing)]
-        missing += [Missing(name, "busy") for name in now.busy if name not in heard]
-        missing += [Missing(name, cause) for name in now.asked if name not in heard]
+        missing += [Missing(name, Absence.BUSY) for name in now.busy if name not in heard]
+        missing += [Missing(name, why) for name in now.asked if name not in heard]
         return Ballot(
             votes=tuple(o for o in outcomes if isinstance(o, Vote)),
             missing=tuple(sorted(missing, key=lambda absent: absent.expert)),
@@ -233,12 +233,12 @@ def _call(seat: _Seat, brief: Brief, by: Deadline) -> Vote | Missing:
         outcome = seat.expert(brief, by)
     except Exception as error:  # noqa: BLE001 -- it must not take the robot along
         cause = " ".join(str(error).split()) or type(error).__name__
-        return Missing(seat.name, f"error: {cause[:200]}")
+        return Missing(seat.name, Absence.ERROR, cause[:200])
     if isinstance(outcome, Missing):
         return replace(outcome, expert=seat.name)
     if isinstance(outcome, Vote):
         return replace(outcome, expert=seat.name)
-    return Missing(seat.name, f"error: returned {type(outcome).__name__}, not a vote")
+    return Missing(seat.name, Absence.ERROR, f"returned {type(outcome).__name__}, not a vote")
 
 
 def _checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
@@ -250,9 +250,9 @@ def _checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
     strangers = sorted(set(outcome.frontiers) - known)
     if strangers:
         ids = ", ".join(str(number) for number in strangers)
-        return Missing(outcome.expert, f"nonsense: voted for unknown frontier {ids}")
+        return Missing(outcome.expert, Absence.NONSENSE, f"voted for unknown frontier {ids}")
     if not outcome.frontiers:
-        return Missing(outcome.expert, "nonsense: voted for no frontier")
+        return Missing(outcome.expert, Absence.NONSENSE, "voted for no frontier")
     return replace(
         outcome,
         frontiers=tuple(sorted(set(outcome.frontiers))),

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any, Protocol, Self
 
 from runtime.clock import Clock, Deadline
-from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 from runtime.core.voting import prompted_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig, recommend
 from runtime.experts.panel import Expert
@@ -110,7 +110,7 @@ class Reasoner:
     def _look(self, cfg: ExpertConfig, brief: Brief, by: Deadline) -> Vote | Missing:
         shown = [f for f in brief.frontiers if f.image]
         if len(shown) < 2:
-            return Missing("sle", "no images")
+            return Missing("sle", Absence.NO_IMAGES)
         nats = {f.id: self._nats(brief, f, by) for f in shown}
         told = dict.fromkeys(nats, "the picture of it")
         return recommend("sle", brief, nats, told, cfg)

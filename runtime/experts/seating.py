@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from runtime.clock import Deadline
 from runtime.config import Config
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
 from runtime.experts.cloud import RUNG, Bill, Cloud
 from runtime.experts.fallback import Rung, climb
@@ -137,7 +137,7 @@ class Seats:
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
             last = self.answered.get(name)
             if last is not None and last[0] is brief and last[1] == RUNG:
-                return Missing(name, "the cloud has voted")
+                return Missing(name, Absence.UNREACHED, "the cloud has voted")
             return asked(brief, by)
 
         return ask

@@ -17,9 +17,10 @@ import numpy as np
 
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
-from runtime.core.motion.control import STILL, ControlConfig, Course, steer
+from runtime.core.motion.courses import STILL, ControlConfig, Course
 from runtime.core.motion.safety import Guard, Halt, Odometry, SafetyConfig
-from runtime.core.types import Pose, Twist
+from runtime.core.motion.velocity_policy import steer
+from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import RfNavError
 from runtime.robot.wire import Stamped
 
@@ -66,7 +67,7 @@ class Helm:
         self._guard = Guard(safety)
         self._changed = threading.Condition()
         self._plan: Plan | None = None
-        self._state, self._report = "ready", dict[str, object]()
+        self._state, self._report = SearchState.READY, dict[str, object]()
         self._zeros = round(ZEROS_S * rates.control_hz)  # still to be published at rest
         self._twist = STILL
         self._least_mps = math.inf  # asked for since `asked_mps` was called last
@@ -87,9 +88,9 @@ class Helm:
     def follow(self, plan: Plan) -> None:
         """Drive by this plan from now on."""
         with self._changed:
-            self._plan, self._state, self._report = plan, "searching", dict(plan.report)
+            self._plan, self._state, self._report = plan, SearchState.SEARCHING, dict(plan.report)
 
-    def rest(self, state: str, report: Mapping[str, object]) -> None:
+    def rest(self, state: SearchState, report: Mapping[str, object]) -> None:
         """Bring the base to rest and say why; when this returns, zero has been commanded."""
         with self._changed:
             self._plan, self._state, self._report = None, state, dict(report)
@@ -102,6 +103,11 @@ class Helm:
             least = self._least_mps if math.isfinite(self._least_mps) else self._twist.v_mps
             self._least_mps = math.inf
         return least
+
+    def sent(self) -> Twist:
+        """The velocity that the base was sent last."""
+        with self._changed:
+            return self._twist
 
     def halted(self) -> str:
         """Why the base is held; "" when it is not."""

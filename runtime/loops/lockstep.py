@@ -11,7 +11,7 @@ from typing import Any
 from runtime import navigate
 from runtime.clock import Clock, Deadline
 from runtime.config import Config
-from runtime.core.types import Observation
+from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
 from runtime.loops.search import Mind, Search, seen, understand
@@ -61,7 +61,7 @@ class Lockstep:
     def _status(self) -> dict[str, object]:
         health = self._bus.health()
         return {
-            "state": "searching" if self._search else "ready",
+            "state": SearchState.SEARCHING if self._search else SearchState.READY,
             "goal": self._search.goal.text if self._search else None,
             "rung": self._mind.rung(),
             "detector": self._mind.capabilities(),
@@ -106,7 +106,7 @@ class Lockstep:
         if why:
             self._decide(search, world, why)
         now_s = search.timed("decide", now_s)
-        command = navigate.act(world, cfg)
+        command = navigate.steer(world, navigate.act(world, cfg), cfg)
         search.timed("plan", now_s)
         self._publish(search, world, command, perf_counter() - began_s)
 
@@ -129,6 +129,4 @@ class Lockstep:
         state = search.stepped(world, command, self._mind.rung())
         told = {"took_s": took_s, "seconds": search.seconds, "models": self._mind.health()}
         self._bus.publish_state({**state, **told})
-        velocity = search.config.navigate.control.mode == "velocity"
-        twist = command.twist if velocity else None
-        self._bus.publish_action(world.stamp_ns, command.action, twist)
+        self._bus.publish_action(world.stamp_ns, command.action, command.twist)

@@ -20,9 +20,9 @@ import numpy as np
 from runtime import navigate
 from runtime.clock import Clock, Deadline
 from runtime.config import Config
-from runtime.core import progress
 from runtime.core.geometry import wrap_angle
-from runtime.core.types import Action, Ballot, Brief, Observation
+from runtime.core.local_policy import likeness, limited
+from runtime.core.types import Ballot, Brief, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, World
 from runtime.errors import InternalError, RfNavError
@@ -35,7 +35,7 @@ from runtime.robot.bus import Bus, Request
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
 LABELS_S = 0.2  # labels of an image, where they come over the bus
 DECIDER_NICE = 10
-OVER = ("found", "not_found", "cancelled")
+OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
 FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 
 
@@ -96,7 +96,7 @@ class RealTime:
             raise InternalError(f"internal error: {error!r} at {place}") from error
         finally:
             self._helm.close()
-            self._end("ended", reason, **trace)
+            self._end(SearchState.ENDED, reason, **trace)
             self._decider.close()
 
     def _turn(self) -> None:
@@ -141,7 +141,7 @@ class RealTime:
             order = understand(body, self._mind, self._configure, _default_dir())
             before = self._drive.search if self._drive else None
             if self._drive is not None:
-                self._end("preempted", "preempted")
+                self._end(SearchState.PREEMPTED, "preempted")
             before = before or (self._last[0] if self._last else None)
             search = Search.begin(replace(order, config=self._hindsight.applied(order.config)))
         except RfNavError as error:
@@ -150,7 +150,7 @@ class RealTime:
             search.inherit(before.world, self._mind)
         now_s = self._clock.now_s()
         self._drive = _Drive(search, now_s, halts=self._helm.halts())
-        self._follow(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
+        self._plan(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
         return {
             "accepted": True,
             "name": order.goal.name,
@@ -160,12 +160,12 @@ class RealTime:
 
     def _cancel(self, reason: str) -> dict[str, object]:
         if self._drive is not None:
-            return self._end("cancelled", reason)
+            return self._end(SearchState.CANCELLED, reason)
         if self._last is not None:
             return self._last[1]
         return {"ended": False, "error": "no search is under way"}
 
-    def _end(self, state: str, reason: str, **extra: object) -> dict[str, object]:
+    def _end(self, state: SearchState, reason: str, **extra: object) -> dict[str, object]:
         """The base to rest, then everything written; the summary."""
         drive, self._drive = self._drive, None
         if drive is None:
@@ -174,7 +174,7 @@ class RealTime:
         facts["frozen_frames"] = drive.frozen
         facts["rehearsals"] = drive.search.rehearsals
         world = drive.search.world
-        if state == "found" and world is not None:
+        if state is SearchState.FOUND and world is not None:
             choices, order = drive.search.choices, drive.search.order
             facts["reliance"] = self._hindsight.learn(world, choices, order.config)
         try:
@@ -204,14 +204,14 @@ class RealTime:
             return
         now_s = search.timed("detect", began_s)
         if search.world is not None:
-            search.world.asked_mps = self._helm.asked_mps()
+            search.world.body.asked_mps = self._helm.asked_mps()
         world = search.perceive(obs, detections, self._mind)
         now_s = search.timed("map", now_s)
         self._decide(search, world)
         now_s = search.timed("decide", now_s)
         command = navigate.act(world, cfg)
         search.timed("plan", now_s)
-        self._steer(drive, world, command, frame_s)
+        self._follow(drive, world, command, frame_s)
 
     def _decide(self, search: Search, world: World) -> None:
         """Adopt what was decided meanwhile, and begin to decide when that is due. The robot does
@@ -228,7 +228,7 @@ class RealTime:
             self._rehearse(search, world)
             return
         snap = navigate.snapshot(world, why, cfg.navigate)
-        if world.decision is None:
+        if world.standing.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first, cfg.navigate)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
@@ -238,7 +238,7 @@ class RealTime:
     def _rehearse(self, search: Search, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
         are slow."""
-        cfg, standing = search.config, world.decision
+        cfg, standing = search.config, world.standing.decision
         if standing is None or not self._decider.idle:
             return
         now_s = self._clock.now_s()
@@ -259,38 +259,39 @@ class RealTime:
         question = DecisionRequest(search, snap, panel, by, cfg.navigate, tolerance, without=aim)
         self._decider.rehearse(question)
 
-    def _steer(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
+    def _follow(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
+        """Have the helm follow the command's course; booked is the velocity that it sent last."""
+        command = world.body.told(likeness(command, self._helm.sent()))
         report = drive.search.stepped(world, command, self._mind.rung())
         seconds = dict(drive.search.seconds)
         told = {"seconds": seconds, "models": self._mind.health()}
         drive.report = report | {"goal": drive.search.goal.text, **told}
-        if command.action is Action.STOP:
-            state = "found" if command.toward_xy is not None else "not_found"
-            self._end(state, command.reason)
+        if command.ended is not None:
+            self._end(command.ended, command.reason)
             return
-        self._follow(drive.search, command, frame_s, drive.report)
-        self._tell(drive, "searching", command.reason)
+        self._plan(drive.search, command, frame_s, drive.report)
+        self._tell(drive, SearchState.SEARCHING, command.reason)
 
-    def _follow(
+    def _plan(
         self, search: Search, command: Command | None, frame_s: float, report: dict[str, object]
     ) -> None:
         cfg, world = search.config.navigate, search.world
-        limits = progress.limited(world, cfg) if world is not None else cfg.control
+        limits = limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None
         self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
 
     # -- what others hear ----------------------------------------------------------------------
 
-    def _tell(self, drive: _Drive, state: str, reason: str, always: bool = False) -> None:
+    def _tell(self, drive: _Drive, state: SearchState, reason: str, always: bool = False) -> None:
         """Feedback on the goal: at changes, and every now and then."""
         now_s, world = self._clock.now_s(), drive.search.world
-        command = world.last if world else None
+        command = world.body.last if world else None
         told = state, command.mode if command else "", command.toward_xy if command else None
         rested = now_s - drive.told_s >= drive.search.config.realtime.feedback_s
         if not (always or rested or told[:2] != drive.told[:2]):
             return
         drive.told, drive.told_s = told, now_s
-        track = np.array(world.visited_xy) if world else np.zeros((0, 2))
+        track = np.array(world.body.visited_xy) if world else np.zeros((0, 2))
         driven_m = float(np.hypot(*np.diff(track, axis=0).T).sum()) if len(track) > 1 else 0.0
         self._bus.publish_feedback(
             {

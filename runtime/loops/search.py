@@ -3,7 +3,7 @@ lockstep and in real time, are made of it."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Protocol
@@ -151,21 +151,13 @@ class Search:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen
         that is the new goal is gone to at once, and looked at again."""
         cfg = self.config.navigate
-        names, rooms = self.order.names, self.order.rooms
-        world = World.begin(
-            self.goal.name, names, rooms, before.pose, 0, cfg.robot.radius_m, cfg.map
-        )
-        world.map, world.memory, world.keyframes = before.map, before.memory, before.keyframes
-        world.semantic = replace(before.semantic, names=names)
-        world.given_up = np.zeros_like(before.given_up)
-        world.looked = np.zeros_like(before.looked)
-        world.stamp_ns, world.visited_xy = before.stamp_ns, before.visited_xy
-        self.world = world
+        names = self.order.names
+        world = self.world = World.begin_from(before, self.goal.name, names)
         things, rows = embedded(world.semantic)
         likeness = mind.likeness(rows) if things else np.zeros((0, len(names)))
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
-        known = [i for i in world.semantic.instances.values() if goal in i.odds]
+        known = [i for i in world.semantic.instances.values() if goal in i.evidence]
         told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
         self.journal.write(
             "memory", objects=len(world.semantic.instances), renamed=recalled, goal=told
@@ -188,21 +180,22 @@ class Search:
 
     def stepped(self, world: World, command: Command, rung: str) -> dict[str, object]:
         """Journal a step; returns the state that is to be published."""
+        decision = world.standing.decision
         state: dict[str, object] = {
             "stamp_ns": world.stamp_ns,
-            "step": world.step,
+            "step": world.body.step,
             "action": command.action.value,
             "mode": command.mode,
             "reason": command.reason,
             "toward_xy": command.toward_xy,
-            "frontier": world.decision.frontier if world.decision else None,
+            "frontier": decision.frontier if decision else None,
             "frontiers": len(world.frontiers),
             "objects": len(world.semantic.instances),
-            "collisions": world.collisions,
+            "collisions": world.body.collisions,
             "rung": rung,
         }
-        if self.config.navigate.control.mode == "velocity":
-            twist = command.twist
+        twist = command.twist
+        if twist is not None:
             state |= {"v_mps": round(twist.v_mps, 4), "w_radps": round(twist.w_radps, 4)}
         at = world.pose
         pose = [round(v, 4) for v in (at.x_m, at.y_m, at.yaw_rad)]
@@ -222,10 +215,10 @@ class Search:
             write_map(self.order.log_dir, *_map_of(self.world, self.goal, self.config.navigate))
         return {
             "ended": True,
-            "steps": self.world.step if self.world else 0,
+            "steps": self.world.body.step if self.world else 0,
             "decisions": self.decisions,
             "seconds": self.seconds,
-            "collisions": self.world.collisions if self.world else 0,
+            "collisions": self.world.body.collisions if self.world else 0,
         }
 
     def _first(self, obs: Observation) -> World:
@@ -271,7 +264,7 @@ def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
     been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
     have gone while the vote ran."""
     return {
-        "step": world.step,
+        "step": world.body.step,
         "stamp_ns": decision.stamp_ns,
         "why": decision.why,
         "frontier": decision.frontier,
@@ -300,15 +293,16 @@ def _map_of(
     world: World, goal: Goal, cfg: NavigateConfig
 ) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
     """What `map.npz` holds: grids over one frame, and the rest as metadata."""
+    last = world.body.last
     arrays: dict[str, np.ndarray[Any, Any]] = {
         "occupied": world.map.occupied,
         "free": world.map.free,
         "rooms": world.semantic.rooms.astype(np.float16),
-        "path_xy": np.array(world.visited_xy).reshape(-1, 2),
-        "planned_xy": world.last.path_xy if world.last else np.zeros((0, 2)),
+        "path_xy": np.array(world.body.visited_xy).reshape(-1, 2),
+        "planned_xy": last.path_xy if last else np.zeros((0, 2)),
     }
-    frame = world.map.frame
-    found = world.last is not None and world.last.action is Action.STOP
+    frame, decision = world.map.frame, world.standing.decision
+    stopped = last is not None and last.action is Action.STOP
     meta: dict[str, object] = {
         "goal": goal.text,
         "goal_name": goal.name,
@@ -319,8 +313,8 @@ def _map_of(
             {"id": f.id, "cells_xy": f.cells_xy.round(3), "distance_m": f.distance_m}
             for f in world.frontiers
         ],
-        "elected": world.decision.frontier if world.decision else None,
-        "stopped_at": world.last.toward_xy if world.last is not None and found else None,
+        "elected": decision.frontier if decision else None,
+        "stopped_at": last.toward_xy if last is not None and stopped else None,
         "objects": inventory(world, cfg),
     }
     return arrays, meta

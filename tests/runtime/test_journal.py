@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.core.types import Action, Ballot, Decision, Missing, Vote
+from runtime.core.types import Absence, Action, Ballot, Decision, Missing, Vote
 from runtime.errors import ConfigError
 from runtime.journal import Journal, plain, read_journal, read_map, write_map
 
@@ -37,7 +37,8 @@ def test_a_torn_last_line_is_left_out(tmp_path: Path) -> None:
 
 
 def test_a_whole_decision_has_a_json_form() -> None:
-    ballot = Ballot((Vote("o2f", (1,), ((1, 0.5),), "x"),), (Missing("sle", "late"),), {"o2f": 0.1})
+    late = Missing("sle", Absence.LATE)
+    ballot = Ballot((Vote("o2f", (1,), ((1, 0.5),), "x"),), (late,), {"o2f": 0.1})
     line = plain(Decision(1, "lone", (1,), 2, ballot, 7, "start"))
     assert json.loads(json.dumps(line))["ballot"]["missing"] == [{"expert": "sle", "cause": "late"}]
 

@@ -8,7 +8,7 @@ import pytest
 from apartment import MOUNT, TWO_ROOMS, Apartment
 
 from runtime import navigate
-from runtime.core.objects import standpoints as target
+from runtime.core.objects import standpoints
 from runtime.core.types import Action, Ballot, Brief, Decision, Pose, Vote
 from runtime.core.voting.brief import compose, walking_distances
 from runtime.core.world import Command, World
@@ -81,7 +81,7 @@ def test_without_the_target_everything_is_explored_and_it_says_so():
     world, commands, _ = search(there, "toilet")
     assert commands[-1].action is Action.STOP
     assert "nothing left to explore" in commands[-1].reason
-    assert min(x for x, _ in world.visited_xy) < 4.0  # through the door into the other room
+    assert min(x for x, _ in world.body.visited_xy) < 4.0  # through the door into the other room
     assert world.map.free.sum() * 0.0025 > 30.0
 
 
@@ -91,7 +91,7 @@ def test_a_vote_sends_the_robot_elsewhere_than_the_closest():
     assert decisions[0].rule == "all"
     assert decisions[0].frontier != decisions[0].closest
     assert far[12].toward_xy != near[12].toward_xy
-    assert world.decision is not None
+    assert world.standing.decision is not None
 
 
 def test_the_same_run_twice_is_the_same():
@@ -105,9 +105,12 @@ def test_an_invisible_obstacle_does_not_trap_the_robot():
     row, col = int(3.0 / 0.02), int(2.5 / 0.02)
     there.heights[row - 12 : row + 12, col : col + 4] = 0.05  # too low for the camera's floor test
     world, _, _ = search(there, "toilet", limit=60)
-    x, y = world.visited_xy[-1]
+    x, y = world.body.visited_xy[-1]
     assert math.hypot(x - 2.0, y - 3.0) > 1.0
-    assert there.collisions - world.collisions in (0, 1)  # the last step's is not perceived yet
+    assert there.collisions - world.body.collisions in (
+        0,
+        1,
+    )  # the last step's is not perceived yet
 
 
 def test_a_target_with_nowhere_to_stand_does_not_hide_the_next(monkeypatch: pytest.MonkeyPatch):
@@ -119,13 +122,13 @@ def test_a_target_with_nowhere_to_stand_does_not_hide_the_next(monkeypatch: pyte
     far = replace(
         near,
         id=99,
-        odds={"toilet": 0.9},
+        evidence={"toilet": replace(near.evidence["toilet"], odds=0.9)},
         xy=(2.4, 2.2),
         cells_xy=near.cells_xy - np.array([1.6, 0]),
     )
     world.semantic.instances[far.id] = far
-    stands = target.standpoints
-    monkeypatch.setattr(target, "standpoints", lambda *a: stands(*a) & (a[3] is not near))
+    stands = standpoints.standpoints
+    monkeypatch.setattr(standpoints, "standpoints", lambda *a: stands(*a) & (a[3] is not near))
     assert navigate.act(world, CFG).toward_xy == far.xy
 
 

@@ -8,17 +8,22 @@ import numpy as np
 import pytest
 
 from runtime import navigate
+from runtime.core.approach import approach_target
 from runtime.core.distances.planner import PlannerConfig, look_around, march_from, survey
+from runtime.core.exploration import with_frontiers
+from runtime.core.local_policy import local_policy
 from runtime.core.mapping.coverage import CoverageConfig, look, overlooked
 from runtime.core.mapping.grid import MapConfig, NavigationMap
-from runtime.core.objects.instances import Instance
-from runtime.core.objects.standpoints import TargetConfig, standpoints
-from runtime.core.progress import arrived, dithers, drive, stalled
+from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.objects.standpoints import standpoints
+from runtime.core.objects.verdict import TargetConfig
+from runtime.core.progress import dithers, stalled
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose
-from runtime.core.world import RESORTS, Command, Progress, World
+from runtime.core.world import Aim, AimKind, Command, Mode, Progress, Resort, World
 
 POSE, RADIUS_M = Pose(0.0, 0.0, 0.0), 0.18
+VASE_XY = np.array([[1.525, 0.025]])
 
 
 def floor(half_m: float = 3.0) -> NavigationMap:
@@ -69,11 +74,11 @@ def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
     world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
-    world.aim = "frontier", 1
+    world.pursuit.aim = Aim(AimKind.FRONTIER, 1)
     actions = []
     for step in range(20):
-        world.progress[world.aim] = Progress(idle=float(step))
-        action, _ = drive(world, field, cfg)
+        world.pursuit.progress[world.pursuit.aim] = Progress(idle=float(step))
+        action, _ = local_policy(cfg).drive(world, field)
         actions.append(action)
         if action is Action.MOVE_FORWARD:
             break
@@ -105,16 +110,18 @@ def test_a_way_that_no_step_leads_along_is_planned_no_more_until_all_is_tried_ag
     before, inside = Pose(-0.3, 0.0, 0.0), Pose(0.3, 0.0, 0.0)
     straight_m = left_m(before)
     left_m(inside)
-    world.aim, world.progress["frontier", 1] = ("frontier", 1), Progress(idle=13.0)
-    drive(world, march_from(world.terrain, np.array([0.35, 2.5])), cfg)  # no heading leads there
+    aim = world.pursuit.aim = Aim(AimKind.FRONTIER, 1)
+    world.pursuit.progress[aim] = Progress(idle=13.0)
+    nowhere = march_from(world.terrain, np.array([0.35, 2.5]))
+    local_policy(cfg).drive(world, nowhere)  # no heading leads there
     assert not grid.dead_end[grid.frame.cell(-0.3, 0.0)]
     assert math.isfinite(left_m(inside))  # it can leave, whatever the side
     around_m = left_m(before)
     assert math.isfinite(around_m)
     assert around_m > straight_m + 2.0
-    world.frontiers, world.resorts = (), 0
+    world.frontiers, world.explored.resort = (), Resort.NONE
     navigate._finish(world, cfg)
-    assert world.resorts == 1
+    assert world.explored.resort is Resort.RETRY
     assert left_m(before) == straight_m
 
 
@@ -153,7 +160,9 @@ def test_a_vase_amid_a_table_can_be_stood_before():
     grid.evidence[(np.abs(x - 1.5) < 0.5) & (np.abs(y) < 0.8)] = 10  # the table top
     grid.changed()
     terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
-    vase = Instance(1, {"vase": 4.0}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE])
+    vase = Instance(
+        1, {"vase": Evidence(4.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
+    )
     stands = standpoints(grid, terrain, reach, vase, "vase", TargetConfig())
     assert stands.any()
     rows, cols = np.nonzero(stands)
@@ -170,7 +179,7 @@ def test_nothing_is_looked_at_through_a_wall():
     terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
     cells = np.array([[1.075, 0.025], [1.125, -0.025], [1.175, 0.025], [1.275, 0.025]])
     seen_from = Pose(1.2, 1.5, -1.5)
-    toilet = Instance(1, {"toilet": 4.0}, (1.25, 0.0), 0.4, cells, views=[seen_from])
+    toilet = Instance(1, {"toilet": Evidence(4.0)}, (1.25, 0.0), 0.4, cells, views=[seen_from])
     stands = standpoints(grid, terrain, reach, toilet, "toilet", TargetConfig())
     assert stands.any()
     rows, cols = np.nonzero(stands)
@@ -193,11 +202,12 @@ def test_what_is_out_of_near_range_stays_overlooked():
 def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():
     cfg = NavigateConfig()
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
-    world.last = Command(Action.TURN_LEFT, "face", None, "")
-    assert dithers(world, ("face", 1), Action.TURN_RIGHT, cfg)
-    assert not dithers(world, ("face", 1), Action.TURN_LEFT, cfg)
+    world.body.last = Command(Action.TURN_LEFT, Mode.FACE, None, "")
+    face = Aim(AimKind.FACE, 1)
+    assert dithers(world, face, Action.TURN_RIGHT, cfg)
+    assert not dithers(world, face, Action.TURN_LEFT, cfg)
     turns = 0
-    while not dithers(world, ("face", 1), Action.TURN_LEFT, cfg):
+    while not dithers(world, face, Action.TURN_LEFT, cfg):
         turns += 1
     assert 12 <= turns <= 24  # a whole turn is allowed, two are not
 
@@ -212,7 +222,7 @@ class Away:
         return self.left_m
 
 
-def given_up(world: World, aim: tuple[str, int], left_m: float) -> bool:
+def given_up(world: World, aim: Aim, left_m: float) -> bool:
     return stalled(world, aim, Away(left_m), NavigateConfig())
 
 
@@ -221,7 +231,9 @@ def test_turning_to_and_fro_between_two_aims_comes_to_an_end():
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
     for step in range(100):
         near, far = 1.0 + step % 3 * 0.25, 2.0 - step % 3 * 0.25
-        aim, left = (("target", 1), near) if step // 3 % 2 else (("frontier", 5), far)
+        aim, left = (
+            (Aim(AimKind.TARGET, 1), near) if step // 3 % 2 else (Aim(AimKind.FRONTIER, 5), far)
+        )
         if given_up(world, aim, left):
             break
     assert 20 < step < 60
@@ -230,17 +242,17 @@ def test_turning_to_and_fro_between_two_aims_comes_to_an_end():
 def test_an_aim_is_gone_back_to_as_long_as_the_robot_comes_nearer_to_it():
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
     for turn in range(30):
-        assert not given_up(world, ("target", 1), 10.0 - 0.3 * turn)
-        assert not given_up(world, ("frontier", 5), 20.0 - 0.3 * turn)
+        assert not given_up(world, Aim(AimKind.TARGET, 1), 10.0 - 0.3 * turn)
+        assert not given_up(world, Aim(AimKind.FRONTIER, 5), 20.0 - 0.3 * turn)
     for step in range(40):  # a long way back to the first, of which no step is idle
-        assert not given_up(world, ("target", 1), 12.0 - 0.25 * step)
+        assert not given_up(world, Aim(AimKind.TARGET, 1), 12.0 - 0.25 * step)
 
 
 def test_what_was_given_up_is_tried_from_the_start():
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
     waits = [0, 0]
     for again in (0, 1):
-        while not given_up(world, ("frontier", 5), 3.0):
+        while not given_up(world, Aim(AimKind.FRONTIER, 5), 3.0):
             waits[again] += 1
     assert waits[0] == waits[1] > NavigateConfig().explore.patience
 
@@ -253,9 +265,9 @@ def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
         world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
         world.pose, world.seen = Pose(0.0, 0.0, yaw_rad), (terrain, reach)
         field = march_from(terrain, np.array([[away_m, 0.0]]))
-        assert arrived(world, field, cfg) is there
-        assert not arrived(world, field, smooth)
-    assert arrived(world, march_from(terrain, POSE.xy), smooth)
+        assert local_policy(cfg).arrived(world, field) is there
+        assert not local_policy(smooth).arrived(world, field)
+    assert local_policy(smooth).arrived(world, march_from(terrain, POSE.xy))
 
 
 def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
@@ -263,16 +275,20 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
     cfg = NavigateConfig()
     world = World.begin("vase", ("vase",), (), POSE, 0, RADIUS_M, MapConfig())
     world.map = floor()
-    faint = Instance(1, {"vase": -2.0}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE])
+    faint = Instance(
+        1, {"vase": Evidence(-2.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
+    )
     world.semantic.instances[1] = faint
-    world.given_up[:] = True  # no frontier is left
-    navigate.with_frontiers(world, cfg)
+    world.explored.given_up[:] = True  # no frontier is left
+    with_frontiers(world, cfg)
     said = []
     while not said or said[-1].mode == "look":
         said.append(navigate._finish(world, cfg))
-        world.given_up[:] = True
-        navigate.with_frontiers(world, cfg)
-    assert [command.reason for command in said[:-1]] == list(RESORTS)
+        world.explored.given_up[:] = True
+        with_frontiers(world, cfg)
+    assert [command.reason for command in said[:-1]] == [
+        r.reason for r in Resort if r is not Resort.NONE
+    ]
     assert said[-1].reason.startswith("inspect vase 1")
     world.semantic.instances.clear()
     assert navigate._finish(world, cfg).mode == "stop"
@@ -283,15 +299,15 @@ def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
     world.map, world.seen = floor(), look_around(floor(), POSE, RADIUS_M, cfg.planner)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
-    here, there = ("frontier", 1), ("frontier", 2)
+    here, there = Aim(AimKind.FRONTIER, 1), Aim(AimKind.FRONTIER, 2)
     assert not stalled(world, here, field, cfg)
-    world.progress[here].plan = (Action.TURN_LEFT, Action.MOVE_FORWARD)
+    world.pursuit.progress[here].plan = (Action.TURN_LEFT, Action.MOVE_FORWARD)
     assert not stalled(world, here, field, cfg)
-    assert drive(world, field, cfg)[0] is Action.TURN_LEFT
-    assert world.progress[here].plan == (Action.MOVE_FORWARD,)
+    assert local_policy(cfg).drive(world, field)[0] is Action.TURN_LEFT
+    assert world.pursuit.progress[here].plan == (Action.MOVE_FORWARD,)
     assert not stalled(world, there, field, cfg)
     assert not stalled(world, here, field, cfg)
-    assert world.progress[here].plan == ()
+    assert world.pursuit.progress[here].plan == ()
 
 
 def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
@@ -305,14 +321,15 @@ def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
     world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, 0, RADIUS_M, cfg.map)
     world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
     both = np.concatenate([before, behind])
-    target = Instance(1, {"sofa": 4.0}, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
-    target.backing, target.near_m = {"sofa": [POSE, Pose(1.9, -2.0, 1.5)]}, {"sofa": 1.0}
+    views = [POSE, Pose(1.9, -2.0, 1.5)]
+    believed = {"sofa": Evidence(4.0, backing=views, near_m=1.0)}
+    target = Instance(1, believed, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
     world.semantic.instances[1] = target
-    alone = navigate._approach_target(world, cfg)
+    alone = approach_target(world, cfg)
     assert alone is not None
     assert alone.mode == "stop"  # it believes to be there
-    other = Instance(2, {"coffee table": 4.0}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
+    other = Instance(2, {"coffee table": Evidence(4.0)}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
     world.semantic.instances[2] = other
-    command = navigate._approach_target(world, cfg)
+    command = approach_target(world, cfg)
     assert command is not None
     assert command.mode == "target"

@@ -225,3 +225,17 @@ def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
     y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
     near: Mask = np.hypot(x, y) <= radius_m
     return window, near
+
+
+def clearance_between(terrain: Terrain, points_xy: F64) -> F64:
+    """(...) m at (..., 2) m points, bilinear between the cells' centres: steps of a cell would hide
+    whether the robot comes closer."""
+    frame = terrain.frame
+    u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
+    low = np.floor(u).astype(np.int32)
+    part = u - low
+    cols, rows, x, y = low[..., 0], low[..., 1], part[..., 0], part[..., 1]
+    grid = terrain.clearance_m
+    bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
+    top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x
+    return np.asarray(bottom * (1 - y) + top * y, np.float64)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.distances.planner import Field, Terrain
-from runtime.core.motion.control import ControlConfig, clearance_between, whole_turns
+from runtime.core.distances.planner import Field, Terrain, clearance_between
+from runtime.core.motion.courses import ControlConfig
+from runtime.core.motion.discrete_policy import whole_turns
 from runtime.core.types import F64, Action, Mask, Pose
 
 STEPS = 10  # at most, one after the other

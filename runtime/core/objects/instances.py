@@ -68,11 +68,27 @@ class Sighting:
 
 
 @dataclass
+class Evidence:
+    """What is known of one object being one thing."""
+
+    odds: float = 0.0  # fused log-odds that it is there and is that
+    backing: list[Pose] = field(default_factory=list)  # the distinct poses whose view spoke for it
+    doubts: list[Pose] = field(default_factory=list)  # and those whose view spoke against it
+    near_m: float = math.inf  # range of the nearest view that spoke for it
+    rejections: int = 0  # as a target of that name
+    since: int = 0  # the first view after the last rejection
+
+    def forget_views(self) -> None:
+        """What was seen of it speaks neither for nor against it any more."""
+        self.backing, self.doubts, self.near_m = [], [], math.inf
+
+
+@dataclass
 class Instance:
     """One object: what it was called, how surely, where. Positions in the map frame, m."""
 
     id: int
-    odds: dict[str, float]  # by name: fused log-odds that the object is there and is that
+    evidence: dict[str, Evidence]  # by every name that it was ever called
     xy: tuple[float, float]
     z_m: float  # middle of the points seen
     cells_xy: F64  # (N, 2) centres of the map cells under it
@@ -82,23 +98,17 @@ class Instance:
     best_score: float = 0.0
     range_m: float = math.inf  # of the nearest view
     views: list[Pose] = field(default_factory=list)  # distinct poses that it was seen from
-    # by name: the distinct poses whose view spoke for it, and those whose view spoke against it
-    backing: dict[str, list[Pose]] = field(default_factory=dict)
-    doubts: dict[str, list[Pose]] = field(default_factory=dict)
-    near_m: dict[str, float] = field(default_factory=dict)  # range of the nearest that spoke for it
-    rejections: dict[str, int] = field(default_factory=dict)  # as a target of that name
-    since: dict[str, int] = field(default_factory=dict)  # the first view after the rejection
     looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
 
     @property
     def name(self) -> str:
         """What it is most surely; of equals the first that it was called."""
-        return max(self.odds, key=lambda name: self.odds[name])
+        return max(self.evidence, key=lambda name: self.evidence[name].odds)
 
     @property
     def log_odds(self) -> float:
         """Of the object being there and being what it is called."""
-        return self.odds[self.name]
+        return self.evidence[self.name].odds
 
     @property
     def confidence(self) -> float:
@@ -107,7 +117,15 @@ class Instance:
 
     def confidence_of(self, name: str) -> float:
         """Fused probability that it is there and is that."""
-        return 1.0 / (1.0 + math.exp(-self.odds[name])) if name in self.odds else 0.0
+        return 1.0 / (1.0 + math.exp(-self.odds_of(name)))
+
+    def odds_of(self, name: str) -> float:
+        """Fused log-odds that it is there and is that; -inf for what it was never called."""
+        return self.evidence[name].odds if name in self.evidence else -math.inf
+
+    def evidence_of(self, name: str) -> Evidence:
+        """What is known of it being that: to be added to."""
+        return self.evidence.setdefault(name, Evidence())
 
     @property
     def embedding(self) -> F32:
@@ -117,12 +135,7 @@ class Instance:
 
     def views_as(self, name: str) -> list[Pose]:
         """From where it was seen, whatever it was called, since it was last rejected as that."""
-        return self.views[self.since.get(name, 0) :]
-
-    def forget_evidence(self, name: str) -> None:
-        """What was seen of it speaks neither for nor against that name any more."""
-        for table in (self.backing, self.doubts, self.near_m):
-            table.pop(name, None)
+        return self.views[self.evidence[name].since :] if name in self.evidence else self.views[:]
 
 
 def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
@@ -133,8 +146,8 @@ def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
 
 def shares(instance: Instance) -> dict[str, float]:
     """What it is, by name, if it is there at all: probabilities that sum to 1."""
-    best = max(instance.odds.values())
-    weights = {name: math.exp(odds - best) for name, odds in instance.odds.items()}
+    best = instance.log_odds
+    weights = {name: math.exp(known.odds - best) for name, known in instance.evidence.items()}
     total = sum(weights.values())
     return {name: weight / total for name, weight in weights.items()}
 
@@ -142,11 +155,11 @@ def shares(instance: Instance) -> dict[str, float]:
 def reject(instance: Instance, name: str, odds_each: float) -> None:
     """It was looked at from close by and not believed to be that: what spoke for it is forgotten,
     its views too. Only new views, more of them after each rejection, bring it back."""
-    count = instance.rejections.get(name, 0) + 1
-    instance.rejections[name] = count
-    instance.odds[name] = min(instance.odds.get(name, 0.0), count * odds_each)
-    instance.since[name] = len(instance.views)
-    instance.forget_evidence(name)
+    known = instance.evidence_of(name)
+    known.rejections += 1
+    known.odds = min(known.odds, known.rejections * odds_each)
+    known.since = len(instance.views)
+    known.forget_views()
     instance.looks.clear()
 
 
@@ -165,7 +178,7 @@ def fuse(
     xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
     low_m, high_m = float(ordered[2, cut]), float(ordered[2, -1 - cut])
     cells = without_strays(footprint(frame, sighting.points[:, :2]), cfg.stray)
-    seen = Instance(new_id, {sighting.name: 0.0}, xy, z_m, cells, low_m, high_m)
+    seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
     instance = same(instances, seen, frame.resolution_m, cfg)
     if instance is None:
@@ -184,8 +197,8 @@ def called(instance: Instance, sighting: Sighting, pose: Pose, cfg: SemanticsCon
     """It was called that, the surest name that this image has for it."""
     step = logit(sighting.score) - logit(cfg.neutral_score)
     if step > 0:
-        nearest_m = instance.near_m.get(sighting.name, math.inf)
-        instance.near_m[sighting.name] = min(nearest_m, sighting.range_m)
+        known = instance.evidence_of(sighting.name)
+        known.near_m = min(known.near_m, sighting.range_m)
     step = max(-cfg.max_step, min(cfg.max_step, step))
     weigh(instance, sighting.name, step * (cfg.cut_weight if sighting.cut else 1.0), pose, cfg)
 
@@ -194,7 +207,7 @@ def uncalled(
     instance: Instance, names: Collection[str], pose: Pose, cfg: SemanticsConfig, cut: bool = False
 ) -> None:
     """It was in view and had these names, or none: that speaks against all others it ever had."""
-    for name in instance.odds:
+    for name in instance.evidence:
         if name not in names:
             weigh(instance, name, -cfg.miss_step * (cfg.cut_weight if cut else 1.0), pose, cfg)
 
@@ -251,10 +264,10 @@ def same(
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
     new to it costs as much as `other_name_m`."""
-    (name,) = seen.odds
+    (name,) = seen.evidence
     best: tuple[float, int] | None = None
     for instance in instances.values():
-        known = name in instance.odds
+        known = name in instance.evidence
         if not known and not seen.embedding_sum.size:
             continue
         if math.dist(instance.xy, seen.xy) > 4.0:
@@ -290,14 +303,14 @@ def alike(a: Instance, b: Instance, cell_m: float, cfg: SemanticsConfig) -> bool
 def weigh(instance: Instance, name: str, step: float, pose: Pose, cfg: SemanticsConfig) -> None:
     """What a view from `pose` says for a name, or against it (`step`, log-odds): all of it from a
     new place or direction, little for one more of the kind from where there was one."""
-    backing = instance.backing.setdefault(name, [])
-    doubts = instance.doubts.setdefault(name, [])
-    earlier, mine = (backing, backing) if step > 0 else ([*backing, *doubts], doubts)
+    known = instance.evidence_of(name)
+    mine = known.backing if step > 0 else known.doubts
+    earlier = mine if step > 0 else [*known.backing, *known.doubts]
     if _is_new(instance, pose, earlier, cfg):
         mine.append(pose)
     else:
         step *= cfg.repeat_weight
-    add(instance, name, step, cfg)
+    known.odds = max(-cfg.log_odds_max, min(cfg.log_odds_max, known.odds + step))
 
 
 def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose], cfg: SemanticsConfig) -> bool:
@@ -310,12 +323,6 @@ def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose], cfg: Semant
         if abs(wrap_angle(bearing - before)) < cfg.new_view_rad:
             return False
     return True
-
-
-def add(instance: Instance, name: str, step: float, cfg: SemanticsConfig) -> None:
-    """Evidence for a name, within bounds that later evidence can still undo."""
-    total = instance.odds.get(name, 0.0) + step
-    instance.odds[name] = max(-cfg.log_odds_max, min(cfg.log_odds_max, total))
 
 
 def logit(p: float) -> float:

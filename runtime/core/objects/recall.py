@@ -33,16 +33,17 @@ def recall(
     """
     for instance in semantic.instances.values():
         instance.looks.clear()
-        for name in instance.odds:
-            instance.forget_evidence(name)
+        for known in instance.evidence.values():
+            known.forget_views()
     found = []
     for instance, row in zip(embedded(semantic)[0], likeness, strict=True):
-        if goal in instance.rejections or names[int(row.argmax())] != goal:
+        rejected = goal in instance.evidence and instance.evidence[goal].rejections
+        if rejected or names[int(row.argmax())] != goal:
             continue
         is_goal = float(row[names.index(goal)]) * instance.confidence
-        odds = max(min(logit(is_goal), cfg.recall_log_odds), instance.odds.get(goal, -np.inf))
-        for other in instance.odds:  # with the new words at hand it is less likely that
-            instance.odds[other] = min(instance.odds[other], odds - cfg.miss_step)
-        instance.odds[goal] = float(odds)
+        odds = max(min(logit(is_goal), cfg.recall_log_odds), instance.odds_of(goal))
+        for other in instance.evidence.values():  # with the new words at hand less likely that
+            other.odds = min(other.odds, odds - cfg.miss_step)
+        instance.evidence_of(goal).odds = float(odds)
         found.append(instance.id)
     return tuple(found)

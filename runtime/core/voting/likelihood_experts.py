@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def recommend(
     is unknown behind one, the more may be there. The set is those with p >= bar / n. Nothing above
     the bar is an abstention, not an empty set."""
     if not evidence:
-        return Missing(expert, "no evidence")
+        return Missing(expert, Absence.NO_EVIDENCE)
     ids = sorted(evidence)
     top = max(evidence.values())
     area = {f.id: (f.unknown_m2 + LEAST_M2) ** cfg.unknown_weight for f in brief.frontiers}
@@ -234,7 +234,7 @@ def recommend(
     p = {i: w / total for i, w in zip(ids, weights, strict=True)}
     chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
     if not chosen:
-        return Missing(expert, "no preference")
+        return Missing(expert, Absence.NO_PREFERENCE)
     reason = "; ".join(f"{i}: {told[i]} ({p[i]:.2f})" for i in chosen)
     against = tuple(i for i in ids if p[i] <= cfg.doubt / len(ids))
     return Vote(expert, chosen, tuple(p.items()), reason, against=against)
@@ -245,7 +245,7 @@ def _vote(
 ) -> Vote | Missing:
     """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""
     if not evidence:
-        return Missing(expert, "no evidence")
+        return Missing(expert, Absence.NO_EVIDENCE)
     known = {f.id: evidence.get(f.id, (0.0, "nothing known")) for f in brief.frontiers}
     nats = {i: value for i, (value, _) in known.items()}
     return recommend(expert, brief, nats, {i: told for i, (_, told) in known.items()}, cfg)

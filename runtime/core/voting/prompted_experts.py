@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 
 FRONTIERS_TOLD = 16  # the nearest; a prompt must fit a small context
 OBJECTS_TOLD = 8  # of each, the nearest
@@ -72,14 +72,14 @@ def compose(expert: str, brief: Brief, images: bool = True) -> Prompt | Missing:
     """The question that one expert is asked; Missing when it has nothing to go by. Without
     `images` there are none in it, and an expert of images has nothing to go by."""
     if len(brief.frontiers) < 2:
-        return Missing(expert, "no evidence")  # one frontier is no choice
+        return Missing(expert, Absence.NO_EVIDENCE)  # one frontier is no choice
     shown = images and expert == "sle"
     if expert == "sle" and not images:
-        return Missing(expert, "privacy: no image may be sent")
+        return Missing(expert, Absence.PRIVACY, "no image may be sent")
     near = sorted(brief.frontiers, key=lambda f: (f.distance_m, f.id))[:FRONTIERS_TOLD]
     told = sorted(near, key=lambda f: f.id)
     if not any(_evidence(expert, f) for f in told):
-        return Missing(expert, "no images" if expert == "sle" else "no evidence")
+        return Missing(expert, Absence.NO_IMAGES if expert == "sle" else Absence.NO_EVIDENCE)
     goal = _word(brief.goal)
     parts: list[str | bytes] = [f"The robot looks for: {goal}.\n"]
     for frontier in told:
@@ -148,21 +148,21 @@ def read(reply: str, expert: str, ids: Iterable[int], rung: str = "local") -> Vo
     frontiers is Missing, with the cause."""
     found = _answer(reply[:REPLY_CHARS])
     if found is None:
-        return Missing(expert, "nonsense: no answer in the reply")
+        return Missing(expert, Absence.NONSENSE, "no answer in the reply")
     reason, named = _line(found.get("reason"), REASON_CHARS), found["frontiers"]
     if isinstance(named, str) and named.strip().lower() == ABSTAIN:
-        return Missing(expert, f"abstains: {reason}" if reason else "abstains")
+        return Missing(expert, Absence.ABSTAINS, reason)
     numbers = [_number(item) for item in named] if isinstance(named, list) else [None]
     chosen = sorted({n for n in numbers if n is not None})
     if None in numbers:
-        return Missing(expert, f"nonsense: frontiers are {_line(json.dumps(named), 60)}")
+        return Missing(expert, Absence.NONSENSE, f"frontiers are {_line(json.dumps(named), 60)}")
     known = sorted(set(ids))
     strangers = [n for n in chosen if n not in known]
     if strangers:
         told = _line(", ".join(map(str, strangers)), 60)
-        return Missing(expert, f"nonsense: voted for unknown frontier {told}")
+        return Missing(expert, Absence.NONSENSE, f"voted for unknown frontier {told}")
     if not chosen:
-        return Missing(expert, "nonsense: voted for no frontier")
+        return Missing(expert, Absence.NONSENSE, "voted for no frontier")
     shares = tuple((n, 1.0 / len(chosen) if n in chosen else 0.0) for n in known)
     return Vote(expert, tuple(chosen), shares, reason or "no reason given", rung)
 

@@ -27,14 +27,14 @@ class SpeculationConfig:
 
 def worthwhile(ballot: Ballot, cfg: SpeculationConfig) -> bool:
     """Whether votes are slow enough to be prepared."""
-    if any(not _answered(absent.cause) for absent in ballot.missing):
+    if any(not absent.why.is_answer for absent in ballot.missing):
         return True
     return max(ballot.latency_s.values(), default=0.0) >= cfg.slow_s
 
 
 def complete(ballot: Ballot) -> bool:
     """Whether asking anew could not bring more votes: nobody was late, busy or broken."""
-    return all(_answered(absent.cause) for absent in ballot.missing)
+    return all(absent.why.is_answer for absent in ballot.missing)
 
 
 def expected(brief: Brief, aim: int) -> Brief:
@@ -87,8 +87,3 @@ def _same_view(a: F32, b: F32, cfg: SpeculationConfig) -> bool:
     if a.size != b.size:
         return False
     return not a.size or 1.0 - float(a @ b) <= cfg.view
-
-
-def _answered(cause: str) -> bool:
-    """Whether an absence is the expert's own word: it has looked, and recommends nothing."""
-    return cause.startswith(("no evidence", "no preference", "abstains"))

@@ -12,7 +12,7 @@ from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, writ
 from hil_sim.expert_bench.make import make_bank, plan_of
 from runtime.clock import Deadline, ManualClock
 from runtime.config import EXPERTS
-from runtime.core.types import Missing
+from runtime.core.types import Absence, Missing
 from runtime.errors import RfNavError
 
 
@@ -30,7 +30,7 @@ class Mute:
     def warm(self, bank: object, briefs: object) -> None: ...
 
     def asked(self, config: object, questions: object) -> voting.Votes:
-        table = {e: (lambda brief, by, e=e: Missing(e, "no evidence")) for e in EXPERTS}
+        table = {e: (lambda brief, by, e=e: Missing(e, Absence.NO_EVIDENCE)) for e in EXPERTS}
         return voting.Votes(table, questions, Deadline.never(ManualClock()))
 
     def check(self) -> None: ...

@@ -21,6 +21,7 @@ from hil_sim.ground_truth.witness import to_scene
 from hil_sim.scenes.format import Door, Room, Scene, SceneError, SceneObject, Wall
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.simulation.scene_physics import ScenePhysics
+from runtime.core.objects.instances import Evidence
 from runtime.core.types import Detections, Pose
 
 PLAN = BankPlan(starts=1, steps=30, moments=2, goals=4)
@@ -181,7 +182,7 @@ def test_objects_are_misnamed_and_left_out_as_often_as_said(
     world, truth = home
     stop: Stop = next(stops("three", 0, world, truth.space, eyes, PLAN))
     (first, *_) = stop.known.semantic.instances.values()
-    many = {n: replace(first, id=n, odds={"bed": 2.0}) for n in range(500)}
+    many = {n: replace(first, id=n, evidence={"bed": Evidence(2.0)}) for n in range(500)}
     semantic = replace(stop.known.semantic, instances=many)
     wrong = misnamed(semantic, 0.2, random.Random(1)).instances
     assert 70 < sum(i.name != "bed" for i in wrong.values()) < 130

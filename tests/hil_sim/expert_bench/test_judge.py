@@ -15,7 +15,7 @@ from hil_sim.expert_bench.statistics import Resampling
 from hil_sim.expert_bench.voting import Votes, at_random
 from runtime.clock import Deadline, ManualClock
 from runtime.config import EXPERTS, Config
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError
 
 Cast = Callable[[str, Brief], Vote | Missing]
@@ -92,7 +92,7 @@ def test_experts_that_know_the_way_lose_nothing() -> None:
 
 def test_one_voice_counts_only_where_it_may() -> None:
     def only_o2f(expert: str, brief: Brief) -> Vote | Missing:
-        return vote(expert, [3]) if expert == "o2f" else Missing(expert, "no evidence")
+        return vote(expert, [3]) if expert == "o2f" else Missing(expert, Absence.NO_EVIDENCE)
 
     table = judged(only_o2f)
     assert [regret(table, m) for m in ("o2f", "lenient", "consensus", "o2f+r2f", "r2f")] == [
@@ -103,7 +103,7 @@ def test_one_voice_counts_only_where_it_may() -> None:
 
 def test_an_expert_is_absent_in_its_turn() -> None:
     def two_know(expert: str, brief: Brief) -> Vote | Missing:
-        return Missing(expert, "no evidence") if expert == "sle" else vote(expert, [3])
+        return Missing(expert, Absence.NO_EVIDENCE) if expert == "sle" else vote(expert, [3])
 
     table = judged(two_know, CONDITIONS)
     costs = {e: float(row.regret_m.mean()) for e, row in table.spoilt["one absent"].items()}

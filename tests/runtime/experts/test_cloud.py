@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.clock import Deadline, ManualClock, SystemClock
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig, check, read_key
@@ -117,7 +117,9 @@ def test_what_goes_wrong_is_an_abstention_with_a_cause(
 ) -> None:
     server.behave = behave
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon()) == Missing("o2f", cause)
+        outcome = cloud.expert("o2f")(BRIEF, soon())
+        assert isinstance(outcome, Missing)
+        assert (outcome.expert, outcome.cause) == ("o2f", cause)
         (bill,) = cloud.bills()
         assert bill.outcome == cause
 
@@ -127,9 +129,9 @@ def test_a_call_ends_at_its_deadline(behave: str, server: Server, config: CloudC
     """Although a slow stream says something all the time, and no single read takes long."""
     server.behave = behave
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon(0.8)) == Missing("o2f", "late")
+        assert cloud.expert("o2f")(BRIEF, soon(0.8)) == Missing("o2f", Absence.UNREACHED, "late")
         again = cloud.expert("o2f")(BRIEF, soon())
-        assert again == Missing("o2f", "left alone after: late")
+        assert again == Missing("o2f", Absence.UNREACHED, "left alone after: late")
     assert len(server.requests) == 1
 
 
@@ -139,9 +141,9 @@ def test_a_cloud_that_is_not_there_is_left_alone_for_longer_and_longer(config: C
         ask = lambda: cloud.expert("o2f")(BRIEF, Deadline.never(clock))  # noqa: E731
         down, resting = "cannot be reached", "left alone after: cannot be reached"
         for rest_s in (1.0, 2.0, 4.0):
-            assert ask() == Missing("o2f", down)
+            assert ask() == Missing("o2f", Absence.UNREACHED, down)
             clock.advance(rest_s - 0.1)
-            assert ask() == Missing("o2f", resting)
+            assert ask() == Missing("o2f", Absence.UNREACHED, resting)
             clock.advance(0.1)
         assert cloud.status()["goal_usd"] == 0.0  # what never arrived costs nothing
 
@@ -160,7 +162,7 @@ def test_retry_after_is_respected(server: Server, config: CloudConfig) -> None:
 
 def test_without_time_nothing_is_asked(server: Server, config: CloudConfig) -> None:
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon(0.1)) == Missing("o2f", "no time")
+        assert cloud.expert("o2f")(BRIEF, soon(0.1)) == Missing("o2f", Absence.UNREACHED, "no time")
     assert server.requests == []
 
 
@@ -200,7 +202,9 @@ def test_a_server_that_takes_no_form_is_asked_without(server: Server, config: Cl
         assert isinstance(cloud.expert("o2f")(BRIEF, soon()), Vote)
     server.behave = lambda body: (400, {"error": {"message": f"never, {KEY}"}})
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon()) == Missing("o2f", "refused (400): never, ***")
+        assert cloud.expert("o2f")(BRIEF, soon()) == Missing(
+            "o2f", Absence.UNREACHED, "refused (400): never, ***"
+        )
 
 
 # -- money -------------------------------------------------------------------------------------
@@ -267,7 +271,7 @@ def test_a_ledger_that_cannot_be_used_spends_nothing(
 def test_with_privacy_text_no_image_leaves(server: Server, config: CloudConfig) -> None:
     with asking(server, config) as cloud:
         missing = cloud.expert("sle")(BRIEF, soon())
-        assert missing == Missing("sle", "privacy: no image may be sent")
+        assert missing == Missing("sle", Absence.PRIVACY, "no image may be sent")
         for name in ("o2f", "r2f", "both"):
             assert isinstance(cloud.expert(name)(BRIEF, soon()), Vote)
     assert len(server.requests) == 3

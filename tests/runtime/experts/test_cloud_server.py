@@ -18,7 +18,7 @@ from mmproj import write_mmproj
 
 from models.store import manifest
 from runtime.clock import Deadline, SystemClock
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
 
@@ -128,11 +128,12 @@ def test_another_key_is_refused(config: CloudConfig) -> None:
     clock = SystemClock()
     with Cloud(replace(config, key_file=""), clock) as cloud:
         assert cloud.expert("o2f")(BRIEF, Deadline.never(clock)) == Missing(
-            "o2f", "the key is refused (401)"
+            "o2f", Absence.UNREACHED, "the key is refused (401)"
         )
 
 
 def test_a_server_that_is_too_slow_is_not_waited_for(config: CloudConfig) -> None:
     clock = SystemClock()
     with Cloud(config, clock) as cloud:
-        assert cloud.expert("o2f")(BRIEF, Deadline.after(0.4, clock)) == Missing("o2f", "late")
+        outcome = cloud.expert("o2f")(BRIEF, Deadline.after(0.4, clock))
+        assert outcome == Missing("o2f", Absence.UNREACHED, "late")

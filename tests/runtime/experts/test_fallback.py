@@ -3,7 +3,7 @@
 import math
 
 from runtime.clock import Deadline, ManualClock
-from runtime.core.types import Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 from runtime.experts.fallback import Rung, climb
 from runtime.experts.panel import Expert
 
@@ -32,7 +32,7 @@ def test_the_first_rung_that_answers_is_named() -> None:
     ladder = climb(
         "o2f",
         [
-            Rung("local", says(Missing("", "late"))),
+            Rung("local", says(Missing("", Absence.LATE))),
             Rung("cloud", says(vote(2))),
             Rung("embedding", says(vote(1), asked)),
         ],
@@ -42,9 +42,9 @@ def test_the_first_rung_that_answers_is_named() -> None:
 
 
 def test_an_abstention_is_an_answer() -> None:
-    for cause in ("no evidence", "no preference", "abstains: all alike"):
-        ladder = climb("o2f", [Rung("a", says(Missing("x", cause))), Rung("b", says(vote(1)))])
-        assert ladder(BRIEF, never()) == Missing("o2f", cause)
+    for cause in (Absence.NO_EVIDENCE, Absence.NO_PREFERENCE, Absence.ABSTAINS):
+        ladder = climb("o2f", [Rung("a", says(Missing("x", cause, "x"))), Rung("b", says(vote(1)))])
+        assert ladder(BRIEF, never()) == Missing("o2f", cause, "x")
 
 
 def test_every_rung_says_why_it_could_not() -> None:
@@ -56,12 +56,12 @@ def test_every_rung_says_why_it_could_not() -> None:
         [
             Rung("local", falls_over),
             Rung("cloud", says(vote(1)), ready=lambda by: False),
-            Rung("embedding", says(Missing("", "nonsense: x"))),
+            Rung("embedding", says(Missing("", Absence.NONSENSE, "x"))),
         ],
     )
     causes = "local: out of memory; cloud: not ready; embedding: nonsense: x"
-    assert ladder(BRIEF, never()) == Missing("sle", causes)
-    assert climb("sle", [])(BRIEF, never()) == Missing("sle", "no model")
+    assert ladder(BRIEF, never()) == Missing("sle", Absence.UNREACHED, causes)
+    assert climb("sle", [])(BRIEF, never()) == Missing("sle", Absence.UNREACHED)
 
 
 def test_time_is_left_for_the_rungs_below() -> None:
@@ -69,8 +69,8 @@ def test_time_is_left_for_the_rungs_below() -> None:
     ladder = climb(
         "o2f",
         [
-            Rung("local", says(Missing("", "late"), asked), share=0.4),
-            Rung("cloud", says(Missing("", "late"), asked), share=0.9),
+            Rung("local", says(Missing("", Absence.LATE), asked), share=0.4),
+            Rung("cloud", says(Missing("", Absence.LATE), asked), share=0.9),
             Rung("embedding", says(vote(1), asked), share=0.1),
         ],
     )

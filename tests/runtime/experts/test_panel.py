@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable
 
 from runtime.clock import Deadline, ManualClock, SystemClock
-from runtime.core.types import Ballot, Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, Vote
 from runtime.experts.panel import Panel
 
 BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)))
@@ -81,16 +81,16 @@ def test_a_failing_expert_abstains_with_the_cause() -> None:
         ballot = panel.ask(BRIEF, never(clock))
         again = panel.ask(BRIEF, never(clock))
     assert [vote.expert for vote in ballot.votes] == ["o2f"]
-    assert ballot.missing == (Missing("r2f", "error: model fell over"),)
+    assert ballot.missing == (Missing("r2f", Absence.ERROR, "model fell over"),)
     assert again.missing == ballot.missing
 
 
 def test_an_abstention_keeps_its_cause() -> None:
     clock = SystemClock()
-    with Panel({"sle": lambda brief, by: Missing("sle", "no model")}, clock) as panel:
+    with Panel({"sle": lambda brief, by: Missing("sle", Absence.UNREACHED)}, clock) as panel:
         ballot = panel.ask(BRIEF, never(clock))
     assert ballot.votes == ()
-    assert ballot.missing == (Missing("sle", "no model"),)
+    assert ballot.missing == (Missing("sle", Absence.UNREACHED),)
 
 
 def test_nonsense_is_dropped_with_the_cause() -> None:
@@ -105,9 +105,9 @@ def test_nonsense_is_dropped_with_the_cause() -> None:
         ballot = panel.ask(BRIEF, never(clock))
     assert [vote.expert for vote in ballot.votes] == ["d"]
     assert ballot.missing == (
-        Missing("a", "nonsense: voted for unknown frontier 77"),
-        Missing("b", "nonsense: voted for no frontier"),
-        Missing("c", "error: returned str, not a vote"),
+        Missing("a", Absence.NONSENSE, "voted for unknown frontier 77"),
+        Missing("b", Absence.NONSENSE, "voted for no frontier"),
+        Missing("c", Absence.ERROR, "returned str, not a vote"),
     )
 
 
@@ -116,11 +116,11 @@ def test_late_then_busy_then_back_and_the_late_vote_is_dropped() -> None:
     with Panel({"o2f": votes_for(2), "r2f": hanging}, clock) as panel:
         ballot = ask_until_late(panel, hanging, clock)
         assert [vote.expert for vote in ballot.votes] == ["o2f"]
-        assert ballot.missing == (Missing("r2f", "late"),)
+        assert ballot.missing == (Missing("r2f", Absence.LATE),)
 
         busy = panel.ask(BRIEF, never(clock))  # waits for the other expert only
         assert [vote.expert for vote in busy.votes] == ["o2f"]
-        assert busy.missing == (Missing("r2f", "busy"),)
+        assert busy.missing == (Missing("r2f", Absence.BUSY),)
 
         hanging.go.set()
         idle(panel)
@@ -137,7 +137,7 @@ def test_nothing_grows_however_often_a_stuck_expert_is_asked() -> None:
         ask_until_late(panel, hanging, clock)
         threads = threading.active_count()
         for _ in range(200):
-            assert panel.ask(BRIEF, never(clock)).missing == (Missing("r2f", "busy"),)
+            assert panel.ask(BRIEF, never(clock)).missing == (Missing("r2f", Absence.BUSY),)
         assert threading.active_count() == threads
         assert hanging.calls == 1
         assert len(panel._answers) == 1
@@ -149,7 +149,7 @@ def test_a_deadline_that_has_passed_leaves_everyone_late() -> None:
     by = Deadline.after(1.0, clock)
     clock.advance(1.0)
     with Panel({"o2f": votes_for(2)}, clock) as panel:
-        assert panel.ask(BRIEF, by).missing == (Missing("o2f", "late"),)
+        assert panel.ask(BRIEF, by).missing == (Missing("o2f", Absence.LATE),)
         idle(panel)
         assert len(panel.ask(BRIEF, never(clock)).votes) == 1
 

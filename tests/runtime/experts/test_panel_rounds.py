@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from runtime.clock import Deadline, ManualClock, SystemClock
-from runtime.core.types import Ballot, Brief, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, Vote
 from runtime.core.voting import consensus
 from runtime.core.voting.consensus import ConsensusConfig
 from runtime.experts.panel import Expert, Panel
@@ -22,7 +22,7 @@ def says(*ids: int, rung: str = "local") -> Expert:
 
 
 def silent(brief: Brief, by: Deadline) -> Missing:
-    return Missing("", "no evidence")
+    return Missing("", Absence.NO_EVIDENCE)
 
 
 def agreed(ballot: Ballot) -> bool:
@@ -142,7 +142,7 @@ def test_a_round_ends_when_no_vote_that_is_out_can_change_the_winner() -> None:
         ballot = panel.ask(BRIEF, Deadline.after(2.0, clock))  # time stands still
         slow.go.set()
     assert sets(ballot) == {"o2f": (1,), "r2f": (1,)}
-    assert ballot.missing == (Missing("sle", "settled without it"),)
+    assert ballot.missing == (Missing("sle", Absence.SETTLED),)
 
 
 def test_a_round_goes_on_while_a_vote_that_is_out_can_change_the_winner() -> None:

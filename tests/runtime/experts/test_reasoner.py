@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from runtime.clock import Deadline, ManualClock, SystemClock
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.reasoner import Late, Reasoner
 
@@ -68,7 +68,7 @@ def test_each_picture_is_asked_about_once() -> None:
             assert got.frontiers == (4,)
         assert len(model.asked) == 2
         one = Brief("toilet", 0, BRIEF.frontiers[1:])
-        assert look(one, never()) == Missing("sle", "no images")
+        assert look(one, never()) == Missing("sle", Absence.NO_IMAGES)
 
 
 def test_what_the_model_raises_reaches_its_asker_alone() -> None:

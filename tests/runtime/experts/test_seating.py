@@ -12,7 +12,7 @@ from cloud_double import Server, answer, completion
 
 from runtime.clock import Clock, Deadline, ManualClock, SystemClock
 from runtime.config import Config, PanelConfig
-from runtime.core.types import Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
@@ -102,7 +102,7 @@ def test_the_model_on_the_robot_answers_first(stack: ExitStack) -> None:
     table = seats.experts(Config())
     assert voted(table["o2f"](BRIEF, never())) == ((1,), "local")
     assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
-    assert table["sle"](BRIEF, never()) == Missing("sle", "no evidence")
+    assert table["sle"](BRIEF, never()) == Missing("sle", Absence.NO_EVIDENCE)
     assert seats.rung() == "small"
     assert not seats.alike.used
     assert seats.appeals(Config()) == {}
@@ -136,7 +136,7 @@ def test_while_the_model_answers_the_cloud_is_not_asked(stack: ExitStack, tmp_pa
     for name in ("o2f", "r2f"):
         assert voted(table[name](BRIEF, never())) == ((1,), "local")
     none = Brief("toilet", 8, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2)))
-    assert table["o2f"](none, never()) == Missing("o2f", "no evidence")
+    assert table["o2f"](none, never()) == Missing("o2f", Absence.NO_EVIDENCE)
     assert server.requests == []
 
 
@@ -188,7 +188,7 @@ def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
     seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
     seats.experts(Config())["o2f"](BRIEF, never())
     appeal = seats.appeals(Config())["o2f"]
-    assert appeal(BRIEF, never()) == Missing("o2f", "the cloud has voted")
+    assert appeal(BRIEF, never()) == Missing("o2f", Absence.UNREACHED, "the cloud has voted")
     assert isinstance(appeal(replace(BRIEF, stamp_ns=8), never()), Vote)
     assert len(server.requests) == 2
 
@@ -212,7 +212,7 @@ def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
         seats.looks_in_words = in_words
         assert voted(seats.experts(Config())["sle"](BRIEF, never())) == ((2,), "local")
     blind = Brief("toilet", 9, tuple(replace(f, image=b"") for f in BRIEF.frontiers))
-    assert seats.experts(Config())["sle"](blind, never()) == Missing("sle", "no evidence")
+    assert seats.experts(Config())["sle"](blind, never()) == Missing("sle", Absence.NO_EVIDENCE)
 
 
 def test_a_large_model_reasons_for_the_experts_of_words(stack: ExitStack) -> None:

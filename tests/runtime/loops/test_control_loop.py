@@ -10,7 +10,7 @@ from runtime.clock import ManualClock, SystemClock
 from runtime.config import RealtimeConfig
 from runtime.core.distances.planner import Field, Terrain
 from runtime.core.geometry import GridFrame
-from runtime.core.motion.control import Along, ControlConfig, Spin
+from runtime.core.motion.courses import Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Pose
 from runtime.errors import BusError

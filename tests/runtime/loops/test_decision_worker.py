@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from runtime.clock import Deadline, ManualClock
-from runtime.core.types import Brief, Frontier, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing, Vote
 from runtime.core.voting.rehearsal import expected
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
@@ -38,7 +38,7 @@ class Expert:
         if self.waits:
             assert self.go.wait(PATIENCE_S)
         ids = tuple(f.id for f in brief.frontiers if f.id in (2, 3))
-        return Vote("", ids, (), "") if ids else Missing("", "no evidence")
+        return Vote("", ids, (), "") if ids else Missing("", Absence.NO_EVIDENCE)
 
 
 class Table:
@@ -176,7 +176,7 @@ def test_an_appeal_is_not_rehearsed() -> None:
 
     def appeal(brief: Brief, by: Deadline) -> Vote | Missing:
         asked.append(brief)
-        return Missing("", "no evidence")
+        return Missing("", Absence.NO_EVIDENCE)
 
     with Panel({"o2f": Expert()}, clock, {"o2f": appeal}, lambda ballot: False) as panel:
         brief = snapshot({2: 1.0, 3: 2.0}).brief

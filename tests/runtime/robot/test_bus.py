@@ -13,7 +13,7 @@ import pytest
 import zenoh
 
 from runtime.clock import SystemClock
-from runtime.core.types import Action, Intrinsics, Missing, Observation, Pose
+from runtime.core.types import Absence, Action, Intrinsics, Missing, Observation, Pose
 from runtime.errors import BusError, SensorError
 from runtime.robot import wire
 from runtime.robot.bus import Bus, BusConfig, TopicsConfig
@@ -163,7 +163,7 @@ def test_in_lockstep_no_set_is_lost(lockstep: tuple[Robot, Bus]) -> None:
 def test_what_is_published_arrives_in_its_order(lockstep: tuple[Robot, Bus]) -> None:
     robot, bus = lockstep
     bus.publish_state({"step": 1})
-    bus.publish_decision({"frontier": 7, "far": np.inf, "missing": (Missing("sle", "late"),)})
+    bus.publish_decision({"frontier": 7, "far": np.inf, "missing": (Missing("sle", Absence.LATE),)})
     bus.publish_action(9, Action.TURN_LEFT)
     with robot.changed:
         assert robot.changed.wait_for(lambda: len(robot.heard) == 3, PATIENCE_S)

@@ -18,7 +18,8 @@ from runtime.core.distances.planner import (
     survey,
 )
 from runtime.core.mapping.grid import MapConfig, NavigationMap
-from runtime.core.motion.control import ControlConfig, face, follow
+from runtime.core.motion.courses import ControlConfig
+from runtime.core.motion.discrete_policy import face, follow
 from runtime.core.types import Action, Pose
 
 RADIUS = 0.18

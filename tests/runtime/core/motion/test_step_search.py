@@ -5,9 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from runtime.core.distances.planner import Field, PlannerConfig, Terrain, march_from
+from runtime.core.distances.planner import (
+    Field,
+    PlannerConfig,
+    Terrain,
+    clearance_between,
+    march_from,
+)
 from runtime.core.geometry import GridFrame
-from runtime.core.motion.control import ControlConfig, clearance_between, follow
+from runtime.core.motion.courses import ControlConfig
+from runtime.core.motion.discrete_policy import follow
 from runtime.core.motion.step_search import GAIN_M, clear, through
 from runtime.core.types import Action, Pose
 

@@ -23,7 +23,7 @@ from runtime.core.objects.instances import (
     uncalled,
     without_strays,
 )
-from runtime.core.objects.standpoints import TargetConfig, confirmed, supported
+from runtime.core.objects.verdict import TargetConfig, confirmed, supported
 from runtime.core.types import Pose
 
 CFG = SemanticsConfig()
@@ -79,7 +79,7 @@ def test_one_thing_called_by_two_names_is_one_and_its_name_the_best_supported():
     names = ["armchair", "chair", "chair", "chair"]
     views = [(box(n, 2, 0), around(2, 0, 0.6 * k + math.pi / 2)) for k, n in enumerate(names)]
     (thing,) = seen(*views).values()
-    assert set(thing.odds) == {"armchair", "chair"}
+    assert set(thing.evidence) == {"armchair", "chair"}
     assert thing.name == "chair"
     called = shares(thing)
     assert sum(called.values()) == pytest.approx(1.0)
@@ -113,7 +113,7 @@ def test_the_same_name_is_enough_where_there_are_no_embeddings():
 def test_a_thing_of_its_own_name_next_to_it_is_preferred_to_a_neighbour():
     chair, armchair = box("chair", 2.0, 0.0, WOOD), box("armchair", 2.0, 0.9)
     things = seen((chair, HERE), (armchair, HERE), (box("chair", 2.0, 0.05, WOOD), HERE))
-    assert [set(t.odds) for t in things.values()] == [{"chair"}, {"armchair"}]
+    assert [set(t.evidence) for t in things.values()] == [{"chair"}, {"armchair"}]
     assert things[1].embedding_sum[2] > things[2].embedding_sum[2]
 
 
@@ -123,7 +123,7 @@ def test_it_is_called_one_of_its_names_by_evidence_whatever_their_order(names: l
     things = seen(*views)
     assert len(things) == 1
     assert things[1].name in names
-    assert things[1].log_odds == max(things[1].odds.values())
+    assert things[1].log_odds == max(known.odds for known in things[1].evidence.values())
     assert abs(things[1].log_odds) <= CFG.log_odds_max
     assert len(things[1].views) <= len(names)
 
@@ -166,16 +166,16 @@ def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
     instances = seen(*chair)
     look(instances, 9, box("armchair", 2, 0), around(2, 0, 3.0))
     thing = instances[1]
-    before = thing.odds["armchair"]
+    before = thing.odds_of("armchair")
     reject(thing, "chair", -1.0)
-    assert thing.odds["chair"] == -1.0
-    assert thing.odds["armchair"] == before
+    assert thing.odds_of("chair") == -1.0
+    assert thing.odds_of("armchair") == before
     assert thing.views_as("chair") == []
     assert len(thing.views_as("armchair")) == 4
     look(instances, 9, box("chair", 2, 0), around(2, 0, 0.0))
     assert len(thing.views_as("chair")) == 1
     reject(thing, "chair", -1.0)
-    assert thing.odds["chair"] == -2.0
+    assert thing.odds_of("chair") == -2.0
 
 
 def test_a_view_that_calls_it_something_else_is_no_second_look():
@@ -193,20 +193,20 @@ def test_a_view_that_calls_it_something_else_is_no_second_look():
 
 def test_what_is_cut_off_at_a_side_says_less_for_a_name_and_against_others():
     toilet, other = seen((box("toilet", 2, 0), HERE))[1], around(2, 0, 2.0)
-    before = toilet.odds["toilet"]
+    before = toilet.odds_of("toilet")
     look({1: toilet}, 9, replace(box("bathtub", 2, 0), cut=True), other)
-    assert toilet.odds["bathtub"] == pytest.approx(CFG.cut_weight * CFG.max_step)
-    assert toilet.odds["toilet"] == pytest.approx(before - CFG.cut_weight * CFG.miss_step)
+    assert toilet.odds_of("bathtub") == pytest.approx(CFG.cut_weight * CFG.max_step)
+    assert toilet.odds_of("toilet") == pytest.approx(before - CFG.cut_weight * CFG.miss_step)
 
 
 @given(st.integers(1, 30))
 def test_a_place_from_where_it_is_missed_speaks_against_it_once(frames: int):
     thing = seen((box("chair", 2, 0), HERE))[1]
-    before = thing.odds["chair"]
+    before = thing.odds_of("chair")
     for _ in range(frames):
         uncalled(thing, (), around(2, 0, 2.0), CFG)
     rest = (frames - 1) * CFG.repeat_weight
-    assert thing.odds["chair"] == pytest.approx(before - CFG.miss_step * (1 + rest))
+    assert thing.odds_of("chair") == pytest.approx(before - CFG.miss_step * (1 + rest))
 
 
 @given(st.floats(0.0, 1.0))

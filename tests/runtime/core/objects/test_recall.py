@@ -6,10 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
-from runtime.core.objects.instances import Instance, SemanticsConfig, reject, weigh
+from runtime.core.objects.candidates import ranked
+from runtime.core.objects.instances import Evidence, Instance, SemanticsConfig, reject, weigh
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.standpoints import TargetConfig, confirmed, ranked
+from runtime.core.objects.verdict import TargetConfig, confirmed
 from runtime.core.types import Pose
 
 CFG, TARGET = SemanticsConfig(), TargetConfig()
@@ -21,7 +22,13 @@ def thing(id: int, name: str, odds: float, embedding: tuple[float, ...] = (1.0, 
     row = np.array(embedding, np.float32)
     cells = np.array([[2.0 + id, 1.0]])
     return Instance(
-        id, {name: odds}, (2.0 + id, 1.0), 0.4, cells, embedding_sum=row, views=list(VIEWS)
+        id,
+        {name: Evidence(odds)},
+        (2.0 + id, 1.0),
+        0.4,
+        cells,
+        embedding_sum=row,
+        views=list(VIEWS),
     )
 
 
@@ -77,11 +84,11 @@ def test_memory_alone_never_confirms_and_no_thing_is_made_up(odds: float, row: l
     instance = memory.instances[1]
     assert not confirmed(instance, "beanbag", TARGET)
     if found:
-        assert instance.odds["beanbag"] <= CFG.recall_log_odds
+        assert instance.odds_of("beanbag") <= CFG.recall_log_odds
         assert instance.confidence_of("beanbag") <= max(row) + 1e-3
         assert instance.name == "beanbag"
     else:
-        assert instance.odds == {"chair": odds}
+        assert instance.evidence == {"chair": Evidence(odds)}
 
 
 def test_as_many_rows_of_likeness_as_things_are_asked_for():

@@ -103,7 +103,8 @@ def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing(
         )
         place(semantic, grid, obs, both, OUTLINE, Mount(), CFG)
         assert len(semantic.instances) == 1
-        return {name: semantic.instances[1].odds.get(name, 0.0) for name, _ in names}
+        known = semantic.instances[1].evidence
+        return {name: known[name].odds if name in known else 0.0 for name, _ in names}
 
     first = show(0.0, (2, 0.5))
     second = show(0.8, (0, 0.9), (1, 0.89))

@@ -13,21 +13,18 @@ from runtime import navigate
 from runtime.core.distances.planner import PlannerConfig, look_around
 from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.grid import MapConfig, NavigationMap
-from runtime.core.objects.instances import Instance
+from runtime.core.objects.candidates import apart, on_foot_m, ranked
+from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.standpoints import (
+from runtime.core.objects.standpoints import look_from, other_sides, standpoints
+from runtime.core.objects.verdict import (
+    Reached,
     TargetConfig,
-    apart,
+    Verdict,
     confirmed,
     from_two_sides,
-    judge,
-    look_from,
-    no_other_side,
-    on_foot_m,
-    other_sides,
-    ranked,
-    standpoints,
-    wants_other_side,
+    settle,
+    verdict,
 )
 from runtime.core.types import Action, Ballot, Intrinsics, Pose
 from runtime.core.world import World
@@ -44,9 +41,23 @@ def at(bearing_rad: float, range_m: float) -> Pose:
 
 def bed(*views: Pose, odds: float = 4.0, range_m: float = 1.0) -> Instance:
     cells = np.array([[SPOT[0] + 0.025, SPOT[1] + 0.025]])
-    thing = Instance(1, {"bed": odds}, SPOT, 0.4, cells, range_m=range_m, views=list(views))
-    thing.backing, thing.near_m = {"bed": list(views)}, {"bed": range_m}
-    return thing
+    known = Evidence(odds, backing=list(views), near_m=range_m)
+    return Instance(1, {"bed": known}, SPOT, 0.4, cells, range_m=range_m, views=list(views))
+
+
+def come(thing: Instance, reached: Reached, pose: Pose) -> Verdict:
+    """The robot has come so far with it: what follows, booked."""
+    outcome = verdict(thing, "bed", reached, CFG)
+    settle(thing, "bed", outcome, pose, CFG)
+    return outcome
+
+
+def wants_other_side(thing: Instance) -> bool:
+    return verdict(thing, "bed", Reached.ON_THE_WAY, CFG) is Verdict.OTHER_SIDE
+
+
+def rejections(thing: Instance) -> int:
+    return thing.evidence["bed"].rejections
 
 
 @given(
@@ -128,7 +139,7 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
     semantic.instances[1] = thing
     assert ranked(semantic, "bed", near, CFG) == [thing]
-    thing.odds["sofa"] = 5.0
+    thing.evidence_of("sofa").odds = 5.0
     assert ranked(semantic, "bed", near, CFG) == []
     assert ranked(semantic, "sofa", near, CFG) == [thing]
 
@@ -152,9 +163,9 @@ def test_what_surely_is_something_else_keeps_its_cells(
 ):
     """A sofa with a table before it that was taken for a part of it."""
     both = np.concatenate([cells((0.0, 0.6), (0.0, 1.5)), cells((0.8, 1.4), (0.4, 1.0))])
-    sofa = Instance(1, {"sofa": 4.0}, (0.6, 0.7), 0.4, both, 0.0, 0.8)
+    sofa = Instance(1, {"sofa": Evidence(4.0)}, (0.6, 0.7), 0.4, both, 0.0, 0.8)
     place = cells((0.8, 0.8 + size_m), (0.4, 0.4 + size_m))
-    table = Instance(2, {"coffee table": confidence}, (1.1, 0.7), 0.3, place, *high_m)
+    table = Instance(2, {"coffee table": Evidence(confidence)}, (1.1, 0.7), 0.3, place, *high_m)
     semantic = SemanticMap.empty(("sofa", "coffee table"), (), open_floor()[0].frame)
     semantic.instances = {1: sofa, 2: table}
     found = apart(sofa, semantic, CFG)
@@ -170,9 +181,11 @@ def rival(
 ) -> SemanticMap:
     """A chair's map with a surer thing in the same place, that looks so like it."""
     spot = np.array([[2.025, 0.025], [2.075, 0.025], [2.025, 0.075]])
-    chair = Instance(1, {"chair": 3.0}, SPOT, 0.4, spot, 0.0, 0.9, views=[at(0, 1), at(2, 1)])
+    chair = Instance(
+        1, {"chair": Evidence(3.0)}, SPOT, 0.4, spot, 0.0, 0.9, views=[at(0, 1), at(2, 1)]
+    )
     wider = np.concatenate([spot, spot + np.array([wide_m, 0.0])])
-    other = Instance(2, {name: 8.0}, SPOT, 0.4, wider, low_m, high_m, views=[at(0, 1)])
+    other = Instance(2, {name: Evidence(8.0)}, SPOT, 0.4, wider, low_m, high_m, views=[at(0, 1)])
     if cosine is not None:
         chair.embedding_sum = np.array([1.0, 0.0], np.float32)
         other.embedding_sum = np.array([cosine, math.sqrt(1 - cosine**2)], np.float32)
@@ -232,45 +245,45 @@ def test_how_far_away_a_thing_is_in_the_image():
 def test_a_doubt_is_settled_by_the_second_look_at_the_latest():
     seen = at(0, 1)
     thing = bed(seen, at(0.1, 1.0), odds=2.0)  # enough evidence, from one side
-    assert not judge(thing, "bed", seen, CFG)
-    assert wants_other_side(thing, "bed", CFG)
-    no_other_side(thing, "bed", seen, CFG)  # there is no other side to stand on
-    assert not thing.rejections
-    assert judge(thing, "bed", seen, CFG)
+    assert come(thing, Reached.FACED, seen) is not Verdict.FOUND
+    assert wants_other_side(thing)
+    come(thing, Reached.NO_OTHER_SIDE, seen)  # there is no other side to stand on
+    assert not rejections(thing)
+    assert come(thing, Reached.FACED, seen) is Verdict.FOUND
 
 
 def test_too_little_evidence_after_two_looks_is_a_rejection():
     thing = bed(at(0, 1), at(0.1, 1.0), odds=1.2)
-    assert not judge(thing, "bed", at(0, 1), CFG)
-    assert not judge(thing, "bed", at(0.5, 1), CFG)
-    assert thing.rejections == {"bed": 1}
-    assert thing.odds["bed"] == CFG.rejection_log_odds
-    assert not wants_other_side(thing, "bed", CFG)
+    assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
+    assert come(thing, Reached.FACED, at(0.5, 1)) is not Verdict.FOUND
+    assert rejections(thing) == 1
+    assert thing.odds_of("bed") == CFG.rejection_log_odds
+    assert not wants_other_side(thing)
 
 
 def test_what_nothing_speaks_for_gets_no_second_look():
     thing = bed(at(0, 1), at(0.1, 1.0), odds=0.0)
-    assert not judge(thing, "bed", at(0, 1), CFG)
-    assert thing.rejections == {"bed": 1}
+    assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
+    assert rejections(thing) == 1
 
 
 def test_what_was_only_seen_from_afar_is_not_stopped_at():
     thing = bed(at(0, 4), at(1.0, 2.5), range_m=2.5)
     assert confirmed(thing, "bed", CFG)
-    assert not judge(thing, "bed", at(0, 1), CFG)
-    assert wants_other_side(thing, "bed", CFG)  # where it may be seen from near
-    assert not judge(thing, "bed", at(0, 1), CFG)
-    assert thing.rejections == {"bed": 1}
+    assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
+    assert wants_other_side(thing)  # where it may be seen from near
+    assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
+    assert rejections(thing) == 1
 
 
 @given(st.floats(-3, 8), st.lists(st.booleans(), min_size=3, max_size=3))
 def test_three_looks_always_end_it(odds: float, second_side: list[bool]):
     thing = bed(at(0, 1), odds=odds)
     for other in second_side:
-        if judge(thing, "bed", at(0, 1), CFG) or thing.rejections:
+        if come(thing, Reached.FACED, at(0, 1)) is Verdict.FOUND or rejections(thing):
             return
         if other:
-            thing.backing["bed"].append(at(1.0, 1.0))
+            thing.evidence["bed"].backing.append(at(1.0, 1.0))
     raise AssertionError("neither believed nor rejected")
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from runtime.core.types import Ballot, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Ballot, FrontierBrief, Missing, Vote
 from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.core.voting.explain import in_words
 
@@ -49,7 +49,7 @@ def vote(expert: str, *ids: int) -> Vote:
     ],
 )
 def test_it_says_who_and_what_else(votes: list[Vote], mode: str, line: str):
-    ballot = Ballot(tuple(votes), (Missing("x", "late"),))
+    ballot = Ballot(tuple(votes), (Missing("x", Absence.LATE),))
     assert in_words(elect(ballot, FRONTIERS, ConsensusConfig(mode=mode))) == line
 
 

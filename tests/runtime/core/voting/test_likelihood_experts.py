@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting.likelihood_experts import (
     OBJECTS,
     REFERENCES,
@@ -101,7 +101,9 @@ def test_o2f_prefers_near_and_certain_evidence():
 def test_the_goal_itself_is_no_evidence_for_the_goal():
     told = brief(near(1, ("toilet", 0.9, 0.5)), near(2, ("sofa", 0.9, 0.5)))
     outcome = vote_objects(told, {"toilet": 9.0, "sofa": 0.0}, CFG)
-    assert outcome == Missing("o2f", "no preference")  # one frontier with evidence is no choice
+    assert outcome == Missing(
+        "o2f", Absence.NO_PREFERENCE
+    )  # one frontier with evidence is no choice
 
 
 def test_r2f_follows_the_room_distribution():
@@ -118,8 +120,8 @@ def test_r2f_follows_the_room_distribution():
 
 def test_nothing_known_is_an_abstention():
     told = brief(near(1), near(2))
-    assert vote_objects(told, {"sink": 1.0}, CFG) == Missing("o2f", "no evidence")
-    assert vote_rooms(told, {"bathroom": 1.0}, CFG) == Missing("r2f", "no evidence")
+    assert vote_objects(told, {"sink": 1.0}, CFG) == Missing("o2f", Absence.NO_EVIDENCE)
+    assert vote_rooms(told, {"bathroom": 1.0}, CFG) == Missing("r2f", Absence.NO_EVIDENCE)
 
 
 @given(st.dictionaries(st.integers(1, 9), st.floats(-30, 30), min_size=1, max_size=9))
@@ -136,13 +138,13 @@ def test_the_set_is_exactly_what_is_above_the_bar(evidence: dict[int, float]):
         assert isinstance(outcome, Vote)
         assert outcome.frontiers == expected
     else:
-        assert outcome == Missing("o2f", "no preference")
+        assert outcome == Missing("o2f", Absence.NO_PREFERENCE)
 
 
 def test_equal_evidence_is_no_preference():
     told = brief(near(1), near(2), near(3))
     outcome = recommend("o2f", told, {1: 1.0, 2: 1.0, 3: 1.0}, {1: "", 2: "", 3: ""}, CFG)
-    assert outcome == Missing("o2f", "no preference")
+    assert outcome == Missing("o2f", Absence.NO_PREFERENCE)
 
 
 ALL_ROOMS = ("kitchen", "bathroom", "hallway")

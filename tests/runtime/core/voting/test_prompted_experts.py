@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import prompted_experts
 from runtime.core.voting.prompted_experts import (
     ABSTAIN,
@@ -79,17 +79,21 @@ def test_only_sle_shows_images_each_after_its_frontier() -> None:
 
 
 def test_without_images_none_is_told_of_and_sle_has_nothing_to_go_by() -> None:
-    assert compose("sle", BRIEF, images=False) == Missing("sle", "privacy: no image may be sent")
+    assert compose("sle", BRIEF, images=False) == Missing(
+        "sle", Absence.PRIVACY, "no image may be sent"
+    )
     blind = Brief("toilet", 0, BRIEF.frontiers[1:])
-    assert compose("sle", blind) == Missing("sle", "no images")
+    assert compose("sle", blind) == Missing("sle", Absence.NO_IMAGES)
     assert "base64" not in json.dumps(chat(asked("o2f", images=False).messages))
 
 
 def test_nothing_to_go_by_is_not_asked_about() -> None:
     bare = Brief("toilet", 0, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2)))
     for expert in ("o2f", "r2f", "both"):
-        assert compose(expert, bare) == Missing(expert, "no evidence")
-    assert compose("o2f", Brief("toilet", 0, BRIEF.frontiers[:1])) == Missing("o2f", "no evidence")
+        assert compose(expert, bare) == Missing(expert, Absence.NO_EVIDENCE)
+    assert compose("o2f", Brief("toilet", 0, BRIEF.frontiers[:1])) == Missing(
+        "o2f", Absence.NO_EVIDENCE
+    )
 
 
 def test_a_name_cannot_break_out_of_its_line() -> None:
@@ -225,4 +229,6 @@ def test_replies_of_models_that_were_not_held_to_a_schema(reply: str, frontiers:
     ],
 )
 def test_what_is_no_vote_says_why(reply: str, cause: str) -> None:
-    assert read(reply, "o2f", (3, 11, 12)) == Missing("o2f", cause)
+    outcome = read(reply, "o2f", (3, 11, 12))
+    assert isinstance(outcome, Missing)
+    assert (outcome.expert, outcome.cause) == ("o2f", cause)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.types import Ballot, Brief, FrontierBrief, Missing, NearbyObject
+from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject
 from runtime.core.voting.rehearsal import SpeculationConfig, complete, differs, expected, worthwhile
 
 CFG = SpeculationConfig()
@@ -97,11 +97,11 @@ def test_other_evidence_is_named(brief: Brief):
     [
         (Ballot(latency_s={"o2f": 0.01}), False, True),
         (Ballot(latency_s={"o2f": 0.01, "sle": 1.5}), True, True),
-        (Ballot(missing=(Missing("sle", "late"),)), True, False),
-        (Ballot(missing=(Missing("sle", "busy"),)), True, False),
-        (Ballot(missing=(Missing("sle", "error: it fell over"),)), True, False),
-        (Ballot(missing=(Missing("sle", "no evidence"),)), False, True),
-        (Ballot(missing=(Missing("o2f", "no preference"),)), False, True),
+        (Ballot(missing=(Missing("sle", Absence.LATE),)), True, False),
+        (Ballot(missing=(Missing("sle", Absence.BUSY),)), True, False),
+        (Ballot(missing=(Missing("sle", Absence.ERROR, "it fell over"),)), True, False),
+        (Ballot(missing=(Missing("sle", Absence.NO_EVIDENCE),)), False, True),
+        (Ballot(missing=(Missing("o2f", Absence.NO_PREFERENCE),)), False, True),
         (Ballot(), False, True),
     ],
 )

@@ -1,163 +1,18 @@
-"""The local policy: what the base does to follow an arrival field. A discrete action of the
-benchmark protocols, or a velocity for a differential drive."""
+"""The velocity of a differential drive that follows a course."""
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import replace
 
 import numpy as np
 
-from runtime.core.distances.planner import Field, Terrain, descend
+from runtime.core.distances.planner import Field, Terrain, clearance_between, descend
 from runtime.core.geometry import bearing, wrap_angle
-from runtime.core.types import F64, Action, Mask, Pose, Twist
+from runtime.core.motion.courses import STILL, Along, ControlConfig, Course, Spin, Toward
+from runtime.core.types import F64, Action, Pose, Twist
 
-STILL = Twist()
 WAYS, STEP_M = 24, 0.15  # headings and length of a step out of a tight spot
 SLACK_M = 0.005  # of clearance, that a way along something may lose
 _SHARES = (1.0, 0.75, 0.5, 0.25)  # of the wished speed, tried until the way to a halt is clear
-
-
-@dataclass(frozen=True)
-class ControlConfig:
-    """[control]. `mode`: one action an observation, or velocities that are followed between
-    them."""
-
-    mode: Literal["discrete", "velocity"] = "discrete"
-    forward_m: float = 0.25
-    turn_rad: float = math.radians(30.0)
-    turn_cost_m: float = 0.04  # what a turn must win in arrival time; keeps headings steady
-    margin_m: float = 0.01  # added to the body's radius along a step
-    samples: int = 5  # points checked along a step
-    max_speed_mps: float = 0.4
-    max_turn_radps: float = 1.0
-    max_accel_mps2: float = 0.5
-    max_turn_accel_radps2: float = 3.0
-    brake_mps2: float = 0.5  # what the base can surely brake with
-    hold_s: float = 0.3  # how long a velocity may act before the next: period, sensing and wire
-    side_accel_mps2: float = 0.3  # slows curves
-    tight_share: float = 0.4  # of the speed, where the body barely fits
-    comfort_m: float = 0.20  # clearance beyond the body from which on nothing slows
-    look_ahead_m: float = 0.35  # along the descent path
-    turn_gain: float = 2.0  # yaw rate per heading error, 1/s
-    turn_on_spot_rad: float = 0.7  # heading error from which on the robot does not drive
-    facing_rad: float = 0.1  # heading error at which something counts as faced
-    look_radps: float = 0.6  # yaw rate of a look around
-    creep_mps: float = 0.05  # speed that is kept up to the very goal
-
-
-@dataclass(frozen=True)
-class Along:
-    """Drive down a field to its sources."""
-
-    terrain: Terrain
-    field: Field
-
-
-@dataclass(frozen=True)
-class Toward:
-    """Turn on the spot until a point, m in the map frame, lies ahead."""
-
-    xy: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class Spin:
-    """Turn on the spot at a rate."""
-
-    w_radps: float
-
-
-Course = Along | Toward | Spin  # what a velocity controller follows until it is given another
-
-
-# -- discrete --------------------------------------------------------------------------------------
-
-
-def follow(
-    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig
-) -> Action | None:
-    """The action toward the field's sources: of all headings that a whole number of turns reaches,
-    the one whose next step ends nearest to them. None when no heading can be driven."""
-    here = field.at(pose.x_m, pose.y_m)
-    best: tuple[float, int, int] | None = None
-    turnings = whole_turns(cfg)
-    arrivals = _after_step(terrain, field, _step(pose, turnings, cfg), radius_m, cfg)
-    for turns, arrival in zip(turnings, arrivals, strict=True):
-        if arrival >= here + 2 * cfg.forward_m:
-            continue
-        cost = (float(arrival) + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
-        best = min(best, cost) if best else cost
-    if best is None:
-        return None
-    return _begin(-best[2])
-
-
-def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
-    """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
-    the most clearance. The robot came here, so one is wider than the map says."""
-    turnings = sorted(whole_turns(cfg), key=abs)
-    cells = terrain.frame.cells(_step(pose, turnings, cfg)[:, 1:])
-    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
-    least = np.full(len(turnings), -1.0)
-    least[inside] = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]].min(axis=1)
-    return _begin(turnings[int(least.argmax())])
-
-
-def whole_turns(cfg: ControlConfig) -> range:
-    """All headings that a whole number of turns reaches, as that number; left is positive."""
-    half_turns = round(math.pi / cfg.turn_rad)
-    return range(-half_turns + 1, half_turns + 1)
-
-
-def _begin(turns: int) -> Action:
-    """The first action of so many turns and a step."""
-    if turns == 0:
-        return Action.MOVE_FORWARD
-    return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
-
-
-def _step(pose: Pose, turnings: Sequence[int], cfg: ControlConfig) -> F64:
-    """(H, samples + 1, 2) m: points along one step after each number of turns."""
-    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
-    reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
-    along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
-    return np.asarray(pose.xy + reach[None, :, None] * along[:, None], np.float64)
-
-
-def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
-    """The turn that brings the heading closer to `toward_rad`; None when no turn would."""
-    error = wrap_angle(toward_rad - pose.yaw_rad)
-    if abs(error) <= cfg.turn_rad / 2 + 1e-6:
-        return None
-    return Action.TURN_LEFT if error > 0 else Action.TURN_RIGHT
-
-
-def _after_step(
-    terrain: Terrain, field: Field, points: F64, radius_m: float, cfg: ControlConfig
-) -> F64:
-    """(H, N, 2) points along steps -> (H,) arrival time at the end of each; inf where the body
-    would touch."""
-    fits = _fits(terrain, points, radius_m + cfg.margin_m)
-    ends = np.full(len(points), np.inf)
-    rows, cols = field.frame.cells(points[fits, -1]).T
-    ends[fits] = field.arrival_m[rows, cols]
-    return ends
-
-
-def _fits(terrain: Terrain, points_xy: F64, clear_m: float) -> Mask:
-    """(H, N, 2) m -> (H,) whether the body keeps its clearance along each line of points. A way
-    out of a tight spot may begin within the clearance, as long as it never loses more."""
-    cells = terrain.frame.cells(points_xy)
-    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
-    fits = np.zeros(len(points_xy), bool)
-    clearance = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]]
-    needed = np.minimum(clear_m, np.maximum.accumulate(clearance, axis=1))
-    fits[inside] = ~(clearance[:, 1:] < needed[:, 1:] - 1e-6).any(axis=1)
-    return fits
-
-
-# -- velocity --------------------------------------------------------------------------------------
 
 
 def steer(
@@ -349,20 +204,6 @@ def _drivable(terrain: Terrain, points_xy: F64, radius_m: float, cfg: ControlCon
     clearance = clearance_between(terrain, points_xy)
     needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance) - SLACK_M)
     return not (clearance < needed)[1:].any()
-
-
-def clearance_between(terrain: Terrain, points_xy: F64) -> F64:
-    """(...) m at (..., 2) m points, bilinear between the cells' centres: steps of a cell would hide
-    whether the robot comes closer."""
-    frame = terrain.frame
-    u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
-    low = np.floor(u).astype(np.int32)
-    part = u - low
-    cols, rows, x, y = low[..., 0], low[..., 1], part[..., 0], part[..., 1]
-    grid = terrain.clearance_m
-    bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
-    top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x
-    return np.asarray(bottom * (1 - y) + top * y, np.float64)
 
 
 def _within(value: float, limit: float) -> float:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from runtime import navigate
 from runtime.core.distances.planner import Field, Terrain, march
 from runtime.core.geometry import GridFrame
-from runtime.core.motion import control
-from runtime.core.motion.control import STILL, Along, ControlConfig, Spin, Toward
+from runtime.core.motion import velocity_policy
+from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin, Toward
 from runtime.core.types import Action, Pose, Twist
 from runtime.core.world import World
 
@@ -84,7 +84,7 @@ def test_a_bent_corridor_is_driven_to_its_end_without_touching(
     pose, twist, path = Pose(middle, middle, yaw), STILL, []
     for _ in range(round(60 / dt)):
         before = twist
-        twist = control.velocity(terrain, field, pose, RADIUS, CFG, before, dt)
+        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, before, dt)
         assert 0.0 <= twist.v_mps <= CFG.max_speed_mps
         assert abs(twist.w_radps) <= CFG.max_turn_radps
         assert twist.v_mps - before.v_mps <= CFG.max_accel_mps2 * dt + 1e-9
@@ -112,7 +112,7 @@ def test_whatever_was_driven_before_the_robot_can_halt_on_known_ground(x, y, yaw
     terrain = ground("\n".join("".join(row) for row in [*rows, rows[0]]))
     field = field_to(terrain, 0.8, 0.8)
     pose = Pose(x, y, yaw)
-    twist = control.velocity(terrain, field, pose, RADIUS, CFG, Twist(v, w), 0.2)
+    twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, Twist(v, w), 0.2)
     if twist.v_mps == 0:
         return
     start = terrain.frame.cell(pose.x_m, pose.y_m)
@@ -133,7 +133,7 @@ def test_unknown_ground_ahead_is_not_driven_onto():
     field.arrival_m[:, :] = np.arange(40, 0, -1)  # a field that leads into the unknown
     pose, twist = Pose(0.5, 0.5, 0.0), STILL
     for _ in range(200):
-        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.1)
+        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.1)
         pose = moved(pose, twist, 0.1)
         assert pose.x_m < 21 * CELL
     assert pose.x_m > 0.7
@@ -163,7 +163,7 @@ def test_a_robot_right_before_something_gets_around_it(gap: float, half: int):
         if n % 4 == 0:  # a frame, and a plan made of it
             terrain = as_planned(bare, pose)
             field = field_to(terrain, 2.5, 1.52)
-        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
         pose = moved(pose, twist, 0.05)
         assert np.hypot(*(obstacles - pose.xy).T).min() >= least
         if field.at(pose.x_m, pose.y_m) <= 0:
@@ -202,7 +202,7 @@ def test_from_any_tight_spot_the_robot_reaches_its_goal_and_comes_no_closer(seed
             field = field_to(terrain, *goal)
         if n == 0 and not math.isfinite(field.at(pose.x_m, pose.y_m)):
             return  # walled in
-        twist = control.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
         pose = moved(pose, twist, 0.05)
         assert np.hypot(*(obstacles - pose.xy).T).min() >= least
         if field.at(pose.x_m, pose.y_m) <= 0:
@@ -213,7 +213,7 @@ def test_from_any_tight_spot_the_robot_reaches_its_goal_and_comes_no_closer(seed
 def test_a_heading_far_off_is_turned_on_the_spot():
     terrain = corridor(25, 12)
     field = field_to(terrain, 1.3, 0.35)
-    twist = control.velocity(terrain, field, Pose(0.35, 0.35, 3.0), RADIUS, CFG, STILL, 0.2)
+    twist = velocity_policy.velocity(terrain, field, Pose(0.35, 0.35, 3.0), RADIUS, CFG, STILL, 0.2)
     assert twist.v_mps == 0
     assert twist.w_radps < 0  # the shorter way round
 
@@ -221,7 +221,9 @@ def test_a_heading_far_off_is_turned_on_the_spot():
 def test_no_way_at_all_turns_to_see_more():
     terrain = corridor(25, 12)
     nowhere = Field(terrain.frame, np.full(terrain.frame.shape, np.inf))
-    twist = control.velocity(terrain, nowhere, Pose(0.35, 0.35, 0.0), RADIUS, CFG, STILL, 0.2)
+    twist = velocity_policy.velocity(
+        terrain, nowhere, Pose(0.35, 0.35, 0.0), RADIUS, CFG, STILL, 0.2
+    )
     assert twist.v_mps == 0
     assert twist.w_radps > 0
 
@@ -232,7 +234,7 @@ def test_facing_ends_facing_and_brakes_before_it_turns(yaw: float, v: float, w: 
     goal = (1.0, 5.0)
     for _ in range(200):
         before = twist
-        twist = control.steer(Toward(goal), pose, before, 0.1, RADIUS, CFG)
+        twist = velocity_policy.steer(Toward(goal), pose, before, 0.1, RADIUS, CFG)
         assert twist.v_mps <= before.v_mps
         if before.v_mps > CFG.creep_mps and twist.v_mps > 0:  # along the same curve
             assert twist.w_radps / twist.v_mps == pytest.approx(before.w_radps / before.v_mps)
@@ -243,8 +245,10 @@ def test_facing_ends_facing_and_brakes_before_it_turns(yaw: float, v: float, w: 
 
 
 def test_without_a_course_the_robot_halts():
-    assert control.steer(None, Pose(0, 0, 0), Twist(0.05, 0.2), 0.2, RADIUS, CFG).v_mps == 0.0
-    twist = control.steer(Spin(0.6), Pose(0, 0, 0), STILL, 0.1, RADIUS, CFG)
+    assert (
+        velocity_policy.steer(None, Pose(0, 0, 0), Twist(0.05, 0.2), 0.2, RADIUS, CFG).v_mps == 0.0
+    )
+    twist = velocity_policy.steer(Spin(0.6), Pose(0, 0, 0), STILL, 0.1, RADIUS, CFG)
     assert twist == Twist(0.0, pytest.approx(CFG.max_turn_accel_radps2 * 0.1))
 
 
@@ -265,7 +269,7 @@ def drive(home: Apartment, goal: str, limit: int, closest) -> tuple[World, list]
         if why:
             snap = navigate.snapshot(world, why, NAV)
             navigate.adopt(world, navigate.decide(snap, closest, None, NAV), NAV)
-        commands.append(navigate.act(world, NAV))
+        commands.append(navigate.steer(world, navigate.act(world, NAV), NAV))
         if commands[-1].action is Action.STOP:
             break
         for _ in range(10):
@@ -297,7 +301,7 @@ def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
     assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
     bearing = math.atan2(2.2 - there.pose.y_m, 7.4 - there.pose.x_m)
     assert abs(math.remainder(bearing - there.pose.yaw_rad, math.tau)) < 0.3
-    assert world.collisions <= 1  # a graze where the body had passed before
+    assert world.body.collisions <= 1  # a graze where the body had passed before
     looks = [c for c in commands if c.mode == "look"]
     assert 2 * math.pi / 0.6 / HOLD_S * 0.9 < len(looks) < 2 * math.pi / 0.6 / HOLD_S * 1.3
     assert all(isinstance(c.course, Along | Toward | Spin) for c in commands[:-1])
@@ -326,4 +330,4 @@ def test_an_invisible_obstacle_is_felt_and_driven_around():
     there.heights[row - 12 : row + 12, col : col + 4] = 0.05  # too low for the camera's floor test
     world, _ = drive(there, "toilet", 250, Silent())
     assert math.hypot(there.pose.x_m - 2.0, there.pose.y_m - 3.0) > 1.0
-    assert world.collisions <= there.collisions
+    assert world.body.collisions <= there.collisions

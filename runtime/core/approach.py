@@ -1,0 +1,92 @@
+"""Going to the target: from candidates to one that is faced, and believed or rejected."""
+
+import functools
+from dataclasses import dataclass
+
+from runtime.core import progress
+from runtime.core.distances import planner
+from runtime.core.local_policy import local_policy
+from runtime.core.motion.courses import Toward
+from runtime.core.objects import candidates, standpoints
+from runtime.core.objects.instances import Instance
+from runtime.core.objects.verdict import Reached, Verdict, confirmed, settle, verdict
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import Action, Mask, SearchState
+from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """What is gone to as the goal, perhaps, and from where it can be faced."""
+
+    instance: Instance
+    stands: Mask  # empty: it was seen from one side, and there is no other to stand on
+    again: bool  # it is looked at from another side
+
+
+def approach_target(
+    world: World, cfg: NavigateConfig, least: float | None = None
+) -> Command | None:
+    """Drive to where the target can be faced, face it, then stop if it is believed; else look from
+    another side, then stop or reject it. None when no candidate is left, or none that can be
+    reached as far as the map goes."""
+    while (candidate := _candidate(world, cfg, least)) is not None:
+        thing, goal = candidate.instance, world.goal
+        reached, command = _toward(world, candidate, cfg)
+        if command is not None:
+            return command
+        outcome = verdict(thing, goal, reached, cfg.target)
+        settle(thing, goal, outcome, world.pose, cfg.target)
+        if outcome is Verdict.FOUND:
+            what, found = f"found {_named(thing, goal)}", SearchState.FOUND
+            return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)
+    return None
+
+
+def _candidate(world: World, cfg: NavigateConfig, least: float | None) -> _Candidate | None:
+    """The candidate that is gone to first, of those that can be faced from somewhere."""
+    aim, goal = world.pursuit.aim, world.goal
+    after = aim.kind in (AimKind.TARGET, AimKind.SIDE, AimKind.FACE)
+    away = functools.partial(candidates.on_foot_m, world.reach, cfg.target)
+    ranked = candidates.ranked(
+        world.semantic, goal, away, cfg.target, least, aim.id if after else None
+    )
+    for thing in ranked:
+        alone = candidates.apart(thing, world.semantic, cfg.target)
+        place = world.map, world.terrain, world.reach, alone, goal, cfg.target
+        stands = standpoints.standpoints(*place, world.seen_from_m(thing.high_m))
+        if not stands.any():
+            continue
+        again = verdict(thing, goal, Reached.ON_THE_WAY, cfg.target) is Verdict.OTHER_SIDE
+        return _Candidate(thing, standpoints.other_sides(*place) if again else stands, again)
+    return None
+
+
+def _toward(
+    world: World, candidate: _Candidate, cfg: NavigateConfig
+) -> tuple[Reached, Command | None]:
+    """How far the robot has come with a candidate, and the step that brings it on; None when a
+    verdict is due first."""
+    thing, again, policy = candidate.instance, candidate.again, local_policy(cfg)
+    if not candidate.stands.any():
+        return Reached.NO_OTHER_SIDE, None
+    what = _named(thing, world.goal)
+    field = planner.approach(world.terrain, candidate.stands, world.reach, world.pose)
+    if policy.arrived(world, field):
+        turn = policy.turn(world, thing.xy)
+        if turn is None or progress.dithers(world, Aim(AimKind.FACE, thing.id), turn, cfg):
+            return Reached.FACED, None
+        facing = Command(turn, Mode.FACE, thing.xy, f"face {what}", course=Toward(thing.xy))
+        return Reached.ON_THE_WAY, facing
+    aim = Aim(AimKind.SIDE if again else AimKind.TARGET, thing.id)
+    if progress.stalled(world, aim, field, cfg):
+        return Reached.HELD_UP, None
+    verb = "approach" if confirmed(thing, world.goal, cfg.target) else "inspect"
+    why = f"{verb} {what}{' from another side' if again else ''}"
+    action, course = policy.drive(world, field)
+    command = Command(action, Mode.TARGET, thing.xy, why, course=course)
+    return Reached.ON_THE_WAY, toward(field, world.pose, command)
+
+
+def _named(thing: Instance, goal: str) -> str:
+    return f"{goal} {thing.id} (p {thing.confidence_of(goal):.2f})"

@@ -1,0 +1,221 @@
+"""The local policy: how a base is moved toward an aim. There are two kinds of base, one of whole
+steps and turns, as the benchmark protocols have it, and one of velocities; what differs between
+them is here and nowhere else."""
+
+import math
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from runtime.core.distances.planner import Field, descend
+from runtime.core.geometry import bearing
+from runtime.core.motion import discrete_policy, step_search, velocity_policy
+from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import F64, Action, Observation, Twist
+from runtime.core.world import Command, Mode, World
+
+PATIENCE = 8  # steps without coming closer, after which a way of several steps is looked for
+BEYOND = 3  # cells
+LATE = 3.0  # times what a look around takes at its rate, after which it is over
+
+
+class LocalPolicy(Protocol):
+    """What navigation asks of a kind of base."""
+
+    @property
+    def patience(self) -> float:
+        """The effort without coming closer after which an aim is given up."""
+
+    def effort(self, world: World) -> float:
+        """What this observation's step toward an aim counts."""
+
+    def rested(self, world: World) -> bool:
+        """Whether the standing decision is old enough for new evidence to ask for another."""
+
+    def looks_on(self, world: World) -> bool:
+        """Whether the first look around goes on; books a turn of it."""
+
+    def blocked(self, world: World, obs: Observation) -> bool:
+        """Whether the base has run into something since the observation before."""
+
+    def arrived(self, world: World, field: Field) -> bool:
+        """Whether the robot is at a field's sources, as near as such a base can be."""
+
+    def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
+        """The turn that faces a point, m; None when it is faced."""
+
+    def undoes(self, world: World, turn: Action) -> bool:
+        """Whether a turn to face something only undoes the one before."""
+
+    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
+        """The way down a field."""
+
+    def steer(self, world: World, command: Command) -> Command:
+        """The command as the base is told it until the next observation."""
+
+
+def local_policy(cfg: NavigateConfig) -> LocalPolicy:
+    """The policy of the configured kind of base."""
+    return Velocities(cfg) if cfg.control.mode == "velocity" else WholeSteps(cfg)
+
+
+def limited(world: World, cfg: NavigateConfig) -> ControlConfig:
+    """How the robot may move now: one that sees nothing may turn, to see again, and no more."""
+    return replace(cfg.control, max_speed_mps=0.0) if world.body.blind else cfg.control
+
+
+def likeness(command: Command, twist: Twist) -> Command:
+    """A course's command with the velocity that was sent, and the action that resembles it."""
+    if command.action is Action.STOP:
+        return replace(command, twist=STILL)
+    return replace(command, action=velocity_policy.nearest_action(twist), twist=twist)
+
+
+@dataclass(frozen=True)
+class WholeSteps:
+    """One action an observation: a step forward or a turn, no more and no less."""
+
+    cfg: NavigateConfig
+
+    @property
+    def patience(self) -> float:
+        return self.cfg.explore.patience
+
+    def effort(self, world: World) -> float:
+        return 1
+
+    def rested(self, world: World) -> bool:
+        return world.body.step - world.standing.step >= self.cfg.explore.decide_every
+
+    def looks_on(self, world: World) -> bool:
+        if world.explored.looks_left <= 0:
+            return False
+        world.explored.looks_left -= 1
+        return True
+
+    def blocked(self, world: World, obs: Observation) -> bool:
+        last = world.body.last
+        forward = last is not None and last.action is Action.MOVE_FORWARD
+        return forward and _moved_m(world, obs) < self.cfg.explore.blocked_m
+
+    def arrived(self, world: World, field: Field) -> bool:
+        """At the sources, or half a step from them and a step ahead would lead no nearer: whole
+        steps do not end anywhere."""
+        pose, step_m = world.pose, self.cfg.control.forward_m
+        left = field.at(pose.x_m, pose.y_m)
+        if not 0 < left <= step_m / 2:
+            return left <= 0
+        x_m = pose.x_m + step_m * math.cos(pose.yaw_rad)
+        return field.at(x_m, pose.y_m + step_m * math.sin(pose.yaw_rad)) >= left
+
+    def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
+        toward_rad = bearing((world.pose.x_m, world.pose.y_m), xy)
+        return discrete_policy.face(world.pose, toward_rad, self.cfg.control)
+
+    def undoes(self, world: World, turn: Action) -> bool:
+        opposite = Action.TURN_RIGHT if turn is Action.TURN_LEFT else Action.TURN_LEFT
+        last = world.body.last
+        return last is not None and last.mode is Mode.FACE and last.action is opposite
+
+    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
+        """One action, or the next of several planned together where none leads on by itself."""
+        course, control = Along(world.terrain, field), self.cfg.control
+        place = world.terrain, field, world.pose, self.cfg.robot.radius_m, control
+        action = discrete_policy.follow(*place)
+        p = world.pursuit.progress.get(world.pursuit.aim)
+        if p is None:
+            return action or Action.TURN_LEFT, course
+        body_m = self.cfg.robot.radius_m
+        if not step_search.clear(world.terrain, world.pose, p.plan, body_m, control):
+            p.plan = ()
+        if not p.plan and p.idle > (PATIENCE if action else 0):
+            way = step_search.through(*place, best_m=p.run_m)
+            p.plan, p.idle = way.actions, p.idle + (PATIENCE if way.actions else 0)
+            if not way.actions and p.idle > math.tau / control.turn_rad:
+                beyond = descend(field, way.nearest_xy, BEYOND)[-1:]
+                return self._unwedge(world, beyond, action), course
+        if p.plan:
+            action, p.plan = p.plan[0], p.plan[1:]
+        return action or Action.TURN_LEFT, course
+
+    def steer(self, world: World, command: Command) -> Command:
+        return command
+
+    def _unwedge(self, world: World, beyond_xy: F64, action: Action | None) -> Action:
+        """After a whole turn in vain nothing is planned any more through what lies beyond where
+        whole steps lead; nor through here, when no heading can be driven: then the robot squeezes
+        out."""
+        dead_end_m = self.cfg.planner.dead_end_m
+        for x_m, y_m in beyond_xy:
+            world.map.close(float(x_m), float(y_m), dead_end_m)
+        if action is not None:
+            return action
+        world.map.close(world.pose.x_m, world.pose.y_m, dead_end_m)
+        return discrete_policy.squeeze(world.terrain, world.pose, self.cfg.control)
+
+
+@dataclass(frozen=True)
+class Velocities:
+    """A velocity that follows a course, until the next observation brings another course."""
+
+    cfg: NavigateConfig
+
+    @property
+    def patience(self) -> float:
+        return self.cfg.explore.patience_s
+
+    def effort(self, world: World) -> float:
+        return world.body.dt_s
+
+    def rested(self, world: World) -> bool:
+        since_s = world.body.elapsed_s - world.standing.elapsed_s
+        return since_s >= self.cfg.explore.decide_every_s
+
+    def looks_on(self, world: World) -> bool:
+        if world.explored.looks_left <= 0:
+            return False
+        explore, control = self.cfg.explore, self.cfg.control
+        whole_rad = explore.first_looks * control.turn_rad
+        late = world.body.elapsed_s > LATE * whole_rad / control.look_radps
+        over = late or world.body.turned_rad >= whole_rad
+        world.explored.looks_left = 0 if over else explore.first_looks
+        return not over
+
+    def blocked(self, world: World, obs: Observation) -> bool:
+        body = world.body
+        asked_m = body.asked_mps * body.dt_s
+        if asked_m <= 0 or _moved_m(world, obs) >= asked_m / 4:
+            body.blocked_s = 0.0
+            return False
+        body.blocked_s += body.dt_s
+        if body.blocked_s < self.cfg.explore.blocked_s:
+            return False
+        body.blocked_s = 0.0
+        return True
+
+    def arrived(self, world: World, field: Field) -> bool:
+        return field.at(world.pose.x_m, world.pose.y_m) <= 0
+
+    def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
+        rate = velocity_policy.face_rate(world.pose, xy, self.cfg.control)
+        if rate is None:
+            return None
+        return Action.TURN_LEFT if rate > 0 else Action.TURN_RIGHT
+
+    def undoes(self, world: World, turn: Action) -> bool:
+        return False  # a rate that overshoots comes back by itself
+
+    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
+        return Action.MOVE_FORWARD, Along(world.terrain, field)
+
+    def steer(self, world: World, command: Command) -> Command:
+        """With the velocity that begins the command's course."""
+        limits, body = limited(world, self.cfg), world.body
+        twist = velocity_policy.steer(
+            command.course, world.pose, body.twist, body.dt_s, self.cfg.robot.radius_m, limits
+        )
+        return likeness(command, twist)
+
+
+def _moved_m(world: World, obs: Observation) -> float:
+    return math.hypot(obs.pose.x_m - world.pose.x_m, obs.pose.y_m - world.pose.y_m)

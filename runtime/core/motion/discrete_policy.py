@@ -1,0 +1,94 @@
+"""The action of the benchmark protocols that follows an arrival field."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from runtime.core.distances.planner import Field, Terrain
+from runtime.core.geometry import wrap_angle
+from runtime.core.motion.courses import ControlConfig
+from runtime.core.types import F64, Action, Mask, Pose
+
+
+def follow(
+    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig
+) -> Action | None:
+    """The action toward the field's sources: of all headings that a whole number of turns reaches,
+    the one whose next step ends nearest to them. None when no heading can be driven."""
+    here = field.at(pose.x_m, pose.y_m)
+    best: tuple[float, int, int] | None = None
+    turnings = whole_turns(cfg)
+    arrivals = _after_step(terrain, field, _step(pose, turnings, cfg), radius_m, cfg)
+    for turns, arrival in zip(turnings, arrivals, strict=True):
+        if arrival >= here + 2 * cfg.forward_m:
+            continue
+        cost = (float(arrival) + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
+        best = min(best, cost) if best else cost
+    if best is None:
+        return None
+    return _begin(-best[2])
+
+
+def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
+    """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
+    the most clearance. The robot came here, so one is wider than the map says."""
+    turnings = sorted(whole_turns(cfg), key=abs)
+    cells = terrain.frame.cells(_step(pose, turnings, cfg)[:, 1:])
+    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
+    least = np.full(len(turnings), -1.0)
+    least[inside] = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]].min(axis=1)
+    return _begin(turnings[int(least.argmax())])
+
+
+def whole_turns(cfg: ControlConfig) -> range:
+    """All headings that a whole number of turns reaches, as that number; left is positive."""
+    half_turns = round(math.pi / cfg.turn_rad)
+    return range(-half_turns + 1, half_turns + 1)
+
+
+def _begin(turns: int) -> Action:
+    """The first action of so many turns and a step."""
+    if turns == 0:
+        return Action.MOVE_FORWARD
+    return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
+
+
+def _step(pose: Pose, turnings: Sequence[int], cfg: ControlConfig) -> F64:
+    """(H, samples + 1, 2) m: points along one step after each number of turns."""
+    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
+    reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
+    along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+    return np.asarray(pose.xy + reach[None, :, None] * along[:, None], np.float64)
+
+
+def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
+    """The turn that brings the heading closer to `toward_rad`; None when no turn would."""
+    error = wrap_angle(toward_rad - pose.yaw_rad)
+    if abs(error) <= cfg.turn_rad / 2 + 1e-6:
+        return None
+    return Action.TURN_LEFT if error > 0 else Action.TURN_RIGHT
+
+
+def _after_step(
+    terrain: Terrain, field: Field, points: F64, radius_m: float, cfg: ControlConfig
+) -> F64:
+    """(H, N, 2) points along steps -> (H,) arrival time at the end of each; inf where the body
+    would touch."""
+    fits = _fits(terrain, points, radius_m + cfg.margin_m)
+    ends = np.full(len(points), np.inf)
+    rows, cols = field.frame.cells(points[fits, -1]).T
+    ends[fits] = field.arrival_m[rows, cols]
+    return ends
+
+
+def _fits(terrain: Terrain, points_xy: F64, clear_m: float) -> Mask:
+    """(H, N, 2) m -> (H,) whether the body keeps its clearance along each line of points. A way
+    out of a tight spot may begin within the clearance, as long as it never loses more."""
+    cells = terrain.frame.cells(points_xy)
+    inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
+    fits = np.zeros(len(points_xy), bool)
+    clearance = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]]
+    needed = np.minimum(clear_m, np.maximum.accumulate(clearance, axis=1))
+    fits[inside] = ~(clearance[:, 1:] < needed[:, 1:] - 1e-6).any(axis=1)
+    return fits

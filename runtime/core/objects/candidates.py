@@ -1,0 +1,111 @@
+"""Candidates for the goal: which objects are worth going to, in which order, and how much of what
+was seen is theirs."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from runtime.core.distances.planner import Field
+from runtime.core.objects.instances import Instance
+from runtime.core.objects.semantic_map import SemanticMap
+from runtime.core.objects.verdict import TargetConfig
+
+BESIDE_M = 1.5  # between the middles of two things that may share a place
+
+
+def ranked(
+    semantic: SemanticMap, goal: str, away: Callable[[Instance], float], cfg: TargetConfig,
+    least: float | None = None, standing: int | None = None,
+) -> list[Instance]:  # fmt: skip
+    """The instances worth going to, first the one that costs least to go to and, as likely as it is
+    none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
+    when there is nothing else to do; `standing` is the instance that the robot is on its way to,
+    for which less will do: one view that misses it does not turn the robot round."""
+    bar = cfg.inspect_log_odds if least is None else least
+    candidates = [
+        i
+        for i in semantic.instances.values()
+        if i.odds_of(goal) >= (min(bar, cfg.keep_log_odds) if i.id == standing else bar)
+        and i.views_as(goal)
+        and not _outdone(i, goal, semantic, cfg)
+    ]
+
+    def cost_m(i: Instance) -> tuple[float, float, int]:
+        detour_m = (1.0 - i.confidence_of(goal)) * cfg.detour_m
+        kept_m = cfg.keep_m if i.id == standing else 0.0
+        return away(i) + detour_m - kept_m, -i.odds_of(goal), i.id
+
+    return sorted(candidates, key=cost_m)
+
+
+def on_foot_m(reach: Field, cfg: TargetConfig, instance: Instance) -> float:
+    """How far the robot has to go to come within `reach_m` of it, m; inf when no way is known."""
+    frame, n = reach.frame, math.ceil(cfg.reach_m / reach.frame.resolution_m)
+    row, col = frame.cell(*instance.xy)
+    rows, cols = (slice(max(0, at - n), max(0, at + n + 1)) for at in (row, col))
+    around = reach.arrival_m[rows, cols]
+    return float(around.min(initial=math.inf))
+
+
+def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetConfig) -> bool:
+    """Whether the same thing, or another in the same place, is more surely something else."""
+    if instance.name != goal:
+        return True
+    rivals = [
+        other
+        for other in semantic.instances.values()
+        if math.dist(other.xy, instance.xy) <= BESIDE_M
+        and other.name != goal
+        and other.log_odds > instance.log_odds
+        and _level(instance, other, cfg.rival_share)
+        and _resemble(instance, other, cfg)
+    ]
+    mine = _places(instance) if rivals else frozenset()
+    for other in rivals:
+        theirs = _places(other)
+        if len(mine & theirs) >= cfg.rival_share * min(len(mine), len(theirs)):
+            return True
+    return False
+
+
+def _level(a: Instance, b: Instance, share: float) -> bool:
+    """Whether two things are at one height, and not one on top of the other."""
+    common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
+    return common >= share * min(a.high_m - a.low_m, b.high_m - b.low_m)
+
+
+def _resemble(a: Instance, b: Instance, cfg: TargetConfig) -> bool:
+    """Whether two things in one place look as if they were one: a chair at a desk does not. Where
+    a detector gives no embeddings, they must at least be of one size: a clock is no nightstand."""
+    one, other = a.embedding, b.embedding
+    if one.size and one.shape == other.shape:
+        return float(one @ other) >= cfg.rival_cosine
+    lengths = [float(np.ptp(thing.cells_xy, axis=0).max()) for thing in (a, b)]
+    return min(lengths) >= cfg.rival_size * max(lengths)
+
+
+def apart(instance: Instance, semantic: SemanticMap, cfg: TargetConfig) -> Instance:
+    """The instance without the cells of what surely is something else at the same height, and not
+    larger: the coffee table in a sofa's box. The instance itself where nothing would be left."""
+    largest = cfg.apart_size * len(instance.cells_xy)
+    theirs: set[tuple[float, float]] = set()
+    for other in semantic.instances.values():
+        if (
+            other.name != instance.name
+            and other.confidence >= cfg.apart_confidence
+            and math.dist(other.xy, instance.xy) <= BESIDE_M
+            and len(other.cells_xy) <= largest
+            and _level(instance, other, cfg.rival_share)
+        ):
+            theirs |= _places(other)
+    own = [cell not in theirs for cell in map(tuple, instance.cells_xy.round(3).tolist())]
+    if all(own) or not any(own):
+        return instance
+    return replace(instance, cells_xy=instance.cells_xy[own])
+
+
+def _places(instance: Instance) -> frozenset[tuple[float, float]]:
+    """The cells under it, as values that compare."""
+    return frozenset(map(tuple, instance.cells_xy.round(3).tolist()))
