@@ -8,7 +8,7 @@ from pathlib import Path
 
 import zenoh
 from apartment import INTRINSICS, TWO_ROOMS, Apartment
-from fake_mind import FakeMind
+from fake_models import FakeMind
 
 from hil_sim.driving.link import free_port
 from runtime.clock import SystemClock

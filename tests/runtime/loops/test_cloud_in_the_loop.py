@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from cloud_double import Server
-from fake_mind import FakeMind
+from fake_models import FakeMind
 from lockstep_double import begin, home, running
 
 from runtime.clock import Deadline, SystemClock

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from apartment import TWO_ROOMS, Apartment
-from fake_mind import FakeMind, Wordy, broken, farthest
+from fake_models import FakeMind, Wordy, broken, farthest
 from lockstep_double import Peer, begin, home, running
 
 from runtime.clock import Deadline

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from apartment import TWO_ROOMS, Apartment
-from fake_mind import FakeMind, farthest
+from fake_models import FakeMind, farthest
 from places import DOUBLES, ROOT
 from robot_double import RobotDouble
 
@@ -247,7 +247,7 @@ import sys
 sys.path[:0] = {paths!r}
 import pytest
 from apartment import TWO_ROOMS, Apartment
-from fake_mind import FakeMind
+from fake_models import FakeMind
 import runtime.__main__ as program
 from runtime.core.types import Pose
 
