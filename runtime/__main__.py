@@ -21,7 +21,7 @@ from runtime.loops.control_loop import Helm
 from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.realtime import RealTime
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 from runtime.robot.bus import Bus
 
 SWITCH_S = 0.0005  # a thread that computes lets the helm in so soon
@@ -65,8 +65,8 @@ def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
     if not lockstep:
         _drive(config, configure, clock, ending.is_set)
         return
-    with LocalMind(config, clock) as mind, Bus(config.bus, clock, lockstep=True) as bus:
-        Lockstep(bus, mind, configure, clock).run(ending.is_set)
+    with LoadedModels(config, clock) as models, Bus(config.bus, clock, lockstep=True) as bus:
+        Lockstep(bus, models, configure, clock).run(ending.is_set)
 
 
 def _drive(
@@ -83,8 +83,8 @@ def _drive(
         helm.start()
         try:
             lower_priority(WORKERS_NICE)
-            with LocalMind(config, clock) as mind:
-                RealTime(bus, helm, mind, configure, clock).run(ending)
+            with LoadedModels(config, clock) as models:
+                RealTime(bus, helm, models, configure, clock).run(ending)
         finally:
             helm.close()
 

@@ -25,7 +25,7 @@ from runtime.config import Config, load
 from runtime.core.types import Absence, Brief, Decision, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
 from runtime.experts.panel import Expert, Panel
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 
 FRONTIERS, OBJECTS, VIEW = 8, 20, 384
 GOALS = ("mug", "television")  # the first of the robot's life, and a later one
@@ -125,13 +125,13 @@ def decide(
 
 
 def first_votes(
-    mind: LocalMind, goal: str, objects: Sequence[str], config: Config, clock: SystemClock
+    models: LoadedModels, goal: str, objects: Sequence[str], config: Config, clock: SystemClock
 ) -> dict[str, float]:
     """Seconds from a goal to the first vote of each expert that reads, deciding again and again;
     an abstention for want of a preference is as informed as a vote."""
     began_s = perf_counter()
-    _, panel = mind.accept(goal, config)
-    brief = made_up(goal, objects, mind.rooms, goal)
+    _, panel = models.accept(goal, config)
+    brief = made_up(goal, objects, models.rooms, goal)
     took: dict[str, float] = {}
     while len(took) < len(READERS) and perf_counter() - began_s < PATIENCE_S:
         asked_s = perf_counter() - began_s
@@ -144,18 +144,18 @@ def first_votes(
 
 
 def new_objects(
-    mind: LocalMind, goal: str, names: Sequence[str], objects: Sequence[str], clock: SystemClock,
-    config: Config,
+    models: LoadedModels, goal: str, names: Sequence[str], objects: Sequence[str],
+    clock: SystemClock, config: Config,
 ) -> list[float]:  # fmt: skip
     """Seconds from the mapping of each new object until its evidence counts in O2F's vote."""
     took = []
-    o2f = mind.seated(config)["o2f"]
+    o2f = models.seated(config)["o2f"]
     for n, name in enumerate(names):
         known = (*objects, *names[: n + 1])
-        brief = made_up(goal, known, mind.rooms, name)
-        mind.settle(Deadline.never(clock))
+        brief = made_up(goal, known, models.rooms, name)
+        models.settle(Deadline.never(clock))
         began_s = perf_counter()
-        mind.notice(goal, tuple(sorted(known)))
+        models.notice(goal, tuple(sorted(known)))
         o2f(brief, Deadline.never(clock))
         took.append(perf_counter() - began_s)
     return took
@@ -167,9 +167,9 @@ def speed(config: Config, count: int, seed: int) -> tuple[list[LatencyFigure], d
     names = rng.sample(sorted(n for n in LABELLED if n not in GOALS), OBJECTS + NEW_OBJECTS)
     objects, new = names[:OBJECTS], names[OBJECTS:]
     figures: list[LatencyFigure] = []
-    with LocalMind(config, clock) as mind:
+    with LoadedModels(config, clock) as models:
         for goal, when in zip(GOALS, ("nothing known yet", "others asked before"), strict=True):
-            took = first_votes(mind, goal, objects, config, clock)
+            took = first_votes(models, goal, objects, config, clock)
             first = min(took.values(), default=math.inf)
             figures.append(
                 LatencyFigure(f"new goal to first vote, {when}", first, "s", FIRST_VOTE_S)
@@ -177,33 +177,33 @@ def speed(config: Config, count: int, seed: int) -> tuple[list[LatencyFigure], d
             figures += [
                 LatencyFigure(f"  to the first of {n}", took.get(n, math.inf), "s") for n in READERS
             ]
-            mind.settle(Deadline.never(clock))
+            models.settle(Deadline.never(clock))
         goal = GOALS[-1]
-        mind.notice(goal, tuple(objects))
-        took_s = new_objects(mind, goal, new, objects, clock, config)
+        models.notice(goal, tuple(objects))
+        took_s = new_objects(models, goal, new, objects, clock, config)
         figures.append(
             LatencyFigure("new object to its evidence, p50", _at(took_s, 50), "s", OBJECT_S)
         )
         figures.append(LatencyFigure("  the slowest of them", max(took_s), "s"))
-        mind.settle(Deadline.never(clock))
-        _, panel = mind.accept(goal, config)
-        mind.settle(Deadline.never(clock))
-        briefs = [made_up(goal, objects, mind.rooms, f"{seed}/{n}") for n in range(200)]
+        models.settle(Deadline.never(clock))
+        _, panel = models.accept(goal, config)
+        models.settle(Deadline.never(clock))
+        briefs = [made_up(goal, objects, models.rooms, f"{seed}/{n}") for n in range(200)]
         quick = [decide(panel, brief, config, clock)[1] for brief in briefs]
         figures.append(LatencyFigure("memoised decision, p50", _at(quick, 50), "s", MEMOISED_S))
         figures.append(LatencyFigure("  p95", _at(quick, 95), "s"))
         figures.append(LatencyFigure("  max", max(quick), "s"))
-        spoilt, told = _with_faults(mind, briefs, config, count, seed)
+        spoilt, told = _with_faults(models, briefs, config, count, seed)
     return figures + spoilt, told
 
 
 def _with_faults(
-    mind: LocalMind, briefs: Sequence[Brief], config: Config, count: int, seed: int
+    models: LoadedModels, briefs: Sequence[Brief], config: Config, count: int, seed: int
 ) -> tuple[list[LatencyFigure], dict[str, object]]:
     clock, budget_s = SystemClock(), config.panel.decide_budget_s
     seats = {
         name: Faulty(expert, budget_s, f"{seed}/{name}")
-        for name, expert in mind.seated(config).items()
+        for name, expert in models.seated(config).items()
     }
     rule = config.navigate.consensus
     took: list[float] = []

@@ -75,7 +75,7 @@ def drive_home(
                 if costs_m:
                     moments.append(frozen(name, stop, costs_m, plan, eyes.config.navigate))
                     keep(stop)
-        eyes.mind.close()
+        eyes.models.close()
         return BankHome(name, tuple(moments), dict(sorted(left_out.items())), eyes.identity())
 
 
@@ -139,7 +139,7 @@ def stops(
         depth_m = HM3D.sensed(frame.depth_m)
         obs = Observation(stamp_ns, frame.rgb, depth_m, odometry, HM3D.intrinsics)
         if known is None:
-            known = Known.begin(NOTHING, eyes.names, eyes.mind.rooms, odometry,
+            known = Known.begin(NOTHING, eyes.names, eyes.models.rooms, odometry,
                                 cfg.explore.first_looks, cfg.robot.radius_m, cfg.map)  # fmt: skip
         seen = eyes.see(world.scene, at, frame)
         navigate.perceive(known, obs, seen, eyes.config.camera, cfg)

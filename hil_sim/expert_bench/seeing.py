@@ -14,7 +14,7 @@ from hil_sim.simulation.protocol import HM3D
 from runtime.clock import SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Detections, Pose
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 from runtime.robot.labels import read_labels
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
@@ -25,7 +25,7 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
 class BenchDetector:
     """The detector, and the names that objects go by on the map."""
 
-    mind: LocalMind
+    models: LoadedModels
     names: tuple[str, ...]
     config: Config
 
@@ -33,9 +33,9 @@ class BenchDetector:
     def open(cls) -> Self:
         """ModelError when a model is missing."""
         config = cls.settings()
-        mind = LocalMind(config, SystemClock())
-        goal, _ = mind.accept("toilet", config)
-        return cls(mind, tuple(known[0] for known in goal.classes), config)
+        models = LoadedModels(config, SystemClock())
+        goal, _ = models.accept("toilet", config)
+        return cls(models, tuple(known[0] for known in goal.classes), config)
 
     @staticmethod
     def settings() -> Config:
@@ -48,11 +48,11 @@ class BenchDetector:
     def see(self, scene: Scene, pose: Pose, frame: "Frame") -> Detections:
         """The truth's objects, the detector's room and view."""
         told = true_labels(scene, pose, frame.segmentation, frame.depth_m)
-        true = read_labels(told, self.names, self.mind.rooms)
-        seen = self.mind.detect(frame.rgb)
+        true = read_labels(told, self.names, self.models.rooms)
+        seen = self.models.detect(frame.rgb)
         return replace(true, rooms=seen.rooms, scene=seen.scene)
 
     def identity(self) -> str:
         """Changes with the detector's weights."""
-        seen = self.mind.detect(np.full((480, 640, 3), 128, np.uint8))
+        seen = self.models.detect(np.full((480, 640, 3), 128, np.uint8))
         return hashlib.blake2b(seen.scene.astype("<f2").tobytes(), digest_size=6).hexdigest()

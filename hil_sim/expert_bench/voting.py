@@ -12,7 +12,7 @@ from runtime.config import EXPERTS, Config, load
 from runtime.core.types import Missing, Vote
 from runtime.errors import RfNavError
 from runtime.experts.panel import Expert
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 
 ALL = f"panel.experts=[{', '.join(repr(name) for name in EXPERTS)}]"
 
@@ -24,15 +24,15 @@ class Voters:
     def __init__(self, settings: Sequence[str] = ()) -> None:
         config = load(None, (*settings, ALL))
         self._clock = SystemClock()
-        self._mind = LocalMind(config, self._clock)
-        self._mind.accept("toilet", config)
-        self._models, self._rung = config.models, self._mind.rung()
+        self._loaded = LoadedModels(config, self._clock)
+        self._loaded.accept("toilet", config)
+        self._models, self._rung = config.models, self._loaded.rung()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._mind.close()
+        self._loaded.close()
 
     def warm(self, bank: Bank, briefs: Collection[str] = (CLEAN,)) -> None:
         """Have everything scored that the questions need under these conditions: one context after
@@ -44,19 +44,19 @@ class Voters:
                 brief = question.moment.briefs[name]
                 names.update(o.name for f in brief.frontiers for o in f.objects)
         for goal, names in sorted(words.items()):
-            self._mind.notice(goal, tuple(sorted(names)))
-        self._mind.settle(Deadline.never(self._clock))
+            self._loaded.notice(goal, tuple(sorted(names)))
+        self._loaded.settle(Deadline.never(self._clock))
 
     def asked(self, config: Config, questions: Sequence[BenchQuestion]) -> "Votes":
         """Their votes under a configuration; RfNavError when it needs other models."""
         if config.models != self._models:
             raise RfNavError("models: the experts were loaded with others; load them again")
-        table = self._mind.seated(replace(config, panel=replace(config.panel, experts=EXPERTS)))
+        table = self._loaded.seated(replace(config, panel=replace(config.panel, experts=EXPERTS)))
         return Votes(table, questions, Deadline.never(self._clock))
 
     def check(self) -> None:
         """RfNavError when a model failed meanwhile and another one answered in its place."""
-        if self._mind.health().get("errors") or self._mind.rung() != self._rung:
+        if self._loaded.health().get("errors") or self._loaded.rung() != self._rung:
             raise RfNavError(
                 f"{self._rung}: failed while the bank was judged; see rfnav models verify"
             )

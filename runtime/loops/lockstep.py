@@ -14,7 +14,7 @@ from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
-from runtime.loops.search import Mind, Search, seen, understand
+from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.robot.bus import Bus, Request
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
@@ -27,9 +27,13 @@ class Lockstep:
     """
 
     def __init__(
-        self, bus: Bus, mind: Mind, configure: Callable[[Sequence[str]], Config], clock: Clock
+        self,
+        bus: Bus,
+        models: SearchModels,
+        configure: Callable[[Sequence[str]], Config],
+        clock: Clock,
     ) -> None:
-        self._bus, self._mind, self._configure, self._clock = bus, mind, configure, clock
+        self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
 
@@ -56,27 +60,27 @@ class Lockstep:
             request.reply(self._accept(request.body))
         elif request.kind == "cancel":
             request.reply(self._end(str(request.body.get("reason", "cancelled"))))
-            self._mind.finish()
+            self._models.finish()
 
     def _status(self) -> dict[str, object]:
         health = self._bus.health()
         return {
             "state": SearchState.SEARCHING if self._search else SearchState.READY,
             "goal": self._search.goal.text if self._search else None,
-            "rung": self._mind.rung(),
-            "detector": self._mind.capabilities(),
-            "models": self._mind.health(),
+            "rung": self._models.rung(),
+            "detector": self._models.capabilities(),
+            "models": self._models.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         try:
-            order = understand(body, self._mind, self._configure)
+            order = understand(body, self._models, self._configure)
             if self._search is not None:
                 self._end("preempted")
             search = Search.begin(order)
             if order.config.goal.keep_map and self._last is not None and self._last.world:
-                search.inherit(self._last.world, self._mind)
+                search.inherit(self._last.world, self._models)
             self._search = search
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
@@ -88,7 +92,7 @@ class Lockstep:
         if search is None:
             return {"ended": False, "error": "no search is under way"}
         self._last = search
-        search.billed(self._mind)
+        search.billed(self._models)
         return search.end(reason)
 
     # -- one step --------------------------------------------------------------------------------
@@ -96,11 +100,11 @@ class Lockstep:
     def _step(self, search: Search, obs: Observation) -> None:
         cfg = search.config.navigate
         began_s = perf_counter()
-        detections = seen(search, obs, self._mind, self._bus, LABELS_S)
+        detections = seen(search, obs, self._models, self._bus, LABELS_S)
         if detections is None:
             raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")
         now_s = search.timed("detect", began_s)
-        world = search.perceive(obs, detections, self._mind)
+        world = search.perceive(obs, detections, self._models)
         now_s = search.timed("map", now_s)
         why = navigate.due(world, cfg)
         if why:
@@ -115,7 +119,7 @@ class Lockstep:
         snap = navigate.snapshot(world, why, cfg)
         decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
-        search.billed(self._mind)
+        search.billed(self._models)
 
     def _deadline(self, search: Search) -> Deadline:
         """Simulated time stands still while the runtime thinks: without `budget_in_lockstep`
@@ -126,7 +130,7 @@ class Lockstep:
         return Deadline.never(self._clock)
 
     def _publish(self, search: Search, world: World, command: Command, took_s: float) -> None:
-        state = search.stepped(world, command, self._mind.rung())
-        told = {"took_s": took_s, "seconds": search.seconds, "models": self._mind.health()}
+        state = search.stepped(world, command, self._models.rung())
+        told = {"took_s": took_s, "seconds": search.seconds, "models": self._models.health()}
         self._bus.publish_state({**state, **told})
         self._bus.publish_action(world.stamp_ns, command.action, command.twist)

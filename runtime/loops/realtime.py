@@ -29,7 +29,7 @@ from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
 from runtime.loops.control_loop import Helm, Plan
 from runtime.loops.decision_worker import Decider, DecisionRequest
-from runtime.loops.search import Mind, Search, seen, understand
+from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.robot.bus import Bus, Request
 
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
@@ -67,11 +67,11 @@ class RealTime:
         self,
         bus: Bus,
         helm: Helm,
-        mind: Mind,
+        models: SearchModels,
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,
     ) -> None:
-        self._bus, self._helm, self._mind = bus, helm, mind
+        self._bus, self._helm, self._models = bus, helm, models
         self._configure, self._clock = configure, clock
         self._drive: _Drive | None = None
         self._last: tuple[Search, dict[str, object]] | None = None  # ended, and its summary
@@ -130,15 +130,15 @@ class RealTime:
             **self._helm.status(),
             "goal": search.goal.text if search else None,
             "decisions": latest.decisions if latest else 0,
-            "rung": self._mind.rung(),
-            "detector": self._mind.capabilities(),
-            "models": self._mind.health(),
+            "rung": self._models.rung(),
+            "detector": self._models.capabilities(),
+            "models": self._models.health(),
             "streams": {t: vars(h) for t, h in health.items()},
         }
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         try:
-            order = understand(body, self._mind, self._configure, _default_dir())
+            order = understand(body, self._models, self._configure, _default_dir())
             before = self._drive.search if self._drive else None
             if self._drive is not None:
                 self._end(SearchState.PREEMPTED, "preempted")
@@ -147,7 +147,7 @@ class RealTime:
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         if order.config.goal.keep_map and before is not None and before.world is not None:
-            search.inherit(before.world, self._mind)
+            search.inherit(before.world, self._models)
         now_s = self._clock.now_s()
         self._drive = _Drive(search, now_s, halts=self._helm.halts())
         self._plan(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
@@ -182,10 +182,10 @@ class RealTime:
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
             self._tell(drive, state, reason, always=True)
         finally:
-            drive.search.billed(self._mind)
+            drive.search.billed(self._models)
             summary = drive.search.end(reason, **facts, **extra) | facts
             if state in OVER:  # not when another goal has taken its place, or a restart may go on
-                self._mind.finish()
+                self._models.finish()
         summary["elapsed_s"] = round(self._clock.now_s() - drive.began_s, 3)
         self._last = drive.search, summary
         return summary
@@ -199,13 +199,13 @@ class RealTime:
             drive.frozen += 1
             return  # the plan grows old, and that holds the base
         drive.fresh = obs
-        detections = seen(search, obs, self._mind, self._bus, LABELS_S)
+        detections = seen(search, obs, self._models, self._bus, LABELS_S)
         if detections is None:
             return
         now_s = search.timed("detect", began_s)
         if search.world is not None:
             search.world.body.asked_mps = self._helm.asked_mps()
-        world = search.perceive(obs, detections, self._mind)
+        world = search.perceive(obs, detections, self._models)
         now_s = search.timed("map", now_s)
         self._decide(search, world)
         now_s = search.timed("decide", now_s)
@@ -222,7 +222,7 @@ class RealTime:
             brief = answer.question.snapshot.brief
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
             self._bus.publish_decision(report)
-            search.billed(self._mind)
+            search.billed(self._models)
         why = "" if self._decider.busy else navigate.due(world, cfg.navigate)
         if not why:
             self._rehearse(search, world)
@@ -262,9 +262,9 @@ class RealTime:
     def _follow(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
         """Have the helm follow the command's course; booked is the velocity that it sent last."""
         command = world.body.told(likeness(command, self._helm.sent()))
-        report = drive.search.stepped(world, command, self._mind.rung())
+        report = drive.search.stepped(world, command, self._models.rung())
         seconds = dict(drive.search.seconds)
-        told = {"seconds": seconds, "models": self._mind.health()}
+        told = {"seconds": seconds, "models": self._models.health()}
         drive.report = report | {"goal": drive.search.goal.text, **told}
         if command.ended is not None:
             self._end(command.ended, command.reason)

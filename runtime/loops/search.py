@@ -30,7 +30,7 @@ from runtime.robot.labels import read_labels
 JOURNAL_FILE = "decisions.jsonl"
 
 
-class Mind(Protocol):
+class SearchModels(Protocol):
     """The models, as the loops need them."""
 
     rooms: tuple[str, ...]
@@ -83,7 +83,7 @@ class Order:
 
 def understand(
     body: Mapping[str, Any],
-    mind: Mind,
+    models: SearchModels,
     configure: Callable[[Sequence[str]], Config],
     default_dir: Path | None = None,
 ) -> Order:
@@ -92,8 +92,8 @@ def understand(
     config, text = configure(_settings(body)), _text(body, "goal")
     named = default_dir is None or "log_dir" in body
     log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
-    goal, panel = mind.accept(text, config)
-    return Order(goal, config, panel, log_dir, body.get("episode"), mind.rooms)
+    goal, panel = models.accept(text, config)
+    return Order(goal, config, panel, log_dir, body.get("episode"), models.rooms)
 
 
 @dataclass
@@ -134,7 +134,7 @@ class Search:
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now_s - since_s
         return now_s
 
-    def perceive(self, obs: Observation, detections: Detections, mind: Mind) -> World:
+    def perceive(self, obs: Observation, detections: Detections, models: SearchModels) -> World:
         """Add one observation to the world, which begins with the first; experts hear early of
         objects that are new."""
         cfg = self.config.navigate
@@ -144,17 +144,17 @@ class Search:
         navigate.perceive(self.world, obs, detections, self.config.camera, cfg)
         if len(self.world.semantic.instances) != known:
             names = sorted({i.name for i in self.world.semantic.instances.values()})
-            mind.notice(self.goal.name, tuple(names))
+            models.notice(self.goal.name, tuple(names))
         return self.world
 
-    def inherit(self, before: World, mind: Mind) -> None:
+    def inherit(self, before: World, models: SearchModels) -> None:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen
         that is the new goal is gone to at once, and looked at again."""
         cfg = self.config.navigate
         names = self.order.names
         world = self.world = World.begin_from(before, self.goal.name, names)
         things, rows = embedded(world.semantic)
-        likeness = mind.likeness(rows) if things else np.zeros((0, len(names)))
+        likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
         known = [i for i in world.semantic.instances.values() if goal in i.evidence]
@@ -202,9 +202,9 @@ class Search:
         self.journal.write("step", pose=pose, **state)
         return state
 
-    def billed(self, mind: Mind) -> None:
+    def billed(self, models: SearchModels) -> None:
         """Journal what was asked of a cloud, and what it cost."""
-        for bill in mind.bills():
+        for bill in models.bills():
             self.journal.write("cloud", call=bill)
 
     def end(self, reason: str, **extra: object) -> dict[str, object]:
@@ -235,14 +235,14 @@ class Search:
 
 
 def seen(
-    search: Search, obs: Observation, mind: Mind, bus: Bus, labels_s: float
+    search: Search, obs: Observation, models: SearchModels, bus: Bus, labels_s: float
 ) -> Detections | None:
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""
     if search.config.detector.source == "model":
-        return mind.detect(obs.rgb)
+        return models.detect(obs.rgb)
     labels = bus.labels(obs.stamp_ns, labels_s)
-    return None if labels is None else read_labels(labels, search.order.names, mind.rooms)
+    return None if labels is None else read_labels(labels, search.order.names, models.rooms)
 
 
 def _text(body: Mapping[str, Any], key: str) -> str:

@@ -1,7 +1,4 @@
-"""The models put to work: detector, text encoder and language model behind the loop's `Mind`.
-
-With `eyes` and `__main__` the only importer of models/.
-"""
+"""The models put to work behind the loops: detector, text encoder and language model."""
 
 import sys
 from collections.abc import Collection, Mapping, Sequence
@@ -34,7 +31,7 @@ from runtime.perception.goal_words import Goal, Words, understand
 GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
 
 
-class LocalMind:
+class LoadedModels:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
 
     def __init__(self, config: Config, clock: Clock) -> None:

@@ -1,4 +1,4 @@
-"""A mind without models: it sees what the apartment tells it to, and its experts are given."""
+"""Models that are not there: what they see is what the apartment tells, and experts are given."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ BEANBAG = np.array([1.0, 0.0], np.float32)
 """What a beanbag looks like, in the space of words (2,)."""
 
 
-class FakeMind:
+class FakeModels:
     """Sees what the apartment tells it to; its experts are given."""
 
     rooms = ("bathroom",)
@@ -70,7 +70,7 @@ class FakeMind:
         self.finished += 1
 
 
-class Wordy(FakeMind):
+class Wordy(FakeModels):
     """It knows sofas, and what it is asked for; it sees a beanbag, which it calls a sofa as long
     as it was not told better."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import zenoh
 from apartment import INTRINSICS, TWO_ROOMS, Apartment
-from fake_models import FakeMind
+from fake_models import FakeModels
 
 from hil_sim.driving.link import free_port
 from runtime.clock import SystemClock
@@ -73,7 +73,7 @@ class Peer:
 
 
 @contextmanager
-def running(mind: FakeMind, *settings: str) -> Iterator[tuple[Peer, list[BaseException]]]:
+def running(models: FakeModels, *settings: str) -> Iterator[tuple[Peer, list[BaseException]]]:
     """The loop in a thread, and a peer linked to it."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     harness = BusConfig(listen=(endpoint,))
@@ -88,7 +88,7 @@ def running(mind: FakeMind, *settings: str) -> Iterator[tuple[Peer, list[BaseExc
     def serve() -> None:
         try:
             with Bus(configure(()).bus, clock, lockstep=True) as bus:
-                Lockstep(bus, mind, configure, clock).run(ending.is_set)
+                Lockstep(bus, models, configure, clock).run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 
@@ -100,7 +100,7 @@ def running(mind: FakeMind, *settings: str) -> Iterator[tuple[Peer, list[BaseExc
     finally:
         ending.set()
         thread.join(timeout=20.0)
-        mind.panel.close()
+        models.panel.close()
         peer._declared.undeclare()
         session.close()
         assert not thread.is_alive()

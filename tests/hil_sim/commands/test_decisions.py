@@ -25,7 +25,7 @@ def first(brief: Brief, by: Deadline) -> Vote | Missing:
     return Vote("", (brief.frontiers[0].id,), (), "the first")
 
 
-class Mind:
+class FakeModels:
     def seated(self, config: Config):
         return {"a": first, "b": first, "c": first}
 
@@ -53,7 +53,7 @@ def test_a_third_of_the_calls_are_at_fault() -> None:
 
 def test_every_decision_is_made_and_nothing_is_left_over() -> None:
     config = load(None, ["panel.decide_budget_s=0.1"])
-    figures, told = _with_faults(Mind(), [BRIEF], config, 40, 0)  # type: ignore[arg-type]
+    figures, told = _with_faults(FakeModels(), [BRIEF], config, 40, 0)  # type: ignore[arg-type]
     assert sum(told["voters"].values()) == 40  # type: ignore[attr-defined]
     assert sum(c["hang"] + c["error"] + c["nonsense"] for c in told["calls"].values()) > 0  # type: ignore[attr-defined]
     by_name = {f.what.strip(): f.value for f in figures}

@@ -1,4 +1,4 @@
-"""The lockstep with a real child process over real Zenoh; only the runtime's mind is fake."""
+"""The lockstep with a real child process over real Zenoh; only the runtime's models are fake."""
 
 import json
 import math

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from cloud_double import Server
-from fake_models import FakeMind
+from fake_models import FakeModels
 from lockstep_double import begin, home, running
 
 from runtime.clock import Deadline, SystemClock
@@ -28,7 +28,7 @@ def in_halls(brief: Brief) -> Brief:
     return replace(brief, frontiers=tuple(told))
 
 
-class CloudMind(FakeMind):
+class CloudModels(FakeModels):
     """Its local expert is never agreed with; the appeal is the cloud's."""
 
     def __init__(self, where: Any, cloud: Cloud) -> None:
@@ -71,17 +71,17 @@ def test_what_the_cloud_costs_is_journaled_and_told(
             server.behave = behave
         with Cloud(replace(config, base_url=server.url), SystemClock()) as cloud:
             cloud.begin("toilet")
-            mind = CloudMind(where, cloud)
-            with running(mind, "explore.first_looks=4") as (peer, _):
+            models = CloudModels(where, cloud)
+            with running(models, "explore.first_looks=4") as (peer, _):
                 assert begin(peer, tmp_path / "log")["accepted"]
                 for _ in range(10):
                     action = peer.show(where)
                     assert action is not None
                     where.apply(Action(action))
                 status = peer.ask("status", {})
-                assert mind.finished == 0
+                assert models.finished == 0
                 assert peer.ask("cancel", {})["ended"]
-            assert mind.finished == 1
+            assert models.finished == 1
     lines = list(read_journal(tmp_path / "log" / "decisions.jsonl"))
     calls = [line["call"] for line in lines if line["kind"] == "cloud"]
     assert 0 < len(calls) == len(server.requests)

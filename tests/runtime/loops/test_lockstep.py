@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from apartment import TWO_ROOMS, Apartment
-from fake_models import FakeMind, Wordy, broken, farthest
+from fake_models import FakeModels, Wordy, broken, farthest
 from lockstep_double import Peer, begin, home, running
 
 from runtime.clock import Deadline
@@ -18,7 +18,7 @@ from runtime.journal import read_journal, read_map
 def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}
-    with running(FakeMind(there)) as (peer, ended):
+    with running(FakeModels(there)) as (peer, ended):
         assert peer.ask("status", {})["state"] == "ready"
         assert begin(peer, tmp_path)["accepted"]
         assert peer.ask("status", {})["state"] == "searching"
@@ -51,7 +51,7 @@ def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
 
 def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
     there = home()
-    with running(FakeMind(there, o2f=broken, r2f=farthest)) as (peer, ended):
+    with running(FakeModels(there, o2f=broken, r2f=farthest)) as (peer, ended):
         begin(peer, tmp_path)
         for _ in range(13):
             there.apply(Action(peer.show(there)))
@@ -73,8 +73,8 @@ def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
         return farthest(brief, by)
 
     budget = ("panel.budget_in_lockstep=true", "panel.decide_budget_s=1.0")
-    mind = FakeMind(there, o2f=farthest, r2f=hanging, sle=farthest)
-    with running(mind, *budget) as (peer, ended):
+    models = FakeModels(there, o2f=farthest, r2f=hanging, sle=farthest)
+    with running(models, *budget) as (peer, ended):
         begin(peer, tmp_path)
         for _ in range(13):
             there.apply(Action(peer.show(there)))
@@ -90,7 +90,7 @@ def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
 
 def test_two_experts_that_agree_are_followed(tmp_path: Path):
     there = home()
-    with running(FakeMind(there, o2f=farthest, r2f=farthest)) as (peer, _):
+    with running(FakeModels(there, o2f=farthest, r2f=farthest)) as (peer, _):
         begin(peer, tmp_path)
         for _ in range(13):
             there.apply(Action(peer.show(there)))
@@ -182,21 +182,21 @@ def test_without_keep_map_nothing_is_remembered(tmp_path: Path):
 
 
 def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
-    mind = FakeMind(home())
-    with running(mind) as (peer, ended):
+    models = FakeModels(home())
+    with running(models) as (peer, ended):
         reply = begin(peer, tmp_path, goal="")
         assert reply == {"accepted": False, "error": "goal: is empty"}
         assert peer.ask("goal", {"goal": 3})["error"] == "goal request: goal: must be text"
         told = peer.ask("goal", {"goal": "toilet"})["error"]
         assert told == "goal request: log_dir: must be text"
-        assert mind.asked == []  # it goes on looking for what it looked for
+        assert models.asked == []  # it goes on looking for what it looked for
         assert peer.ask("status", {})["state"] == "ready"
     assert not ended
 
 
 def test_a_camera_without_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
     there = home()
-    with running(FakeMind(there), "bus.sensor_timeout_s=0.2") as (peer, ended):
+    with running(FakeModels(there), "bus.sensor_timeout_s=0.2") as (peer, ended):
         begin(peer, tmp_path)
         peer.show(there, None, ended)
     assert isinstance(ended[0], SensorError)
@@ -206,7 +206,7 @@ def test_a_camera_without_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
 def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
     there = home()
     wrong = Intrinsics(97.0, 97.0, 160.0, 120.0, 320, 240)
-    with running(FakeMind(there)) as (peer, ended):
+    with running(FakeModels(there)) as (peer, ended):
         begin(peer, tmp_path)
         peer.show(there, wrong, ended)
     assert isinstance(ended[0], SensorError)
@@ -216,7 +216,7 @@ def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tm
 
 def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
     there = home()
-    with running(FakeMind(there, r2f=farthest)) as (peer, ended):
+    with running(FakeModels(there, r2f=farthest)) as (peer, ended):
         refused = peer.ask(
             "goal", {"goal": "toilet", "log_dir": str(tmp_path), "settings": ["consensus.mod=1"]}
         )
@@ -242,7 +242,7 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
 
 def test_in_velocity_mode_the_answer_is_a_twist(tmp_path: Path):
     there = home()
-    with running(FakeMind(there), 'control.mode="velocity"') as (peer, ended):
+    with running(FakeModels(there), 'control.mode="velocity"') as (peer, ended):
         begin(peer, tmp_path)
         for _ in range(3):
             assert peer.show(there) == "turn_left"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from apartment import TWO_ROOMS, Apartment
-from fake_models import FakeMind, farthest
+from fake_models import FakeModels, farthest
 from places import DOUBLES, ROOT
 from robot_double import RobotDouble
 
@@ -32,10 +32,12 @@ PATIENT = ("safety.odom_stale_s=2.0", "safety.frame_stale_s=4.0")
 
 
 @contextmanager
-def running(mind: FakeMind, *settings: str) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
+def running(
+    models: FakeModels, *settings: str
+) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
     """The loop and its helm, and a robot linked to them."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    robot = RobotDouble(mind.home, BusConfig(listen=(endpoint,)))
+    robot = RobotDouble(models.home, BusConfig(listen=(endpoint,)))
     given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'control.mode="velocity"')
     config, clock = load(None, given), SystemClock()
     ending, ended = threading.Event(), []
@@ -44,7 +46,7 @@ def running(mind: FakeMind, *settings: str) -> Iterator[tuple[RobotDouble, list[
 
     def serve() -> None:
         try:
-            loop = RealTime(bus, helm, mind, lambda more: load(None, (*given, *more)), clock)
+            loop = RealTime(bus, helm, models, lambda more: load(None, (*given, *more)), clock)
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
@@ -60,7 +62,7 @@ def running(mind: FakeMind, *settings: str) -> Iterator[tuple[RobotDouble, list[
         ending.set()
         thread.join(timeout=20.0)
         helm.close()
-        mind.panel.close()
+        models.panel.close()
         bus.close()
         robot.close()
         assert not thread.is_alive()
@@ -85,7 +87,7 @@ def moving(robot: RobotDouble) -> bool:
 def test_a_search_from_goal_to_found(tmp_path: Path):
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}
-    with running(FakeMind(there), *PATIENT) as (robot, ended):
+    with running(FakeModels(there), *PATIENT) as (robot, ended):
         assert robot.ask("status")["state"] == "ready"
         begin(robot, tmp_path)
         robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
@@ -119,8 +121,8 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
         return farthest(brief, by)
 
     there = home(4.0, 3.0)
-    mind = FakeMind(there, o2f=slow, r2f=farthest)
-    with running(mind, *PATIENT, "panel.decide_budget_s=300.0") as (robot, ended):
+    models = FakeModels(there, o2f=slow, r2f=farthest)
+    with running(models, *PATIENT, "panel.decide_budget_s=300.0") as (robot, ended):
         begin(robot, tmp_path)
         robot.until(lambda: moving(robot) or ended)
         assert robot.decisions == []
@@ -133,15 +135,15 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
 
 
 def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path):
-    mind = FakeMind(home(4.0, 3.0), o2f=farthest, r2f=farthest)
-    rehearse, rehearsed = mind.panel.rehearse, []
+    models = FakeModels(home(4.0, 3.0), o2f=farthest, r2f=farthest)
+    rehearse, rehearsed = models.panel.rehearse, []
 
     def spied(brief: Brief, by: Deadline, wanted):
         rehearsed.append(brief)
         return rehearse(brief, by, wanted)
 
-    mind.panel.rehearse = spied  # type: ignore[method-assign]
-    with running(mind, *PATIENT, "speculation.slow_s=0.0") as (robot, ended):
+    models.panel.rehearse = spied  # type: ignore[method-assign]
+    with running(models, *PATIENT, "speculation.slow_s=0.0") as (robot, ended):
         begin(robot, tmp_path)
         robot.until(lambda: rehearsed or ended)
         summary = robot.ask("cancel")
@@ -158,8 +160,8 @@ def test_a_late_vote_is_left_behind(tmp_path: Path):
         release.wait(60.0)
         return farthest(brief, by)
 
-    mind = FakeMind(home(4.0, 3.0), o2f=farthest, r2f=farthest, sle=hanging)
-    with running(mind, *PATIENT, "panel.decide_budget_s=0.5") as (robot, ended):
+    models = FakeModels(home(4.0, 3.0), o2f=farthest, r2f=farthest, sle=hanging)
+    with running(models, *PATIENT, "panel.decide_budget_s=0.5") as (robot, ended):
         begin(robot, tmp_path)
         robot.until(lambda: robot.decisions or ended)
         robot.ask("cancel")
@@ -170,7 +172,7 @@ def test_a_late_vote_is_left_behind(tmp_path: Path):
 
 @pytest.mark.slow
 def test_cancel_stops_the_base_and_a_second_goal_preempts(tmp_path: Path):
-    with running(FakeMind(home(4.0, 3.0)), *PATIENT) as (robot, ended):
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT) as (robot, ended):
         begin(robot, tmp_path / "a")
         robot.until(lambda: moving(robot) or ended)
         begin(robot, tmp_path / "b", "bed")
@@ -188,7 +190,7 @@ def test_cancel_stops_the_base_and_a_second_goal_preempts(tmp_path: Path):
 
 
 def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path: Path):
-    with running(FakeMind(home(4.0, 3.0))) as (robot, ended):
+    with running(FakeModels(home(4.0, 3.0))) as (robot, ended):
         begin(robot, tmp_path)
         for stream, kind in (("odom", "odometry"), ("frames", "frame")):
             robot.until(lambda: moving(robot) or ended)
@@ -227,7 +229,7 @@ def test_what_a_camera_shows_again_from_elsewhere_is_no_news(x: float, same: boo
 
 @pytest.mark.slow
 def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
-    with running(FakeMind(home(4.0, 3.0)), *PATIENT, "goal.keep_map=true") as (robot, ended):
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT, "goal.keep_map=true") as (robot, ended):
         begin(robot, tmp_path / "a")
         robot.until(lambda: moving(robot) or ended)
         begin(robot, tmp_path / "b", "bed")
@@ -247,11 +249,11 @@ import sys
 sys.path[:0] = {paths!r}
 import pytest
 from apartment import TWO_ROOMS, Apartment
-from fake_models import FakeMind
+from fake_models import FakeModels
 import runtime.__main__ as program
 from runtime.core.types import Pose
 
-class Mind(FakeMind):
+class FailingModels(FakeModels):
     def __init__(self, config, clock):
         super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)))
         self.left = {frames}
@@ -268,14 +270,14 @@ class Mind(FakeMind):
     def __exit__(self, *_):
         self.panel.close()
 
-program.LocalMind = Mind
+program.LoadedModels = FailingModels
 program.main()
 """
 
 
 @contextmanager
 def process(frames: int) -> Iterator[tuple[subprocess.Popen, RobotDouble]]:
-    """`rfnav run` with a mind that fails after so many frames."""
+    """`rfnav run` with models that fail after so many frames."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     robot = RobotDouble(home(4.0, 3.0), BusConfig(listen=(endpoint,)))
     code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)

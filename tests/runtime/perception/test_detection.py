@@ -1,4 +1,4 @@
-"""A detector with a fixed class list, at work in the mind: what is said of the goal."""
+"""A detector with a fixed class list, at work: what is said of the goal."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from runtime import config as configuration
 from runtime.clock import SystemClock
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 
 CELLS = 8 * 12 + 4 * 6 + 2 * 3
 
@@ -36,16 +36,16 @@ def detector(tmp_path: Path) -> Path:
 
 def test_a_fixed_list_says_what_stands_for_the_goal(detector: Path) -> None:
     config = configuration.load(None, [f'models.detector="{detector}"', "panel.experts=[]"])
-    with LocalMind(config, SystemClock()) as mind:
-        goal, _ = mind.accept("couch", config)
+    with LoadedModels(config, SystemClock()) as models:
+        goal, _ = models.accept("couch", config)
         assert goal.name == "sofa"
         assert goal.how.endswith(
             "seen as what is like it in the detector's fixed list: couch (1.00)"
         )
-        assert mind.capabilities()["matched"]["sofa"] == {"couch": 1.0}
-        seen = mind.detect(np.zeros((64, 96, 3), np.uint8))
+        assert models.capabilities()["matched"]["sofa"] == {"couch": 1.0}
+        seen = models.detect(np.zeros((64, 96, 3), np.uint8))
         assert [goal.classes[k][0] for k in seen.labels] == ["sofa"]
-        goal, _ = mind.accept("toilet", config)
+        goal, _ = models.accept("toilet", config)
         assert goal.how.endswith("; the detector knows nothing like it and cannot see it")
-        seen = mind.detect(np.full((1, 1, 3), 255, np.uint8))
+        seen = models.detect(np.full((1, 1, 3), 255, np.uint8))
         assert goal.name not in [goal.classes[k][0] for k in seen.labels]

@@ -14,7 +14,7 @@ from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError, ModelError
-from runtime.perception.loaded_models import LocalMind
+from runtime.perception.loaded_models import LoadedModels
 
 CLOUD = (
     "cloud.enabled=true",
@@ -59,7 +59,7 @@ def never() -> Deadline:
 def test_what_cannot_be_loaded_is_said(setting: str, message: str, tmp_path: Path) -> None:
     config = configured(tmp_path, setting, "keyframes.image_width_px=160")
     with pytest.raises((ConfigError, ModelError)) as error:
-        LocalMind(config, SystemClock())
+        LoadedModels(config, SystemClock())
     assert str(error.value).startswith(message)
     assert "\n" not in str(error.value)
 
@@ -74,10 +74,10 @@ def test_a_model_that_sees_needs_images_to_be_kept(tmp_path: Path) -> None:
 def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
     """Settings come with a goal's request, over the bus; the cloud is the operator's business."""
     clock = SystemClock()
-    with LocalMind(configured(tmp_path, *CLOUD, "panel.experts=[]"), clock) as mind:
+    with LoadedModels(configured(tmp_path, *CLOUD, "panel.experts=[]"), clock) as models:
         other = configured(tmp_path, *CLOUD, "cloud.base_url='http://127.0.0.1:10/v1'")
         with pytest.raises(ConfigError, match="cloud: cannot change while the runtime runs"):
-            mind.accept("toilet", other)
+            models.accept("toilet", other)
 
 
 def test_the_vocabulary_is_embedded_before_a_goal_waits_for_it(
@@ -88,9 +88,9 @@ def test_the_vocabulary_is_embedded_before_a_goal_waits_for_it(
     monkeypatch.setattr(
         TextEncoder, "_embedded", lambda self, text: embedded.append(text) or alone(self, text)
     )
-    with LocalMind(configured(tmp_path, "panel.experts=[]"), SystemClock()) as mind:
+    with LoadedModels(configured(tmp_path, "panel.experts=[]"), SystemClock()) as models:
         before = len(embedded)
-        mind.accept("toilet", configured(tmp_path, "panel.experts=[]"))
+        models.accept("toilet", configured(tmp_path, "panel.experts=[]"))
         assert before > 100
         assert len(embedded) == before
 
@@ -99,12 +99,12 @@ def test_what_was_seen_before_is_compared_with_the_goals_words(tmp_path: Path) -
     """A region that looks just like a word of the detector's is that; one that looks like the
     opposite of all words is nothing."""
     config = configured(tmp_path, "panel.experts=[]")
-    with LocalMind(config, SystemClock()) as mind:
-        goal, _ = mind.accept("couch", config)
+    with LoadedModels(config, SystemClock()) as models:
+        goal, _ = models.accept("couch", config)
         names = [words[0] for words in goal.classes]
-        kept = mind._encoder.embed(["bed", "couch"])
+        kept = models._encoder.embed(["bed", "couch"])
         nothing = -kept.sum(axis=0, keepdims=True) / np.linalg.norm(kept.sum(axis=0))
-        likeness = mind.likeness(np.concatenate([kept, nothing]))
+        likeness = models.likeness(np.concatenate([kept, nothing]))
     assert likeness.shape == (3, len(names))
     assert ((likeness >= 0) & (likeness <= 1)).all()
     assert [names[i] for i in likeness[:2].argmax(axis=1)] == ["bed", goal.name]
@@ -149,9 +149,9 @@ def test_a_model_that_sees_by_its_name(tmp_path: Path, monkeypatch: pytest.Monke
     config = configured(
         tmp_path, "models.vision='tiny-vlm'", "keyframes.image_width_px=160", "models.threads=1"
     )
-    with LocalMind(config, SystemClock()) as mind:
-        outcome = mind.seated(config)["sle"](BRIEF, never())
-        assert mind._open_seats().looks_in_words
+    with LoadedModels(config, SystemClock()) as models:
+        outcome = models.seated(config)["sle"](BRIEF, never())
+        assert models._open_seats().looks_in_words
     if isinstance(outcome, Vote):
         assert outcome.rung == "local"
     else:
@@ -172,9 +172,9 @@ def test_large_models_reason_and_see(tmp_path: Path) -> None:
         "models.threads=1",
         "keyframes.image_width_px=160",
     )
-    with LocalMind(config, SystemClock()) as mind:
-        mind.accept("toilet", config)
-        table = mind.seated(config)
+    with LoadedModels(config, SystemClock()) as models:
+        models.accept("toilet", config)
+        table = models.seated(config)
         scene = table["sle"](BRIEF, never())
         words = table["o2f"](BRIEF, never())
     for outcome in (scene, words):
@@ -193,11 +193,13 @@ def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> N
         'also.zig = ["frobnicator"]\nkinds.zig = ["zag"]\n'
     )
     config = configured(tmp_path, "panel.experts=[]", f"models.vocabulary='{names}'")
-    with LocalMind(config, SystemClock()) as mind:
-        goal, _ = mind.accept("the frobnicator", config)
+    with LoadedModels(config, SystemClock()) as models:
+        goal, _ = models.accept("the frobnicator", config)
         assert goal.how.startswith("the frobnicator: another word for zig")
         assert goal.classes == (("zig", "zag"), ("zag",), ("chair",))
-        assert "a kind of chair" in mind.accept("chaise longue", config)[0].how  # by the dictionary
+        assert (
+            "a kind of chair" in models.accept("chaise longue", config)[0].how
+        )  # by the dictionary
 
 
 @pytest.mark.parametrize(
@@ -221,13 +223,13 @@ def test_what_the_detector_has_no_word_for_is_looked_at_twice(
         lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
     )
     config = configured(tmp_path, "panel.experts=[]", *settings)
-    with LocalMind(config, SystemClock()) as mind:
-        how = mind.accept(goal, config)[0].how
+    with LoadedModels(config, SystemClock()) as models:
+        how = models.accept(goal, config)[0].how
         assert said in how
         assert ("twice" in how) is ("twice" in said)
         rng = np.random.default_rng(0)
         for _ in range(2):
-            mind.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
+            models.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
     assert looks == ([5, 5] if "twice" in said else [])
 
 
@@ -247,21 +249,23 @@ def test_a_second_look_is_of_its_goal_alone(
     listed = configured(tmp_path, *plain, "detector.labels=['umbrella']")
     config = configured(tmp_path, *plain)
     image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
-    with LocalMind(config, SystemClock()) as mind:
+    with LoadedModels(config, SystemClock()) as models:
         for goal, told, count in (
             ("umbrella", config, 1),
             ("toilet", config, 1),
             ("umbrella", config, 1),  # remembered
             ("umbrella", listed, 1),  # the same classes, but a known one: not looked at twice
         ):
-            mind.accept(goal, told)
-            mind.detect(image)
+            models.accept(goal, told)
+            models.detect(image)
             assert len(looks) == count
-        mind.accept("umbrella", config)
+        models.accept("umbrella", config)
         with pytest.raises(ModelError):
-            mind.accept("x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']"))
+            models.accept(
+                "x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']")
+            )
         with pytest.raises(ModelError, match="no such model file"):
-            mind.accept("toilet", configured(tmp_path, nobody))
+            models.accept("toilet", configured(tmp_path, nobody))
         image[0, 0] = 0
-        mind.detect(image)
+        models.detect(image)
         assert len(looks) == 2  # the umbrella's second look goes on
