@@ -14,7 +14,7 @@ from models.errors import ModelFileError
 from runtime import config as configuration
 from runtime.clock import SystemClock
 from runtime.commands.cloud import cloud_command
-from runtime.commands.models import models_command
+from runtime.perception.models_command import models_command
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.loops.control_loop import Helm

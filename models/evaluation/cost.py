@@ -27,7 +27,7 @@ from models.detection.detections import Detector
 from models.detection.detector import DetectorView, OpenDetector, open_detector
 from models.detection.second_look import SecondLook, Sought, look_twice
 from models.errors import ModelFileError, told
-from models.evaluation.words import LOOKS
+from runtime.perception.word_verdicts import LOOKS
 from models.onnx_session import open_session
 from models.store import manifest
 from models.words.text_encoder import TextEncoder

@@ -1,4 +1,4 @@
-"""Everything `python -m models.evaluation.command` prints, as figures."""
+"""Everything `python -m runtime.perception.evaluation` prints, as figures."""
 
 import functools
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -22,9 +22,9 @@ from models.evaluation.judged import (
 )
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
-from models.evaluation.second import look_at_all, sightings
+from models.evaluation.sightings import look_at_all, sightings
 from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, FrameTruth, NameLists
-from models.evaluation.words import as_runtime, looked_for
+from runtime.perception.word_verdicts import as_runtime, looked_for
 from models.words.text_encoder import TextEncoder
 
 LEAST_OBJECTS, LEAST_AP = 5, 0.1

@@ -25,7 +25,7 @@ from models.detection.detector import OpenDetector, open_detector
 from models.detection.second_look import FITTED, FORMAT, SecondLook
 from models.errors import ModelFileError, told
 from models.evaluation.judged import fit_odds, verdicts
-from models.evaluation.second import Places, Sightings, look_at_all, sightings
+from models.evaluation.sightings import Places, Sightings, look_at_all, sightings
 from models.evaluation.truth import FrameTruth, NameLists, read_truth, read_words
 from models.store import manifest
 from models.train.export import OPSET

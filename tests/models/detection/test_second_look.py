@@ -15,7 +15,7 @@ from models.detection.second_look import SecondLook, SecondLookEvidence, Sought,
 from models.errors import ModelFileError
 from models.evaluation.judged import fit_odds
 from models.evaluation.precision import Precision
-from models.evaluation.second import Sightings, look_at_all, sightings
+from models.evaluation.sightings import Sightings, look_at_all, sightings
 from models.evaluation.truth import FrameTruth, Marks, NameLists, _marks
 from models.store import manifest
 from models.words.text_encoder import TextEncoder

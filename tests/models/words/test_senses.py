@@ -9,7 +9,7 @@ from click.testing import CliRunner
 
 from models.errors import ModelFileError
 from models.evaluation.truth import read_words
-from models.evaluation.words import as_runtime, looked_for, verdicts
+from runtime.perception.word_verdicts import as_runtime, looked_for, verdicts
 from models.words.from_wordnet import main
 from models.words.senses import PATH, Senses
 from models.words.text_encoder import TextEncoder

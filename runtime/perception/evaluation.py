@@ -1,4 +1,4 @@
-"""`python -m models.evaluation.command --data DIR`: how well a detector does on labelled frames.
+"""`python -m runtime.perception.evaluation --data DIR`: how well a detector does on labelled frames.
 
 Average precision at IoU 0.5 by pycocotools, in groups; names that training never saw; what was held
 out of training, with a second look; rooms; what scores are worth, and the threshold for "target
@@ -27,7 +27,7 @@ FILE = click.Path(path_type=Path)
 
 
 @click.command(
-    epilog="Example:  python -m models.evaluation.command --data frames/val --dev frames/dev"
+    epilog="Example:  python -m runtime.perception.evaluation --data frames/val --dev frames/dev"
 )
 @click.option("--data", type=FILE, required=True, help="Frames to judge on.")
 @click.option("--dev", type=FILE, help="Frames to fit calibration and threshold on.")

@@ -1,4 +1,4 @@
-"""`python -m models.evaluation.words`: what the runtime looks for when it is asked for the names
+"""`python -m runtime.perception.word_verdicts`: what the runtime looks for when it is asked for the names
 that training never saw (`unseen` in models/train/names.toml) or for others (`--asked`,
 models/evaluation/asked.toml)."""
 

@@ -9,7 +9,7 @@ from models.detection.detections import Floats, RawDetections
 from models.detection.detector import OpenDetector
 from models.detection.second_look import SecondLook, SecondLookEvidence, places, strangest
 from models.evaluation.truth import FrameTruth, NameLists
-from models.evaluation.words import LOOKS
+from runtime.perception.word_verdicts import LOOKS
 
 
 @dataclass(frozen=True)
