@@ -1,4 +1,4 @@
-"""The one error of this package; the composition root maps it to the program's own."""
+"""The one error of this package; who opens models maps it to the program's own."""
 
 import sys
 from collections.abc import Callable
@@ -13,7 +13,7 @@ class OverdueError(ModelFileError):
 
 
 def told(main: Callable[[], object]) -> None:
-    """Run the command of the module that was started; its ModelError is one line and status 2."""
+    """Run the command of the module that was started; ModelFileError is one line and status 2."""
     try:
         main()
     except ModelFileError as error:

@@ -15,7 +15,7 @@ DEFAULT_SIDE_PX = 640
 
 
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
-    """A CPU session with `threads` threads that never spin. Raises ModelError."""
+    """A CPU session with `threads` threads that never spin. Raises ModelFileError."""
     if not path.is_file():
         raise ModelFileError(
             f"{path}: no such model file; check the path or run `rfnav models pull`"
@@ -39,7 +39,7 @@ def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
 def run(
     session: onnxruntime.InferenceSession, feeds: Mapping[str, NDArray[Any]], path: Path
 ) -> list[NDArray[np.float32]]:
-    """All outputs as float32. Raises ModelError when the graph cannot take these inputs."""
+    """All outputs as float32. Raises ModelFileError when the graph cannot take these inputs."""
     try:
         return [np.asarray(out, np.float32) for out in session.run(None, dict(feeds))]
     except Exception as error:  # onnxruntime's exceptions share no base but Exception
@@ -48,7 +48,7 @@ def run(
 
 
 def image_size(shape: Sequence[Any], path: Path) -> tuple[int, int]:
-    """Height and width of an image input (1, 3, H, W). Raises ModelError for any other."""
+    """Height and width of an image input (1, 3, H, W). Raises ModelFileError for any other."""
     if len(shape) != 4 or shape[1] != 3:
         raise ModelFileError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
     height, width = (s if isinstance(s, int) and s > 0 else DEFAULT_SIDE_PX for s in shape[2:])

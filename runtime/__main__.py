@@ -10,11 +10,9 @@ from pathlib import Path
 import click
 import cv2
 
-from models.errors import ModelFileError
 from runtime import config as configuration
 from runtime.clock import SystemClock
 from runtime.commands.cloud import cloud_command
-from runtime.perception.models_command import models_command
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.loops.control_loop import Helm
@@ -22,6 +20,7 @@ from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.realtime import RealTime
 from runtime.perception.loaded_models import LoadedModels
+from runtime.perception.models_command import models_command
 from runtime.robot.bus import Bus
 
 SWITCH_S = 0.0005  # a thread that computes lets the helm in so soon
@@ -110,7 +109,7 @@ def main() -> None:
     except InternalError as error:
         click.echo(f"rfnav: {error}", err=True)
         sys.exit(1)
-    except (RfNavError, ModelFileError) as error:
+    except RfNavError as error:
         click.echo(f"rfnav: {error}", err=True)
         sys.exit(2)
     except click.exceptions.Abort:

@@ -51,7 +51,7 @@ class Detector(Protocol):
 
 
 def checked(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The frame itself, or ModelError for what is none."""
+    """The frame itself, or ModelFileError for what is none."""
     if rgb.ndim != 3 or rgb.shape[2] != 3 or rgb.dtype != np.uint8 or not rgb.size:
         raise ModelFileError(f"a frame is (H, W, 3) uint8 RGB, not {rgb.shape} {rgb.dtype}")
     return rgb

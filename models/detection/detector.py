@@ -46,7 +46,7 @@ def open_detector(
     classes_file: Path | None = None,
     texts: Path | None = None,
 ) -> Detector:
-    """Open an ONNX detector. Raises ModelError when the file or what belongs to it is of no use.
+    """Open an ONNX detector. Raises ModelFileError when it, or what belongs to it, is of no use.
 
     `path` is the file, or a directory as `rfnav models import` makes it: `model.onnx` with its
     `classes.txt`, `texts.npz` or text tower. `texts`: the embeddings or the tower of a "prompted"
@@ -76,7 +76,7 @@ def open_detector(
 
 
 def contract_of(session: onnxruntime.InferenceSession, path: Path) -> Kind:
-    """Which contract a graph's metadata and inputs say it keeps; ModelError for none."""
+    """Which contract a graph's metadata and inputs say it keeps; ModelFileError for none."""
     if "format" in session.get_modelmeta().custom_metadata_map:
         return "rfnav"
     inputs = session.get_inputs()

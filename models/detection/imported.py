@@ -47,7 +47,7 @@ class Imported:
 def import_detector(
     file: Path, name: str, encoder: TextEncoder, classes: Path | None, texts: Path | None
 ) -> Imported:
-    """Try an ONNX detector and keep it as `name`. Raises ModelError, keeping nothing.
+    """Try an ONNX detector and keep it as `name`. Raises ModelFileError, keeping nothing.
 
     `classes`: names of a fixed list, one a line. `texts`: rows (.npz) or the text tower (.onnx, its
     tokenizer.json beside it) of a prompted one. A name imported before is replaced.

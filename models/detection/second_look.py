@@ -27,6 +27,8 @@ from models.words.text_encoder import TextEncoder
 FORMAT = "rf-nav-second-look/1"
 PLACES = 15
 """Of a frame, among which those that are least known are looked at."""
+LOOKS = 5
+"""So many of them, where nothing else is said: what evidence is worth was fitted with these."""
 APART_IOU = 0.5
 CHOSEN, FITTED = (
     ("margin", "alike", "spread"),

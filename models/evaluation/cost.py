@@ -25,9 +25,8 @@ from onnx import TensorProto, helper, numpy_helper
 from models.detection.boxes import letterbox
 from models.detection.detections import Detector
 from models.detection.detector import DetectorView, OpenDetector, open_detector
-from models.detection.second_look import SecondLook, Sought, look_twice
+from models.detection.second_look import LOOKS, SecondLook, Sought, look_twice
 from models.errors import ModelFileError, told
-from runtime.perception.word_verdicts import LOOKS
 from models.onnx_session import open_session
 from models.store import manifest
 from models.words.text_encoder import TextEncoder

@@ -1,7 +1,7 @@
 """The figures as Markdown, also what the model card holds."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 WANTED = {
@@ -10,6 +10,8 @@ WANTED = {
 ENOUGH = 0.9
 """Of the own AP, for a name to be understood."""
 HEARD = ("understood as", "AP50", "ratio")
+
+Row = tuple[str, str, str]  # what, measured, wanted
 
 
 def markdown(report: dict[str, Any]) -> str:
@@ -23,50 +25,12 @@ def markdown(report: dict[str, Any]) -> str:
 
 
 def _summary(report: dict[str, Any]) -> str:
-    rows: list[Sequence[str]] = []
-    for name, group in report["groups"].items():
-        count = f"{group['categories']} of {group['of']} categories"
-        rows.append((f"AP50, {name} ({count})", _f(group["ap50"]), f"≥ {WANTED[name]:.2f}"))
-    twice = report["second_look"]
-    if twice:
-        count = f"{len(twice['categories'])} of {twice['of']} categories"
-        said = f"AP50, held out, looked at twice ({count})"
-        rows.append((said, _f(twice["ap50"]), f"≥ {WANTED['held out']:.2f}"))
-    if report["synonyms"]:
-        for prefix, how in (
-            ("", "the bare word"),
-            ("understood_", "as the runtime understands it"),
-        ):
-            for key, said in (("mean", "synonyms"), ("mean_of_goals", "synonyms of goals")):
-                share = _f(report["synonyms"][prefix + key])
-                rows.append((f"{said}: share of own AP, {how}", share, "≥ 0.90"))
-        other = report["asked"]
-        said = f"other names ({len(other['rows'])}): share of own AP, as the runtime understands it"
-        rows.append((said, _f(other["understood_mean"]), "≥ 0.90"))
-    for key, said in (("room_top1", ""), ("room_top1_of_things", ", of views that show a thing")):
-        rows.append((f"room type, top-1{said}", _f(report[key]), "≥ 0.80"))
-    for how, error in report["calibration_error"].items():
-        rows.append((f"calibration error, {how}", _f(error), "≤ 0.05"))
-    goals = list(report["goals"].values())
-    for key, said in (("false_seen", ""), ("false_seen_apart", ", none like it in view")):
-        mean = sum(g[key] for g in goals) / max(len(goals), 1)
-        rows.append(
-            (f"false sightings in 1,000 frames without the goal{said}", f"{mean:.1f}", "≤ 5")
-        )
-    for threads, wanted in ((1, 60), (2, 35)):
-        cost = report.get("cost", {}).get(f"threads_{threads}")
-        if cost:
-            took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f}, "
-            took += f"CPU {cost['cpu_ms']:.1f})"
-            rows.append((f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"))
-            if "twice_ms" in cost:
-                said = f"ms a frame looked at twice, {threads} thread(s)"
-                more = f"{cost['twice_ms']:.1f} ({cost['twice_memory_mb']:.0f} MB more)"
-                rows.append((said, more, "–"))
-    if "cost" in report:
-        rows.append(("file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"))
-        memory = report["cost"]["threads_1"]["memory_mb"]
-        rows.append(("memory, MB", f"{memory:.0f}", "≤ 150"))
+    rows = [
+        *_precision_rows(report),
+        *_name_rows(report),
+        *_score_rows(report),
+        *_cost_rows(report),
+    ]
     where = "other frames" if report["fitted_on_other_frames"] else "these same frames"
     fit = report["calibration"]
     note = (
@@ -74,6 +38,56 @@ def _summary(report: dict[str, Any]) -> str:
         f"{fit['gain']:.3f}, shift {fit['shift']:.3f}) fitted on {where}."
     )
     return f"{_table(('', 'measured', 'wanted'), rows)}\n\n{note}"
+
+
+def _precision_rows(report: dict[str, Any]) -> Iterator[Row]:
+    for name, group in report["groups"].items():
+        count = f"{group['categories']} of {group['of']} categories"
+        yield f"AP50, {name} ({count})", _f(group["ap50"]), f"≥ {WANTED[name]:.2f}"
+    twice = report["second_look"]
+    if twice:
+        count = f"{len(twice['categories'])} of {twice['of']} categories"
+        said = f"AP50, held out, looked at twice ({count})"
+        yield said, _f(twice["ap50"]), f"≥ {WANTED['held out']:.2f}"
+
+
+def _name_rows(report: dict[str, Any]) -> Iterator[Row]:
+    if not report["synonyms"]:
+        return
+    for prefix, how in (("", "the bare word"), ("understood_", "as the runtime understands it")):
+        for key, said in (("mean", "synonyms"), ("mean_of_goals", "synonyms of goals")):
+            share = _f(report["synonyms"][prefix + key])
+            yield f"{said}: share of own AP, {how}", share, "≥ 0.90"
+    other = report["asked"]
+    said = f"other names ({len(other['rows'])}): share of own AP, as the runtime understands it"
+    yield said, _f(other["understood_mean"]), "≥ 0.90"
+
+
+def _score_rows(report: dict[str, Any]) -> Iterator[Row]:
+    for key, said in (("room_top1", ""), ("room_top1_of_things", ", of views that show a thing")):
+        yield f"room type, top-1{said}", _f(report[key]), "≥ 0.80"
+    for how, error in report["calibration_error"].items():
+        yield f"calibration error, {how}", _f(error), "≤ 0.05"
+    goals = list(report["goals"].values())
+    for key, said in (("false_seen", ""), ("false_seen_apart", ", none like it in view")):
+        mean = sum(g[key] for g in goals) / max(len(goals), 1)
+        what = f"false sightings in 1,000 frames without the goal{said}"
+        yield what, f"{mean:.1f}", "≤ 5"
+
+
+def _cost_rows(report: dict[str, Any]) -> Iterator[Row]:
+    if "cost" not in report:
+        return
+    for threads, wanted in ((1, 60), (2, 35)):
+        cost = report["cost"][f"threads_{threads}"]
+        took = f"{cost['ms']:.1f} (least {cost['least_ms']:.1f}, ratio {cost['ratio']:.2f}, "
+        took += f"CPU {cost['cpu_ms']:.1f})"
+        yield f"ms a 640x480 frame, {threads} thread(s)", took, f"≤ {wanted}"
+        if "twice_ms" in cost:
+            said = f"ms a frame looked at twice, {threads} thread(s)"
+            yield said, f"{cost['twice_ms']:.1f} ({cost['twice_memory_mb']:.0f} MB more)", "–"
+    yield "file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"
+    yield "memory, MB", f"{report['cost']['threads_1']['memory_mb']:.0f}", "≤ 150"
 
 
 def _goals(report: dict[str, Any]) -> str:

@@ -9,7 +9,6 @@ from models.detection.detections import Floats, RawDetections
 from models.detection.detector import OpenDetector
 from models.detection.second_look import SecondLook, SecondLookEvidence, places, strangest
 from models.evaluation.truth import FrameTruth, NameLists
-from runtime.perception.word_verdicts import LOOKS
 
 
 @dataclass(frozen=True)
@@ -56,10 +55,10 @@ def look_at_all(
 
 def sightings(
     looked: Sequence[Places], second: SecondLook, truth: FrameTruth, words: NameLists,
-    sought: Mapping[str, Sequence[str]],
+    sought: Mapping[str, Sequence[str]], looks: int,
 ) -> tuple[Sightings, ...]:  # fmt: skip
-    """Of every frame, each of the categories `sought` as a goal of its own, by these names. A
-    trained one is sought as if the detector alone had no word for it."""
+    """Of every frame, each of the categories `sought` as a goal of its own, by these names, at
+    `looks` places at most. A trained one is sought as if the detector alone had no word for it."""
     trained = list(words.trained)
     own = {name: [trained.index(name)] if name in words.trained else [] for name in sought}
     likeness = {
@@ -68,18 +67,18 @@ def sightings(
         if name in sought
     }
     known = {k: v for k, v in likeness.items() if v.any()}
-    return tuple(_sighted(part, second, truth.categories, known, own) for part in looked)
+    return tuple(_sighted(part, second, truth.categories, known, own, looks) for part in looked)
 
 
 def _sighted(
     seen: Places, second: SecondLook, categories: Sequence[str], likeness: Mapping[int, Floats],
-    own: Mapping[str, list[int]],
+    own: Mapping[str, list[int]], looks: int,
 ) -> Sightings:  # fmt: skip
     boxes, labels = [np.zeros((0, 4), np.float32)], [np.zeros(0, np.int32)]
     told = [np.zeros((3, 0), np.float32)]
     for label, stands in likeness.items():
         others = np.delete(seen.words, own[categories[label]], axis=1)
-        at, strangeness = strangest(seen.objectness, others, LOOKS)
+        at, strangeness = strangest(seen.objectness, others, looks)
         parts = seen.objectness[at], strangeness[at]
         told.append(np.stack(second.evidence(seen.classes[at], stands, *parts)))
         boxes.append(seen.boxes_px[at])

@@ -74,7 +74,7 @@ class NameLists:
 
 
 def read_truth(directory: Path, limit: int | None = None) -> FrameTruth:
-    """The annotations of a directory of frames, or of its first `limit`. Raises ModelError."""
+    """The annotations of a directory of frames, or of its first `limit`. Raises ModelFileError."""
     path = directory / "annotations.json"
     try:
         table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))

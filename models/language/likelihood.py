@@ -163,7 +163,7 @@ class ReasoningModel:
         seconds: float = math.inf,
     ) -> str:
         """The answer to a conversation, held to a GBNF grammar and cut off at `max_tokens`. Raises
-        OverdueError after `seconds`, in the midst of a prompt or an answer, and ModelError."""
+        OverdueError after `seconds`, in the midst of a prompt or an answer, and ModelFileError."""
         from llama_cpp.llama_grammar import LlamaGrammar
 
         try:
@@ -230,7 +230,7 @@ class _Alarm:
 
 
 def load(path: Path, threads: int, **settings: Any) -> Any:
-    """A llama_cpp.Llama of this file; ModelError, one line, when it cannot be."""
+    """A llama_cpp.Llama of this file; ModelFileError, one line, when it cannot be."""
     _check(Path(path))
     # libgomp reads this when it is loaded: spinning threads would starve the control loop.
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")

@@ -29,7 +29,7 @@ YES, NO = ("yes", "Yes", " yes", " Yes", "YES"), ("no", "No", " no", " No", "NO"
 
 class VisionModel(ReasoningModel):
     """A language model that sees. Messages carry images as data URLs. One thread at a time may use
-    it. Raises ModelError when the two files or the handler do not go together."""
+    it. Raises ModelFileError when the two files or the handler do not go together."""
 
     def __init__(
         self,

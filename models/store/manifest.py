@@ -71,7 +71,7 @@ def user_manifest() -> Path:
 def load_manifest(path: Path = MANIFEST, users: bool = True) -> dict[str, Entry]:
     """Read the manifest; with the project's, what the user imported, unless `users` is False.
 
-    Raises ModelError naming the model whose entry is wrong.
+    Raises ModelFileError naming the model whose entry is wrong.
     """
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -130,14 +130,14 @@ def fetch(name: str, progress: Progress | None = None, manifest: Path = MANIFEST
 def locate(name: str, manifest: Path = MANIFEST) -> Path:
     """Path of a model that is already here, verified; never downloads.
 
-    Raises ModelError with the command that repairs it.
+    Raises ModelFileError with the command that repairs it.
     """
     model = entry(name, manifest)
     return _location(model, [_present(model, f, manifest) for f in model.files])
 
 
 def verify(name: str, manifest: Path = MANIFEST) -> None:
-    """Raise ModelError when a model is missing or damaged."""
+    """Raise ModelFileError when a model is missing or damaged."""
     locate(name, manifest)
 
 

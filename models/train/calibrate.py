@@ -1,6 +1,7 @@
 """`python -m models.train.calibrate FILE --report JSON`: what was fitted, put into the file.
 
-What `models.evaluate` then reports of the file as it is, it has reported as "refitted" before.
+What `rfnav models evaluate` then reports of the file as it is, it has reported as "refitted"
+before.
 """
 
 import hashlib
@@ -15,7 +16,7 @@ from models.train.export import FORMAT, write_values
 
 
 def calibrate(path: Path, report: Path) -> dict[str, float]:
-    """Set gain and shift of an exported detector. Raises ModelError when a file is of no use."""
+    """Set gain and shift of an exported detector. Raises ModelFileError for a file of no use."""
     try:
         fitted = json.loads(report.read_text(encoding="utf-8"))["calibration"]
         values = {"gain": float(fitted["gain"]), "shift": float(fitted["shift"])}
@@ -39,7 +40,7 @@ def calibrate(path: Path, report: Path) -> dict[str, float]:
 )
 @click.argument("path", type=click.Path(path_type=Path))
 @click.option(
-    "--report", type=click.Path(path_type=Path), required=True, help="Of models.evaluate."
+    "--report", type=click.Path(path_type=Path), required=True, help="Of rfnav models evaluate."
 )
 def main(path: Path, report: Path) -> None:
     """Put the gain and shift of an evaluation into an exported detector."""

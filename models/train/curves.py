@@ -13,7 +13,7 @@ SMOOTH = 25
 
 
 def read_log(path: Path) -> dict[str, list[float]]:
-    """Columns of log.csv by name. Raises ModelError."""
+    """Columns of log.csv by name. Raises ModelFileError."""
     try:
         with path.open(newline="") as stream:
             rows = list(csv.DictReader(stream))

@@ -130,7 +130,7 @@ def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:
 
 
 def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:
-    """Raise ModelError when the file and the network disagree on drawn images."""
+    """Raise ModelFileError when the file and the network disagree on drawn images."""
     session = open_session(path, 1)
     rng = np.random.default_rng(0)
     for _ in range(3):
@@ -177,7 +177,7 @@ def parse_size(text: str) -> tuple[int, int]:
     help="In 8 bits, with ranges from these training frames.",
 )
 @click.option(
-    "--gain", default=1.0, show_default=True, help="Calibration, as models.evaluate fits it."
+    "--gain", default=1.0, show_default=True, help="Calibration, as rfnav models evaluate fits it."
 )
 @click.option("--shift", default=0.0, show_default=True)
 def main(

@@ -32,7 +32,7 @@ FOLDED = re.compile(r"/network/(pyramid|head)/.*((?:down|up|where|what)\.\d)\.1/
 
 def restore(path: Path) -> Network:
     """The network of an exported file in eval mode; batch norms do nothing but add the shift.
-    Raises ModelError for a file that `models.train.export` did not write."""
+    Raises ModelFileError for a file that `models.train.export` did not write."""
     model = onnx.load(str(path))
     table = {p.key: p.value for p in model.metadata_props}
     if table.get("format") != FORMAT:

@@ -22,7 +22,7 @@ from torch import Tensor, nn
 from torch.nn import functional as F
 
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.second_look import FITTED, FORMAT, SecondLook
+from models.detection.second_look import FITTED, FORMAT, LOOKS, SecondLook
 from models.errors import ModelFileError, told
 from models.evaluation.judged import fit_odds, verdicts
 from models.evaluation.sightings import Places, Sightings, look_at_all, sightings
@@ -165,7 +165,7 @@ def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
     write(partial, {"usual": json.dumps(usual(looked))})
     second = SecondLook(partial, encoder, threads)
     asked = {name: [name] for name in rare}
-    fitted = fit(sightings(looked, second, truth, words, asked), truth, second)
+    fitted = fit(sightings(looked, second, truth, words, asked, LOOKS), truth, second)
     write(partial, _values(fitted))
     os.replace(partial, out)
     digest = hashlib.sha256(out.read_bytes()).hexdigest()

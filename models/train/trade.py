@@ -13,7 +13,7 @@ import cv2
 from models.detection.detector import open_detector
 from models.errors import ModelFileError, told
 from models.evaluation.cost import measure_cost
-from models.evaluation.measures import measure
+from models.evaluation.measures import measure, tried
 from models.evaluation.truth import read_truth, read_words
 from models.store import manifest
 from models.train.export import export, parse_size
@@ -76,7 +76,7 @@ def main(
             path = out / f"{checkpoint.stem}-{size}-{bits}.onnx"
             export(checkpoint, path, None, parse_size(size), images)
             detector = open_detector(path, "auto", encoder, 1)
-            report = measure(detector, truth, fitting, words, encoder, synonyms=False)
+            report = measure(tried(detector, truth, fitting, words, encoder), words)
             report["cost"] = measure_cost(path)
             reports[path.stem] = report
             click.echo("| " + " | ".join(row(size, bits, report)) + " |")

@@ -15,7 +15,7 @@ ROOM_PHRASES = ("{}", "a {}", "a photo of a {}", "inside a {}")
 
 
 def check_names(names: Sequence[str], where: str) -> None:
-    """Raise ModelError unless this is a usable list of class names."""
+    """Raise ModelFileError unless this is a usable list of class names."""
     if not names:
         raise ModelFileError(f"{where}: the class list is empty; give at least one name")
     if len(names) > MAX_CLASSES:

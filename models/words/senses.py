@@ -1,4 +1,4 @@
-"""What household nouns mean: synonyms and kinds, from the table of `models.words_from_wordnet`."""
+"""What household nouns mean: synonyms and kinds, from the table of `models.words.from_wordnet`."""
 
 import gzip
 import json
@@ -29,7 +29,7 @@ class NounSense(NamedTuple):
 
 
 class Senses:
-    """Looked up by `senses(text)`; raises ModelError where the table is not one."""
+    """Looked up by `senses(text)`; raises ModelFileError where the table is not one."""
 
     def __init__(self, path: Path = PATH) -> None:
         try:

@@ -57,7 +57,7 @@ class TextEncoder:
 
 
 def open_tokenizer(path: Path, remedy: str = "run `rfnav models pull minilm`") -> Tokenizer:
-    """A tokenizer that truncates and does not pad. Raises ModelError."""
+    """A tokenizer that truncates and does not pad. Raises ModelFileError."""
     if not path.is_file():
         raise ModelFileError(f"{path}: missing; {remedy}")
     try:

@@ -23,7 +23,7 @@ class Vocabulary:
 
 
 def load_vocabulary(path: Path = PATH) -> Vocabulary:
-    """Read a word list; ModelError for what is none."""
+    """Read a word list; ModelFileError for what is none."""
     try:
         table = tomllib.loads(path.read_text(encoding="utf-8"))
         found = Vocabulary(

@@ -23,7 +23,7 @@ Classes = tuple[tuple[str, ...], ...]
 
 class SeekingDetector:
     """The models that see, loaded, and what they look for. One thread at a time may use them.
-    Raises models.errors.ModelError when one cannot be loaded."""
+    Raises models.errors.ModelFileError when one cannot be loaded."""
 
     def __init__(self, config: Config, encoder: TextEncoder, words: Vocabulary) -> None:
         models = config.models
@@ -58,13 +58,12 @@ class SeekingDetector:
         second = self._second
         if not goal.strange or second is None or cfg.second_looks <= 0 or cfg.source != "model":
             return None, ""
-        label = [names[0] for names in goal.classes].index(goal.name)
-        likeness = second.likeness(goal.classes[label])
+        likeness = second.likeness(goal.names)
         if not likeness.any():
             return None, "; no picture is known of anything like it: it will hardly be recognised"
         like = second.names[int(likeness.argmax())]
         told = f"; what is strange is looked at twice, for: {like}"
-        return Sought(label, likeness, cfg.second_looks), told
+        return Sought(goal.label, likeness, cfg.second_looks), told
 
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what is seen surely enough."""
@@ -105,7 +104,7 @@ class SeekingDetector:
         return self._detector.score(np.ones_like(cosines), cosines)
 
     def capabilities(self) -> Mapping[str, object]:
-        """The detector's; see models.detections.Detector."""
+        """The detector's; see models.detection.detections.Detector."""
         return self._detector.capabilities
 
 

@@ -1,69 +1,60 @@
-"""`python -m runtime.perception.evaluation --data DIR`: how well a detector does on labelled frames.
+"""How well a detector does on labelled frames, asked as the runtime asks it.
 
 Average precision at IoU 0.5 by pycocotools, in groups; names that training never saw; what was held
 out of training, with a second look; rooms; what scores are worth, and the threshold for "target
-seen"; what a frame costs. Calibration and threshold are fitted on the frames of --dev and reported
-on those of --data.
+seen"; what a frame costs. Calibration and threshold are fitted on other frames than are reported.
 """
 
-import json
 from pathlib import Path
+from typing import Any
 
-import click
-import cv2
-
-from models.detection.detector import open_detector
+from models.detection.detector import OpenDetector, open_detector
 from models.detection.second_look import SecondLook
-from models.errors import told
+from models.evaluation.asked import LookedFor, by_other_names, looked_at_twice
 from models.evaluation.cost import measure_cost
-from models.evaluation.measures import measure
+from models.evaluation.measures import measure, tried
 from models.evaluation.report import markdown
 from models.evaluation.sheet import draw_sheet
 from models.evaluation.truth import read_truth, read_words
-from models.store import manifest
 from models.words.text_encoder import TextEncoder
+from runtime.config import DetectorConfig
+from runtime.perception.word_verdicts import by_default
 
-FILE = click.Path(path_type=Path)
+__all__ = ["contact_sheet", "evaluate", "markdown"]
 
 
-@click.command(
-    epilog="Example:  python -m runtime.perception.evaluation --data frames/val --dev frames/dev"
-)
-@click.option("--data", type=FILE, required=True, help="Frames to judge on.")
-@click.option("--dev", type=FILE, help="Frames to fit calibration and threshold on.")
-@click.option("--detector", type=FILE, help="ONNX file; default: the project's.")
-@click.option("--second-look", type=FILE, help="Its classifier; default: the project's.")
-@click.option("--limit", type=click.IntRange(1), help="Only as many frames of each directory.")
-@click.option("--threads", default=2, show_default=True)
-@click.option("--cost/--no-cost", default=True, show_default=True, help="Time it, too.")
-@click.option("--synonyms/--no-synonyms", default=True, show_default=True)
-@click.option("--sheet", type=FILE, help="Draw detections of some frames here (PNG), and no more.")
-@click.option("--json", "json_file", type=FILE, help="Write the figures here.")
-def main(
-    data: Path, dev: Path | None, detector: Path | None, second_look: Path | None,
-    limit: int | None, threads: int, cost: bool, synonyms: bool, sheet: Path | None,
-    json_file: Path | None,
-) -> None:  # fmt: skip
-    """Measure a detector on labelled frames."""
-    cv2.setNumThreads(1)
-    encoder, words = TextEncoder(manifest.fetch("minilm")), read_words()
-    path = detector or manifest.fetch("rfnav-det")
-    truth = read_truth(data, limit)
-    opened = open_detector(path, "auto", encoder, threads)
-    if sheet is not None:
-        draw_sheet(opened, truth, words, sheet)
-        click.echo(f"{sheet}: detections of {path.name} on {data}")
-        return
+def evaluate(
+    detector: Path, second_look: Path, data: Path, dev: Path | None, encoder: TextEncoder,
+    *, limit: int | None = None, threads: int = 2, cost: bool = True, synonyms: bool = True,
+) -> dict[str, Any]:  # fmt: skip
+    """The figures on the frames of `data`, on the first `limit`, with those of `dev` to fit on.
+    Raises ModelFileError for files and frames that cannot be used."""
+    words, truth = read_words(), read_truth(data, limit)
     fitting = read_truth(dev, limit) if dev else None
-    looks = second_look or manifest.fetch("second-look")
-    second = SecondLook(looks, encoder, threads)
-    report = measure(opened, truth, fitting, words, encoder, synonyms, second)
+    opened = open_detector(detector, "auto", encoder, threads)
+    second = SecondLook(second_look, encoder, threads)
+    understood = by_default(encoder)
+
+    def looked_for(text: str) -> LookedFor:
+        goal = understood(text)
+        return LookedFor(goal.names, goal.strange)
+
+    trial = tried(opened, truth, fitting, words, encoder)
+    report = measure(trial, words)
+    if trial.looked is not None and synonyms:
+        report |= by_other_names(trial, trial.looked, words, encoder, looked_for)
+    if isinstance(opened, OpenDetector):
+        looks = DetectorConfig().second_looks
+        report["second_look"] = looked_at_twice(trial, opened, second, looks, words, looked_for)
     if cost:
-        report["cost"] = measure_cost(path, looks)
-    click.echo(markdown(report))
-    if json_file:
-        json_file.write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+        report["cost"] = measure_cost(detector, second_look)
+    return report
 
 
-if __name__ == "__main__":
-    told(main)
+def contact_sheet(
+    detector: Path, data: Path, out: Path, encoder: TextEncoder,
+    *, limit: int | None = None, threads: int = 2,
+) -> None:  # fmt: skip
+    """Draw what it detects on some of the frames."""
+    opened = open_detector(detector, "auto", encoder, threads)
+    draw_sheet(opened, read_truth(data, limit), read_words(), out)

@@ -30,6 +30,16 @@ class Goal:
     how: str
     strange: bool = False
 
+    @property
+    def label(self) -> int:
+        """Index of the class that counts as found."""
+        return [names[0] for names in self.classes].index(self.name)
+
+    @property
+    def names(self) -> Class:
+        """All names of the class that counts as found."""
+        return self.classes[self.label]
+
 
 @dataclass(frozen=True)
 class Words:

@@ -6,18 +6,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from models.errors import ModelFileError
 from models.language.likelihood import LanguageModel, ReasoningModel
 from models.language.vision import VisionModel
 from models.store import manifest
 from models.words.senses import Senses
 from models.words.text_encoder import TextEncoder
-from models.words.vocabulary import Vocabulary, load_vocabulary
+from models.words.vocabulary import load_vocabulary
 from runtime.clock import Clock, Deadline
 from runtime.config import Config, ModelsConfig
 from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.core.voting import consensus, likelihood_experts
-from runtime.errors import ConfigError, ModelError
+from runtime.errors import ConfigError
 from runtime.experts.cloud import Bill, Cloud
 from runtime.experts.likelihood import Scored
 from runtime.experts.panel import Expert, Panel
@@ -27,6 +26,7 @@ from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seats
 from runtime.perception.detection import SeekingDetector, located
 from runtime.perception.goal_words import Goal, Words, understand
+from runtime.perception.model_errors import models_told
 
 GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
 
@@ -34,22 +34,21 @@ GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dot
 class LoadedModels:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
 
+    @models_told()
     def __init__(self, config: Config, clock: Clock) -> None:
         self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
         models, threads = config.models, config.models.threads
-        vocabulary = _vocabulary(models.vocabulary)
+        words = [Path(models.vocabulary)] if models.vocabulary else []  # else the project's
+        vocabulary = load_vocabulary(*words)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(likelihood_experts.spoken_room(name) for name in vocabulary.rooms)
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
-        try:
-            self._encoder = TextEncoder(_directory(models.text), threads)
-            also, kinds = vocabulary.also, vocabulary.kinds
-            self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
-            self._eyes = SeekingDetector(config, self._encoder, vocabulary)
-        except ModelFileError as error:
-            raise ModelError(str(error)) from error
+        self._encoder = TextEncoder(_directory(models.text), threads)
+        also, kinds = vocabulary.also, vocabulary.kinds
+        self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
+        self._detector = SeekingDetector(config, self._encoder, vocabulary)
         if config.panel.experts:
             self._open_seats()
 
@@ -65,6 +64,7 @@ class LoadedModels:
             if part is not None:
                 part.close()
 
+    @models_told()
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         """Understand a goal, set the detector's vocabulary, seat and warm the experts. When it
         raises, the goal accepted before is still looked for."""
@@ -77,10 +77,7 @@ class LoadedModels:
         words = replace(self._words, classes=(*self._words.classes, *others))
         understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
         seats = self._open_seats() if config.panel.experts else None
-        try:
-            told = self._eyes.seek(understood, config)
-        except ModelFileError as error:
-            raise ModelError(str(error)) from error
+        told = self._detector.seek(understood, config)
         understood = replace(understood, how=understood.how + told)
         if self._cloud is not None:
             self._cloud.begin(understood.name)
@@ -108,10 +105,7 @@ class LoadedModels:
     def _open_seats(self) -> Seats:
         """The experts' models; they are loaded when the first expert is seated."""
         if self._seats is None:
-            try:
-                self._seats = self._load_seats()
-            except ModelFileError as error:
-                raise ModelError(str(error)) from error
+            self._seats = self._load_seats()
         return self._seats
 
     def _load_seats(self) -> Seats:
@@ -143,14 +137,16 @@ class LoadedModels:
     def _reason(self, model: ReasoningModel, sees: bool) -> Reasoner:
         return Reasoner(model, self._clock, self._models.reply_tokens, sees)
 
+    @models_told()
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what is seen surely enough."""
-        return self._eyes.detect(rgb)
+        return self._detector.detect(rgb)
 
+    @models_told()
     def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
         the goal's classes."""
-        return self._eyes.likeness(embeddings)
+        return self._detector.likeness(embeddings)
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
@@ -162,8 +158,8 @@ class LoadedModels:
         return self._seats is None or self._seats.settle(by)
 
     def capabilities(self) -> Mapping[str, object]:
-        """The detector's; see models.detections.Detector."""
-        return self._eyes.capabilities()
+        """The detector's; see models.detection.detections.Detector."""
+        return self._detector.capabilities()
 
     def rung(self) -> str:
         """Which model answers the experts."""
@@ -177,6 +173,7 @@ class LoadedModels:
         """Calls of the cloud since this was asked last, for the journal."""
         return self._seats.bills() if self._seats is not None else ()
 
+    @models_told()
     def seated(self, config: Config) -> dict[str, Expert]:
         """Those that the configuration seats, by name; they may be asked without a panel too."""
         return self._open_seats().experts(config) if config.panel.experts else {}
@@ -189,13 +186,6 @@ class LoadedModels:
             return {}
         goal = self._encoder.embed([likelihood_experts.SCENE.format(thing=brief.goal)])[0]
         return {id: float(view @ goal) for id, view in views.items()}
-
-
-def _vocabulary(path: str) -> Vocabulary:
-    try:
-        return load_vocabulary(Path(path)) if path else load_vocabulary()
-    except ModelFileError as error:
-        raise ModelError(str(error)) from error
 
 
 def _directory(name: str) -> Path:

@@ -1,20 +1,37 @@
-"""`rfnav models`: fetch, check, list and import models."""
+"""`rfnav models`: fetch, check, list, import and judge models."""
 
+import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
 import click
+import cv2
 from tqdm import tqdm
 
 from models.detection.imported import describe, import_detector
 from models.errors import ModelFileError
+from models.evaluation.truth import read_words
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
+from runtime.errors import ConfigError
+from runtime.perception.model_errors import models_told
+from runtime.perception.word_verdicts import by_default, word_verdicts
+
+FILE = click.Path(path_type=Path)
 
 
-@click.group("models")
+class ModelsGroup(click.Group):
+    """Commands that open models: a fault of a model is one of the runtime's errors."""
+
+    @models_told()
+    def invoke(self, ctx: click.Context) -> Any:
+        return super().invoke(ctx)
+
+
+@click.group("models", cls=ModelsGroup)
 def models_command() -> None:
-    """Fetch, check, list and import the models the robot runs on."""
+    """Fetch, check, list, import and judge the models the robot runs on."""
 
 
 def _chosen(names: tuple[str, ...], everything: bool) -> list[manifest.Entry]:
@@ -67,12 +84,12 @@ def list_models() -> None:
     epilog="Examples:  rfnav models import yolov8n.onnx --as yolo   |   "
     "rfnav models import world.onnx --as world --texts clip/text.onnx",
 )
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=FILE)
 @click.option("--as", "name", required=True, help="Name it goes by from now on.")
-@click.option("--classes", type=click.Path(path_type=Path), help="Names of its list, one a line.")
+@click.option("--classes", type=FILE, help="Names of its list, one a line.")
 @click.option(
     "--texts",
-    type=click.Path(path_type=Path),
+    type=FILE,
     help="Embedded names (.npz) or text tower (.onnx, tokenizer.json beside it) of a prompted one.",
 )
 def import_model(file: Path, name: str, classes: Path | None, texts: Path | None) -> None:
@@ -85,6 +102,63 @@ def import_model(file: Path, name: str, classes: Path | None, texts: Path | None
         click.echo(f"  {line}")
     click.echo(f"  a 640x480 frame: {found.frame_ms:.0f} ms on one thread")
     click.echo(f'use it with models.detector = "{name}"')
+
+
+@models_command.command(epilog="Example:  rfnav models evaluate --data frames/val --dev frames/dev")
+@click.option("--data", type=FILE, required=True, help="Frames to judge on.")
+@click.option("--dev", type=FILE, help="Frames to fit calibration and threshold on.")
+@click.option("--detector", type=FILE, help="ONNX file; default: the project's.")
+@click.option("--second-look", type=FILE, help="Its classifier; default: the project's.")
+@click.option("--limit", type=click.IntRange(1), help="Only as many frames of each directory.")
+@click.option("--threads", default=2, show_default=True)
+@click.option("--cost/--no-cost", default=True, show_default=True, help="Time it, too.")
+@click.option("--synonyms/--no-synonyms", default=True, show_default=True)
+@click.option("--sheet", type=FILE, help="Draw detections of some frames here (PNG), and no more.")
+@click.option("--json", "json_file", type=FILE, help="Write the figures here.")
+def evaluate(
+    data: Path, dev: Path | None, detector: Path | None, second_look: Path | None,
+    limit: int | None, threads: int, cost: bool, synonyms: bool, sheet: Path | None,
+    json_file: Path | None,
+) -> None:  # fmt: skip
+    """Measure a detector on labelled frames, asked as the runtime asks it."""
+    try:  # a robot has no need of what judges models
+        from runtime.perception import evaluation
+    except ModuleNotFoundError as error:
+        package = str(error.name).partition(".")[0]
+        raise ConfigError(
+            f"models evaluate: {package} is not installed; it comes with the extra `train`"
+        ) from error
+    cv2.setNumThreads(1)
+    encoder, path = TextEncoder(manifest.fetch("minilm")), detector or manifest.fetch("rfnav-det")
+    if sheet is not None:
+        evaluation.contact_sheet(path, data, sheet, encoder, limit=limit, threads=threads)
+        click.echo(f"{sheet}: detections of {path.name} on {data}")
+        return
+    looks = second_look or manifest.fetch("second-look")
+    report = evaluation.evaluate(
+        path, looks, data, dev, encoder,
+        limit=limit, threads=threads, cost=cost, synonyms=synonyms,
+    )  # fmt: skip
+    click.echo(evaluation.markdown(report))
+    if json_file:
+        json_file.write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
+
+
+@models_command.command(epilog="Example:  rfnav models words --asked")
+@click.option("--names", is_flag=True, help="By the names of training alone, not the word list.")
+@click.option("--senses/--no-senses", default=True, show_default=True, help="With WordNet.")
+@click.option("--listed/--not-listed", default=True, show_default=True, help="With more names.")
+@click.option("--asked", is_flag=True, help="Names of models/evaluation/asked.toml.")
+def words(names: bool, senses: bool, listed: bool, asked: bool) -> None:
+    """Print at which class each name that training never saw ends."""
+    encoder, lists = TextEncoder(manifest.fetch("minilm")), read_words()
+    classes = tuple(lists.trained.values()) if names else None
+    understood = by_default(encoder, classes, senses, listed)
+    rows = word_verdicts(lists, understood, lists.asked if asked else lists.unseen)
+    for row in sorted(rows, key=lambda row: row.verdict):
+        click.echo(f"{row.verdict:36} {row.category:18} {row.how}")
+    for verdict, count in Counter(row.verdict for row in rows).most_common():
+        click.echo(f"{count:4} of {len(rows)}: {verdict}")
 
 
 class _Bar:

@@ -12,7 +12,7 @@ from models.detection.imported import import_detector
 from models.errors import ModelFileError
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
-from runtime.commands.models import models_command
+from runtime.perception.models_command import models_command
 
 SIZE = (64, 96)
 CELLS = 8 * 12 + 4 * 6 + 2 * 3

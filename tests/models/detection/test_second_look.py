@@ -11,7 +11,14 @@ import pytest
 from onnx import TensorProto, helper
 
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.second_look import SecondLook, SecondLookEvidence, Sought, look_twice, places
+from models.detection.second_look import (
+    LOOKS,
+    SecondLook,
+    SecondLookEvidence,
+    Sought,
+    look_twice,
+    places,
+)
 from models.errors import ModelFileError
 from models.evaluation.judged import fit_odds
 from models.evaluation.precision import Precision
@@ -202,16 +209,16 @@ def test_it_is_evaluated_on_what_was_held_out_and_on_each_word_as_if_it_were(
     words = NameLists({"sofa": ("sofa",)}, ("umbrella",), {}, {}, (), {})
     monkeypatch.setattr(FrameTruth, "picture", lambda self, name: frame(RED, BLUE))
     looked = look_at_all(detector, second, truth, words)
-    (told,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]})
+    (told,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]}, LOOKS)
     found, order = told.scored(second)
     assert Precision(truth).average([found], [1])[1] == pytest.approx(1.0)
     assert found.labels.tolist() == [1, 1]
     assert told.boxes_px[order[0]] == pytest.approx(LEFT)
-    (alone,) = sightings(looked, second, truth, words, {"sofa": ["sofa"]})
+    (alone,) = sightings(looked, second, truth, words, {"sofa": ["sofa"]}, LOOKS)
     assert alone.labels.tolist() == []  # no class of these stands for a sofa
     words = replace(words, trained={"umbrella": ("umbrella",)}, held_out=())
     looked = look_at_all(detector, second, truth, words)
-    (known,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]})
+    (known,) = sightings(looked, second, truth, words, {"umbrella": ["umbrella"]}, LOOKS)
     assert known.labels.tolist() == [1, 1]
     assert known.evidence.strangeness == pytest.approx([0, 0])  # its own word is left out
 

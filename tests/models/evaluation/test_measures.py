@@ -1,11 +1,13 @@
-"""The evaluation, on drawn frames and a detector whose answers are known."""
+"""Figures of merit, on drawn frames and a detector whose answers are known."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 import pytest
+from labelled_frames import SOFA, sofa_graph, write_frames
 
 pytest.importorskip("pycocotools")
 
@@ -13,7 +15,8 @@ from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
 from models.errors import ModelFileError
 from models.evaluation import judged as judging
-from models.evaluation.measures import measure, room_accuracy
+from models.evaluation.asked import LookedFor, by_other_names
+from models.evaluation.measures import measure, room_accuracy, tried
 from models.evaluation.naming import look
 from models.evaluation.precision import Precision
 from models.evaluation.report import markdown
@@ -21,49 +24,20 @@ from models.evaluation.sheet import COLUMNS, ROWS, WIDTH, draw_sheet
 from models.evaluation.truth import FrameTruth, read_truth, read_words
 from models.words.text_encoder import TextEncoder
 
-CATEGORIES = ("sofa", "toilet", "guitar")
 ROOMS = ("kitchen", "bathroom")
-
-
-def write_frames(folder: Path, notes: list[list[tuple[int, list[float], int]]]) -> FrameTruth:
-    """One 96x64 frame a list of (category id, x y w h, ignored)."""
-    (folder / "images").mkdir(parents=True)
-    images, rows = [], []
-    for k, marks in enumerate(notes, 1):
-        name = f"{k}.png"
-        cv2.imwrite(str(folder / "images" / name), np.full((64, 96, 3), 90, np.uint8))
-        images.append({"id": k, "file_name": name, "width": 96, "height": 64, "room": "bathroom"})
-        for category, box, crowd in marks:
-            area = box[2] * box[3]
-            row = {"image_id": k, "category_id": category, "bbox": box, "iscrowd": crowd}
-            rows.append({"id": len(rows) + 1, **row, "area": area})
-    categories = [{"id": i, "name": name} for i, name in enumerate(CATEGORIES, 1)]
-    table = {"images": images, "annotations": rows, "categories": categories}
-    (folder / "annotations.json").write_text(json.dumps(table))
-    return read_truth(folder)
 
 
 @pytest.fixture
 def truth(tmp_path: Path) -> FrameTruth:
     """Ten frames; a sofa in the first eight, one of them too hidden to count."""
-    sofa = [1, [10, 10, 50, 40], 0]
-    notes = [[tuple(sofa)] for _ in range(7)] + [[(1, [10, 10, 50, 40], 1)]]
+    notes = [[tuple(SOFA)] for _ in range(7)] + [[(1, [10, 10, 50, 40], 1)]]
     return write_frames(tmp_path / "frames", [*notes, [], [(2, [60, 30, 20, 20], 0)]])
 
 
 @pytest.fixture
 def detector(constant_graph, encoder: TextEncoder) -> OpenDetector:
-    """It sees a sofa, 10..60 by 10..50 px, whatever it is shown."""
-    sofa, bathroom = encoder.embed(["sofa", "a bathroom"])
-    outputs = {
-        "boxes": np.array([[[10, 10, 60, 50], [70, 2, 90, 20]]], np.float32),
-        "objectness": np.array([[0.9, 0.1]], np.float32),
-        "embeddings": np.stack((sofa, sofa))[None],
-        "scene": bathroom[None],
-    }
-    values = {"scale": "20.0", "bias": "-12.0", "room_scale": "10.0", "gain": "1.5"}
-    metadata = {f"value.{k}": v for k, v in values.items()} | {"format": "rf-nav-detector/1"}
-    found = open_detector(constant_graph(outputs, (64, 96), metadata), "auto", encoder)
+    """It sees a sofa, whatever it is shown."""
+    found = open_detector(sofa_graph(constant_graph, encoder), "auto", encoder)
     assert isinstance(found, OpenDetector)
     return found
 
@@ -142,20 +116,44 @@ def test_a_frame_is_looked_at_once_and_named_as_the_detector_would(
 def test_the_report_has_every_figure(
     truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder, tmp_path: Path
 ) -> None:
-    dev = write_frames(tmp_path / "dev", [[(1, [10, 10, 50, 40], 0)], []])
-    report = measure(detector, truth, dev, read_words(), encoder)
+    dev = write_frames(tmp_path / "dev", [[tuple(SOFA)], []])
+    trial, words = tried(detector, truth, dev, read_words(), encoder), read_words()
+    report = measure(trial, words)
     sofa = report["groups"]["HM3D goals"]
     assert (sofa["categories"], sofa["of"]) == (2, 6)
     assert report["room_top1"] == 1
     assert report["goals"]["sofa"]["recall"] in (0, 1)
     assert report["goals"]["sofa"]["frames_without"] == 2
-    names = {row["synonym"] for row in report["synonyms"]["rows"]}
-    assert names == {"couch", "settee"}
-    assert {row["category"] for row in report["asked"]["rows"]} == {"sofa"}
     text = markdown(report)
     assert "AP50, HM3D goals (2 of 6 categories)" in text
     assert "fitted on other frames" in text
-    assert f"other names ({len(report['asked']['rows'])}): share of own AP" in text
+    assert "share of own AP" not in text
+
+
+def test_a_name_is_worth_what_it_is_understood_as(
+    truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder
+) -> None:
+    """By its bare word a couch is hardly a sofa here; understood as one it is found as often."""
+    words = replace(read_words(), unseen={"sofa": ("couch", "gravel")}, asked={"sofa": ("divan",)})
+    trial = tried(detector, truth, None, words, encoder)
+    assert trial.looked is not None
+
+    def understand(text: str) -> LookedFor:
+        return LookedFor(("guitar",) if text == "gravel" else ("sofa", text), strange=False)
+
+    told = by_other_names(trial, trial.looked, words, encoder, understand)
+    rows = {row["synonym"]: row for row in told["synonyms"]["rows"]}
+    assert rows["couch"]["as"] == "sofa"
+    assert rows["couch"]["understood_ratio"] == pytest.approx(1)
+    assert rows["gravel"]["as"] == "guitar"
+    assert rows["gravel"]["understood_ratio"] < 1
+    assert told["synonyms"]["understood_mean"] == pytest.approx(
+        np.mean([row["understood_ratio"] for row in rows.values()])
+    )
+    assert told["asked"]["understood_mean"] == pytest.approx(1)
+    assert told["synonyms"]["left_out"] == 0
+    text = markdown(measure(trial, words) | told)
+    assert "other names (1): share of own AP" in text
 
 
 def test_a_sheet_is_drawn(truth: FrameTruth, detector: OpenDetector, tmp_path: Path) -> None:

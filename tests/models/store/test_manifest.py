@@ -5,12 +5,10 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
 
 from models.errors import ModelFileError
 from models.store import manifest as store
 from models.store import sources
-from runtime.commands.models import models_command
 
 CONTENT = b"weights of a small model"
 SHA = hashlib.sha256(CONTENT).hexdigest()
@@ -133,12 +131,3 @@ def test_the_shipped_manifest_is_complete() -> None:
     known = store.load_manifest()
     assert {"smollm2-135m", "minilm", "efficientnet-lite0"} <= set(known)
     assert all(len(f.sha256) == 64 and f.sources for e in known.values() for f in e.files)
-
-
-def test_list_and_verify_commands(home: Path) -> None:
-    listing = CliRunner().invoke(models_command, ["list"])
-    assert listing.exit_code == 0
-    assert "not here or damaged" in listing.output
-    checked = CliRunner().invoke(models_command, ["verify", "minilm"])
-    assert checked.exit_code == 1
-    assert "rfnav models pull minilm" in checked.output

@@ -1,4 +1,4 @@
-"""WordNet's household nouns, and what the runtime makes of them with the real text encoder."""
+"""WordNet's household nouns, and what is no table of them or word list."""
 
 import gzip
 import json
@@ -8,11 +8,8 @@ import pytest
 from click.testing import CliRunner
 
 from models.errors import ModelFileError
-from models.evaluation.truth import read_words
-from runtime.perception.word_verdicts import as_runtime, looked_for, verdicts
 from models.words.from_wordnet import main
 from models.words.senses import PATH, Senses
-from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 
 
@@ -54,78 +51,6 @@ def test_related_senses_point_at_each_other(senses: Senses) -> None:
     (armchair,) = senses("armchair")
     assert recliner.broader == (armchair.id,)
     assert recliner.id in armchair.narrower
-
-
-@pytest.mark.parametrize(
-    ("word", "name", "how"),
-    [
-        ("settee", "sofa", "a kind of sofa"),
-        ("telly", "television", "another word for television"),
-        ("loo", "toilet", "another word for toilet"),
-        ("recliner", "armchair", "a kind of armchair"),
-        ("my chairs", "chair", "known as chair"),
-        ("knives", "knife", "another word for knife"),
-        ("beaker", "cup", "a kind of cup"),
-        ("night stand", "nightstand", "known as nightstand"),
-        ("umbrella", "umbrella", "a class of its own"),
-        ("igniter", "igniter", "a class of its own"),
-        ("safe", "safe", "a class of its own"),
-        ("runner", "rug", "a kind of rug"),
-        ("laundry hamper", "laundry basket", "taken for laundry basket"),
-        ("toy box", "box", "taken for box"),
-        ("money plant", "plant", "a kind of plant"),
-        ("towel rail", "towel rail", "a class of its own"),
-        ("salad", "salad", "a class of its own"),
-        ("qwertyuiop", "qwertyuiop", "a class of its own"),
-    ],
-)
-def test_a_goal_is_looked_for_as_what_it_means(
-    encoder: TextEncoder, word: str, name: str, how: str
-) -> None:
-    goal = as_runtime(encoder, listed=False)(word)
-    assert goal.name == name
-    assert how in goal.how
-
-
-@pytest.mark.parametrize(
-    ("word", "name"),
-    [("the loo", "toilet"), ("water boilers", "kettle"), ("Bed-side lamp", "desk lamp")],
-)
-def test_listed_names_need_no_dictionary(encoder: TextEncoder, word: str, name: str) -> None:
-    assert as_runtime(encoder, senses=False)(word).name == name
-    assert as_runtime(encoder, senses=False, listed=False)(word).name != name
-
-
-@pytest.mark.parametrize(
-    ("word", "kind"),
-    [
-        ("bin", "trash can"),
-        ("cushion", "pillow"),
-        ("timepiece", "clock"),
-        ("monitor", "computer monitor"),
-        ("monitor", "television"),
-    ],
-)
-def test_a_goal_that_is_more_than_a_class_keeps_its_kinds(
-    encoder: TextEncoder, word: str, kind: str
-) -> None:
-    understood = as_runtime(encoder, listed=False)
-    assert understood(word).name == word
-    assert kind in looked_for(understood, word)
-
-
-def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextEncoder) -> None:
-    words = read_words()
-    own = {}
-    for with_senses in (False, True):
-        understood = as_runtime(encoder, tuple(words.trained.values()), with_senses)
-        own[with_senses] = {
-            s for s, _, v, _ in verdicts(words, understood, words.unseen) if v == "its own"
-        }
-    assert len(own[True]) > len(own[False])
-    classes = load_vocabulary().objects
-    understood = as_runtime(encoder)
-    assert [understood(names[0]).name for names in classes] == [names[0] for names in classes]
 
 
 @pytest.mark.parametrize("content", [b"", b"no gzip", gzip.compress(b"{}"), gzip.compress(b"[")])

@@ -7,8 +7,11 @@ import onnx
 import pytest
 from onnx import TensorProto, helper, numpy_helper
 
+from models.detection.fixed_list import YoloDetector
+from models.errors import ModelFileError
 from runtime import config as configuration
 from runtime.clock import SystemClock
+from runtime.errors import ModelError
 from runtime.perception.loaded_models import LoadedModels
 
 CELLS = 8 * 12 + 4 * 6 + 2 * 3
@@ -49,3 +52,17 @@ def test_a_fixed_list_says_what_stands_for_the_goal(detector: Path) -> None:
         assert goal.how.endswith("; the detector knows nothing like it and cannot see it")
         seen = models.detect(np.full((1, 1, 3), 255, np.uint8))
         assert goal.name not in [goal.classes[k][0] for k in seen.labels]
+
+
+def test_a_detector_that_fails_on_a_frame_is_a_fault_of_a_model(
+    detector: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(self: YoloDetector, rgb: np.ndarray) -> None:
+        raise ModelFileError("yolo.onnx: does not run on images (1, 3, 64, 96)")
+
+    config = configuration.load(None, [f'models.detector="{detector}"', "panel.experts=[]"])
+    with LoadedModels(config, SystemClock()) as models:
+        models.accept("couch", config)
+        monkeypatch.setattr(YoloDetector, "detect", fail)
+        with pytest.raises(ModelError, match=r"^yolo\.onnx: does not run on images"):
+            models.detect(np.zeros((64, 96, 3), np.uint8))
