@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from models.errors import ModelFileError
-from models.language.likelihood import ReasoningModel
+from models.language.scoring import ReasoningModel
 
 HANDLERS = {
     "mtmd": "MTMDChatHandler",  # by the chat template of the GGUF itself

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from models.errors import ModelFileError
-from models.language.likelihood import LanguageModel
+from models.language.scoring import LanguageModel
 from models.store import manifest
 
 BATHROOM = "This room contains a sink, a bathtub, and a"
