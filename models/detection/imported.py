@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from models.checksum import sha256
 from models.detection.detections import Detector
 from models.detection.detector import (
     CLASSES_FILE,
@@ -130,7 +131,7 @@ def _enter(name: str, home: Path, origins: dict[str, Path], contract: str) -> No
         {
             "name": file,
             "bytes": (home / file).stat().st_size,
-            "sha256": manifest.sha256(home / file),
+            "sha256": sha256(home / file),
             "sources": [{"file": str(origin)}],
         }
         for file, origin in origins.items()

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from models.errors import ModelFileError
-from models.language.scoring import ReasoningModel
+from models.language.reasoning import ReasoningModel
 
 HANDLERS = {
     "mtmd": "MTMDChatHandler",  # by the chat template of the GGUF itself

@@ -6,7 +6,6 @@ whole.
 """
 
 import contextlib
-import hashlib
 import os
 import shutil
 import tempfile
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from models.checksum import sha256
 from models.errors import ModelFileError
 from models.store import sources
 
@@ -213,9 +213,3 @@ def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
         raise ModelFileError(f"{target}: {error.strerror or error}") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
-
-
-def sha256(path: Path) -> str:
-    """Of a file, in hexadecimal digits."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()

@@ -6,7 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from models.language.scoring import LanguageModel, ReasoningModel
+from models.language.reasoning import ReasoningModel
+from models.language.scoring import LanguageModel
 from models.language.vision import VisionModel
 from models.store import manifest
 from models.words.senses import Senses

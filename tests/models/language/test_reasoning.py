@@ -9,7 +9,7 @@ import pytest
 from llama_cpp import Llama
 
 from models.errors import ModelFileError, OverdueError
-from models.language.scoring import ReasoningModel
+from models.language.reasoning import ReasoningModel
 from models.store import manifest
 
 GRAMMAR = r"""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mmproj import write_mmproj
 
+from models.checksum import sha256
 from models.detection.second_look import SecondLook
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
@@ -140,7 +141,7 @@ def test_a_model_that_sees_by_its_name(tmp_path: Path, monkeypatch: pytest.Monke
     parts[0].symlink_to(manifest.fetch("smollm2-135m"))
     write_mmproj(parts[1])
     entry = MANIFEST + "".join(
-        FILE.format(path=p, size=p.stat().st_size, sha256=manifest.sha256(p)) for p in parts
+        FILE.format(path=p, size=p.stat().st_size, sha256=sha256(p)) for p in parts
     )
     (tmp_path / "data" / "rf-nav").mkdir(parents=True)
     (tmp_path / "data" / "rf-nav" / "models.toml").write_text(entry)

@@ -1,0 +1,36 @@
+"""Opening a GGUF file, through llama.cpp, with errors in one line."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+from models.errors import ModelFileError
+
+
+def load(path: Path, threads: int, **settings: Any) -> Any:
+    """A llama_cpp.Llama of this file; ModelFileError, one line, when it cannot be."""
+    _check(Path(path))
+    # libgomp reads this when it is loaded: spinning threads would starve the control loop.
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    from llama_cpp import Llama
+
+    try:
+        return Llama(
+            model_path=str(path),
+            n_threads=threads,
+            n_threads_batch=threads,
+            verbose=False,
+            **settings,
+        )
+    except Exception as error:  # the binding raises ValueError, AssertionError, ...
+        reason = " ".join(str(error).split())[:120]
+        raise ModelFileError(f"{path}: llama.cpp cannot load it ({reason})") from error
+
+
+def _check(path: Path) -> None:
+    remedy = "check the path or run `rfnav models pull`"
+    if not path.is_file():
+        raise ModelFileError(f"{path}: no such model file; {remedy}")
+    with path.open("rb") as stream:
+        if stream.read(4) != b"GGUF":
+            raise ModelFileError(f"{path}: not a GGUF file, or damaged; {remedy}")
