@@ -13,14 +13,11 @@ from models.detection.second_look import SecondLook
 from models.evaluation.asked import LookedFor, by_other_names, looked_at_twice
 from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure, tried
-from models.evaluation.report import markdown
 from models.evaluation.sheet import draw_sheet
 from models.evaluation.truth import read_truth, read_words
 from models.words.text_encoder import TextEncoder
 from runtime.config import DetectorConfig
 from runtime.perception.word_verdicts import by_default
-
-__all__ = ["contact_sheet", "evaluate", "markdown"]
 
 
 def evaluate(

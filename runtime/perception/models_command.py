@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from models.detection.imported import describe, import_detector
 from models.errors import ModelFileError
+from models.evaluation.report import markdown
 from models.evaluation.truth import read_words
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
@@ -139,7 +140,7 @@ def evaluate(
         path, looks, data, dev, encoder,
         limit=limit, threads=threads, cost=cost, synonyms=synonyms,
     )  # fmt: skip
-    click.echo(evaluation.markdown(report))
+    click.echo(markdown(report))
     if json_file:
         json_file.write_text(json.dumps(report, indent=1, sort_keys=True) + "\n")
 

@@ -130,6 +130,26 @@ def test_the_report_has_every_figure(
     assert "share of own AP" not in text
 
 
+def test_what_a_frame_costs_is_told_where_it_was_measured(
+    truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder
+) -> None:
+    words = read_words()
+    report = measure(tried(detector, truth, None, words, encoder), words)
+    assert "ms a " not in markdown(report)
+    one = {"ms": 65.4, "least_ms": 60.1, "cpu_ms": 64.0, "ratio": 1.5, "memory_mb": 99.6}
+    two = {**one, "ms": 43.2, "twice_ms": 100.4, "twice_memory_mb": 110.2}
+    cost = {"bytes": 7_100_000, "threads_1": one, "threads_2": two}
+    lines = markdown(report | {"cost": cost}).splitlines()
+    assert (
+        "| ms a 640x480 frame, 1 thread(s) | 65.4 (least 60.1, ratio 1.50, CPU 64.0) | ≤ 60 |"
+        in lines
+    )
+    assert "| ms a frame looked at twice, 2 thread(s) | 100.4 (110 MB more) | – |" in lines
+    assert not any("twice, 1 thread" in line for line in lines)
+    assert "| file, MB | 7.1 | ≤ 12 |" in lines
+    assert "| memory, MB | 100 | ≤ 150 |" in lines
+
+
 def test_a_name_is_worth_what_it_is_understood_as(
     truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder
 ) -> None:

@@ -29,9 +29,13 @@ def run(*arguments: object) -> str:
 
 @pytest.fixture
 def frames(tmp_path: Path) -> tuple[Path, Path]:
-    """To judge on, six sofas and a toilet, and to fit on."""
+    """To judge on, six sofas, a toilet and a guitar, and to fit on."""
     data, dev = tmp_path / "val", tmp_path / "dev"
-    write_frames(data, [[tuple(SOFA)] for _ in range(6)] + [[], [(2, [60, 30, 20, 20], 0)]])
+    write_frames(
+        data,
+        [[tuple(SOFA)] for _ in range(6)]
+        + [[], [(2, [60, 30, 20, 20], 0), (3, [0, 0, 20, 30], 0)]],
+    )
     write_frames(dev, [[tuple(SOFA)], []])
     return data, dev
 
@@ -53,7 +57,10 @@ def test_a_detector_is_asked_as_the_runtime_would(
     assert {row["as"] for row in rows} == {"sofa"}  # the dictionary and the list know them
     assert report["synonyms"]["understood_mean"] > report["synonyms"]["mean"]
     assert {row["category"] for row in report["asked"]["rows"]} == {"sofa"}
-    assert report["second_look"]["of"] == len(read_words().held_out)
+    twice = report["second_look"]
+    assert twice["of"] == len(read_words().held_out)
+    assert {name: row["as"] for name, row in twice["categories"].items()} == {"guitar": "guitar"}
+    assert twice["categories"]["guitar"]["objects"] == 1
     assert f"other names ({len(report['asked']['rows'])}): share of own AP" in text
     assert "cost" not in report
 
