@@ -19,7 +19,8 @@ from robot_double import RobotDouble
 from hil_sim.driving.link import free_port
 from runtime.clock import Deadline, SystemClock
 from runtime.config import load
-from runtime.core.types import Brief, Missing, Pose, Vote
+from runtime.core import local_policy
+from runtime.core.types import Brief, Missing, Pose, Twist, Vote
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import Helm
 from runtime.loops.realtime import RealTime, _frozen
@@ -84,9 +85,14 @@ def moving(robot: RobotDouble) -> bool:
     return robot.twist.v_mps > 0.1
 
 
-def test_a_search_from_goal_to_found(tmp_path: Path):
+def test_a_search_from_goal_to_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}
+
+    def twice(*args: object) -> None:
+        raise AssertionError("in real time only the control loop steers")
+
+    monkeypatch.setattr(local_policy.velocity_policy, "steer", twice)
     with running(FakeModels(there), *PATIENT) as (robot, ended):
         assert robot.ask("status")["state"] == "ready"
         begin(robot, tmp_path)
@@ -105,7 +111,11 @@ def test_a_search_from_goal_to_found(tmp_path: Path):
     assert summary["reliance"]["weights"] == {"o2f": 0.0, "r2f": 0.0, "sle": 0.0}  # nobody voted
     lines = list(read_journal(tmp_path / "decisions.jsonl"))
     assert [lines[0]["kind"], lines[-1]["kind"]] == ["goal", "end"]
-    assert sum(line["kind"] == "step" for line in lines) == summary["steps"]
+    steps = [line for line in lines if line["kind"] == "step"]
+    assert len(steps) == summary["steps"]
+    sent = {(round(t.v_mps, 4), round(t.w_radps, 4)) for t in (Twist(), *robot.commands)}
+    assert {(step["v_mps"], step["w_radps"]) for step in steps} <= sent
+    assert len({step["v_mps"] for step in steps}) > 1  # not only standing still
     arrays, meta = read_map(tmp_path)
     assert arrays["free"].any()
     assert meta["stopped_at"] is not None
