@@ -21,9 +21,5 @@ class BusError(RfNavError):
     """The Zenoh session could not be opened or used."""
 
 
-class BaseError(RfNavError):
-    """The robot's base refused or lost a command."""
-
-
 class InternalError(RfNavError):
     """A mistake of our own that ended a loop; the base was brought to rest first."""

@@ -1,0 +1,86 @@
+"""What the robot's side says on the bus: commands to the base, answers in lockstep, and reports."""
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+import zenoh
+
+from runtime.core.types import Action, Twist
+from runtime.errors import BusError
+from runtime.journal import plain
+from runtime.robot import wire
+from runtime.robot.session import BusConfig
+
+__all__ = ["Publications"]
+
+COMMANDS: Final = ("action", "cmd_vel")
+REPORTS: Final = ("state", "decision", "feedback")
+
+
+class Publications:
+    """The publishers of one session. In `lockstep` every message blocks, all are of one priority,
+    and the last answer is kept: it can be given again."""
+
+    def __init__(self, session: Any, config: BusConfig, lockstep: bool) -> None:
+        self._config = config
+        self._answer: tuple[int, bytes] | None = None  # to which observation, and what
+        self._publishers: dict[str, Any] = {
+            name: self._declare(session, name, lockstep) for name in (*COMMANDS, *REPORTS)
+        }
+        self._declared = list(self._publishers.values())
+
+    def action(self, stamp_ns: int, action: Action, twist: Twist | None) -> None:
+        """See `Bus.publish_action`."""
+        answer: dict[str, object] = {"stamp_ns": stamp_ns, "action": action.value}
+        if twist is not None:
+            answer |= {"v_mps": twist.v_mps, "w_radps": twist.w_radps}
+        payload = wire.encode_json(answer)
+        self._answer = (stamp_ns, payload)
+        self._put("action", payload)
+
+    def twist(self, forward_mps: float, turn_radps: float, stamp_ns: int) -> None:
+        """See `Bus.publish_twist`."""
+        if self._config.cmd_vel_type == "Twist":
+            payload = wire.encode_twist(forward_mps, turn_radps)
+        else:
+            frame = self._config.cmd_vel_frame
+            payload = wire.encode_twist_stamped(forward_mps, turn_radps, stamp_ns, frame)
+        self._put("cmd_vel", payload)
+
+    def report(self, name: str, content: Mapping[str, object]) -> None:
+        """One of `REPORTS`, as JSON."""
+        self._put(name, wire.encode_json(plain(content)))
+
+    def answer_again(self, stamp_ns: int) -> None:
+        """An observation came twice, for a harness sends again what it got no answer to: a step is
+        never taken twice, but an answer that was lost is given again."""
+        if self._answer is not None and self._answer[0] == stamp_ns:
+            self._put("action", self._answer[1])
+
+    def forget_answer(self) -> None:
+        self._answer = None
+
+    def undeclare(self) -> None:
+        """Idempotent. What is published afterwards is a BusError."""
+        declared, self._declared = self._declared, []
+        for publisher in declared:
+            publisher.undeclare()
+
+    def _declare(self, session: Any, name: str, lockstep: bool) -> Any:
+        command = name in COMMANDS
+        # In lockstep one priority for all: what was published first arrives first.
+        urgent = command and not lockstep
+        return session.declare_publisher(
+            self._config.key(getattr(self._config.topics, name)),
+            congestion_control=zenoh.CongestionControl.BLOCK
+            if command or lockstep
+            else zenoh.CongestionControl.DROP,
+            priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
+            express=True,
+        )
+
+    def _put(self, name: str, payload: bytes) -> None:
+        try:
+            self._publishers[name].put(payload)
+        except zenoh.ZError as error:
+            raise BusError(f"{name}: cannot be published: {error}") from error

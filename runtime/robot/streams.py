@@ -1,0 +1,240 @@
+"""The robot's sensor streams: filed as they come, decoded where they are used and nowhere else."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from runtime.clock import Clock, Deadline
+from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.errors import SensorError
+from runtime.robot import wire
+from runtime.robot.session import BusConfig
+from runtime.robot.sync import Match, RawMessage, Rings, interpolate
+
+__all__ = ["SensorStreams", "StreamHealth"]
+
+
+@dataclass
+class StreamHealth:
+    """What came on one topic."""
+
+    received: int = 0
+    bad: int = 0
+    last_error: str = ""
+    arrival_s: float | None = None  # monotonic, of the newest
+
+
+class SensorStreams:
+    """Colour, depth, intrinsics, odometry and what a detector elsewhere says, of one robot.
+
+    `file` and `file_labels` are called in the threads of the bus, the rest by whoever reads.
+    Whatever comes is told to those who wait on `changed`.
+    """
+
+    def __init__(
+        self, config: BusConfig, clock: Clock, changed: threading.Condition, lockstep: bool
+    ) -> None:
+        self._config = config
+        self._clock = clock
+        self._changed = changed
+        self._rings = Rings(
+            int(config.pair_tolerance_s * 1e9), int(config.odometry_gap_s * 1e9), lockstep
+        )
+        self._camera_info: RawMessage | None = None  # newest, not decoded yet
+        self._intrinsics: Intrinsics | None = None
+        self._intrinsics_error: SensorError | None = None
+        self._frame_without_info_s: float | None = None
+        self._seen_frame = False
+        self._labels: dict[str, Any] = {}  # newest message on `detections`
+        topics = config.topics
+        self._odom_topic = topics.pose or topics.odom
+        self.topics = {
+            "color": topics.color,
+            "depth": topics.depth,
+            "camera_info": topics.camera_info,
+            "odom": self._odom_topic,
+        }
+        self._health = {topic: StreamHealth() for topic in self.topics.values()}
+
+    # -- in the bus's threads ------------------------------------------------------------------
+
+    def file(self, stream: str, payload: bytes) -> None:
+        """File a message of one of `topics` and return."""
+        topic = self.topics[stream]
+        arrival_s = self._clock.now_s()
+        with self._changed:
+            health = self._health[topic]
+            health.received += 1
+            health.arrival_s = arrival_s
+            try:
+                raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
+            except SensorError as error:
+                health.bad += 1
+                health.last_error = str(error)
+                return
+            if stream == "camera_info":
+                self._camera_info = raw
+            else:
+                self._rings.file(stream, raw)
+            self._changed.notify_all()
+
+    def file_labels(self, topic: str, payload: bytes) -> None:
+        """What a detector elsewhere has seen: the newest is kept."""
+        with self._changed:
+            self._health.setdefault(topic, StreamHealth())
+        try:
+            labels = wire.decode_json(payload, topic)
+        except SensorError as error:
+            self._count(topic, error)
+            return
+        with self._changed:
+            self._health[topic].received += 1
+            self._labels = labels
+            self._changed.notify_all()
+
+    # -- what is asked -------------------------------------------------------------------------
+
+    def wait_for_match(self, by: Deadline, interrupted: Callable[[], bool]) -> Match | None:
+        """The next match, not decoded; None after `by` or when `interrupted` holds. Holding
+        `changed`.
+
+        SensorError for a camera that sends images without intrinsics.
+        """
+        while True:
+            self._read_camera_info()
+            until_s = by.at_s
+            if self._intrinsics is not None:
+                match = self._rings.take()
+                if match is not None:
+                    return match
+            elif self._rings.peek() is not None:
+                until_s = min(until_s, self._await_camera_info())
+            if interrupted() or by.passed():
+                return None
+            self._clock.wait(self._changed, until_s)
+
+    def observe(self, match: Match) -> Observation | None:
+        """Decode a match; None when one of its messages is bad (and counted).
+
+        Before the first frame, SensorError for images of another size than the intrinsics say.
+        """
+        topics, intrinsics = self._config.topics, self._intrinsics
+        assert intrinsics is not None  # wait_for_match returns no match before
+        before = self._pose(match.before)
+        after = before if match.after is match.before else self._pose(match.after)
+        if before is None or after is None:
+            return None
+        compressed = topics.color.endswith("/compressed")
+        decode_color = wire.decode_compressed_color if compressed else wire.decode_color
+        topic = topics.color
+        try:
+            rgb = decode_color(match.color.payload, topic).value
+            topic = topics.depth
+            depth = wire.decode_depth(match.depth.payload, topic).value
+        except SensorError as error:
+            self._count(topic, error)
+            return None
+        for topic, image in ((topics.depth, depth), (topics.color, rgb)):
+            try:
+                wire.check_size(image.shape, topic, intrinsics, topics.camera_info)
+            except SensorError as error:
+                self._count(topic, error)
+                if not self._seen_frame:
+                    raise
+                return None
+        self._seen_frame = True
+        pose = interpolate(before, after, match.stamp_ns)
+        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics)
+
+    def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
+        """The odometry that came last and when it arrived (monotonic s); None before the first."""
+        while True:
+            with self._changed:
+                raw = self._rings.odom[-1] if self._rings.odom else None
+            if raw is None:
+                return None
+            pose = self._pose(raw)
+            if pose is not None:
+                return pose, raw.arrival_s
+
+    def waiting_arrival_s(self) -> float | None:
+        """When the matched frame that waits had arrived; None when none does. Holding `changed`."""
+        match = self._rings.peek() if self._intrinsics is not None else None
+        return match.arrival_s if match is not None else None
+
+    def labels(self, stamp_ns: int, by: Deadline) -> dict[str, Any] | None:
+        """The message on `detections` of that stamp; None when it does not come in time."""
+        with self._changed:
+            while self._labels.get("stamp_ns") != stamp_ns and not by.passed():
+                self._clock.wait(self._changed, by.at_s)
+            return self._labels if self._labels.get("stamp_ns") == stamp_ns else None
+
+    def clear(self) -> None:
+        """Forget every message that waits. Holding `changed`."""
+        self._rings.clear()
+
+    def health(self) -> dict[str, StreamHealth]:
+        """By topic: received, bad and the last error."""
+        with self._changed:
+            return {topic: StreamHealth(**vars(h)) for topic, h in self._health.items()}
+
+    def silence(self, limit_s: float) -> str:
+        """Why no set came in `limit_s`, in one line for the user."""
+        health = self.health()
+        errors = [h.last_error for h in health.values() if h.last_error]
+        silent = [topic for topic, h in health.items() if not h.received]
+        if silent:
+            return (
+                f"{', '.join(silent)}: nothing received in {limit_s:g} s: check the robot's topics"
+            )
+        if errors:
+            return errors[0]
+        topics = self._config.topics
+        return (
+            f"{topics.color}, {topics.depth}, {self._odom_topic}: no set with stamps within "
+            f"{self._config.pair_tolerance_s:g} s in {limit_s:g} s: synchronise the clocks"
+        )
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _read_camera_info(self) -> None:
+        raw, self._camera_info = self._camera_info, None
+        if raw is None:
+            return
+        topic = self._config.topics.camera_info
+        try:
+            self._intrinsics = wire.decode_camera_info(raw.payload, topic).value
+        except SensorError as error:
+            self._count(topic, error)
+            self._intrinsics_error = error
+
+    def _await_camera_info(self) -> float:
+        """Images wait for their intrinsics: until when? SensorError when that is in vain."""
+        if self._intrinsics_error is not None:
+            raise self._intrinsics_error
+        if self._frame_without_info_s is None:
+            self._frame_without_info_s = self._clock.now_s()
+        until_s = self._frame_without_info_s + self._config.sensor_timeout_s
+        if self._clock.now_s() >= until_s:
+            self._frame_without_info_s = None
+            raise SensorError(
+                f"{self._config.topics.camera_info}: no intrinsics received in "
+                f"{self._config.sensor_timeout_s:g} s although images come: publish camera_info"
+            )
+        return until_s
+
+    def _pose(self, raw: RawMessage) -> wire.Stamped[Pose] | None:
+        decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
+        try:
+            return decode(raw.payload, self._odom_topic)
+        except SensorError as error:
+            self._count(self._odom_topic, error)
+            with self._changed:
+                self._rings.drop_odometry(raw)
+            return None
+
+    def _count(self, topic: str, error: SensorError) -> None:
+        with self._changed:
+            self._health[topic].bad += 1
+            self._health[topic].last_error = str(error)
