@@ -10,7 +10,7 @@ from places import TESTS
 
 from runtime.journal import read_journal
 
-SCENE = TESTS / "flat.json"
+SCENE = TESTS / "refs/flat.json"
 
 
 @pytest.mark.slow

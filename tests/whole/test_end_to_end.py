@@ -27,7 +27,7 @@ def run(*arguments: str, program: str = "hil_sim", timeout: float = 900.0):
 @pytest.mark.slow
 def test_a_robot_finds_the_toilet_in_a_small_flat(tmp_path: Path):
     out = tmp_path / "run"
-    scene = str(TESTS / "flat.json")
+    scene = str(TESTS / "refs/flat.json")
     done = run("demo", "--goal", "toilet", "--scene", scene, "--out", str(out))
     assert done.returncode == 0, done.stdout + done.stderr
     assert "SUCCESS" in done.stdout

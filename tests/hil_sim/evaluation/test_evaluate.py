@@ -25,7 +25,7 @@ from hil_sim.evaluation.worker import Settings
 from hil_sim.ground_truth.episodes import Episode, Start, load_suite
 from hil_sim.ground_truth.metrics import table
 
-FLAT = TESTS / "flat.json"
+FLAT = TESTS / "refs/flat.json"
 
 EPISODES = tuple(
     Episode(f"e{i}", "maple" if i < 4 else "cedar", Start(0, 0, 0), "bed", 4.0) for i in range(8)
