@@ -20,17 +20,8 @@ def bearing(from_xy: tuple[float, float], to_xy: tuple[float, float]) -> float:
     return math.atan2(to_xy[1] - from_xy[1], to_xy[0] - from_xy[0])
 
 
-def backproject(depth_m: F32, intrinsics: Intrinsics) -> F64:
-    """(H, W) m -> (N, 3) m in the camera optical frame; invalid depth is dropped."""
-    v, u = np.nonzero(np.nan_to_num(depth_m, nan=0.0, posinf=0.0) > 0)
-    z = depth_m[v, u].astype(np.float64)
-    x = (u + 0.5 - intrinsics.cx) / intrinsics.fx * z
-    y = (v + 0.5 - intrinsics.cy) / intrinsics.fy * z
-    return np.stack([x, y, z], axis=1)
-
-
 def project(points: F64, intrinsics: Intrinsics) -> F64:
-    """(N, 3) m in the optical frame, z > 0 -> (N, 2) pixels, the inverse of `backproject`."""
+    """(N, 3) m in the optical frame, z > 0 -> (N, 2) pixels; (0, 0) is the middle of the first."""
     x, y, z = points.T
     return np.stack(
         [x / z * intrinsics.fx + intrinsics.cx - 0.5, y / z * intrinsics.fy + intrinsics.cy - 0.5],

@@ -77,15 +77,6 @@ class Bus:
                 self._delivered_s = match.arrival_s
                 return observation
 
-    def wait_first(self, timeout_s: float | None = None) -> Observation | None:
-        """Like `next`, but SensorError names the streams that stay silent for `timeout_s`."""
-        limit_s = self._config.sensor_timeout_s if timeout_s is None else timeout_s
-        by = Deadline.after(limit_s, self._clock)
-        observation = self.next(limit_s)
-        if observation is None and by.passed():
-            raise SensorError(self._streams.silence(limit_s))
-        return observation
-
     def request(self) -> Request | None:
         """The oldest request that waits, or None. Bodies that are not JSON are refused here."""
         while True:

@@ -179,23 +179,6 @@ class SensorStreams:
         with self._changed:
             return {topic: StreamHealth(**vars(h)) for topic, h in self._health.items()}
 
-    def silence(self, limit_s: float) -> str:
-        """Why no set came in `limit_s`, in one line for the user."""
-        health = self.health()
-        errors = [h.last_error for h in health.values() if h.last_error]
-        silent = [topic for topic, h in health.items() if not h.received]
-        if silent:
-            return (
-                f"{', '.join(silent)}: nothing received in {limit_s:g} s: check the robot's topics"
-            )
-        if errors:
-            return errors[0]
-        topics = self._config.topics
-        return (
-            f"{topics.color}, {topics.depth}, {self._odom_topic}: no set with stamps within "
-            f"{self._config.pair_tolerance_s:g} s in {limit_s:g} s: synchronise the clocks"
-        )
-
     # -- inside --------------------------------------------------------------------------------
 
     def _read_camera_info(self) -> None:

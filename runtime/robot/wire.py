@@ -145,12 +145,6 @@ def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     return _velocity(_decode(payload, TWIST, topic), topic)
 
 
-def decode_twist_stamped(payload: bytes, topic: str) -> Stamped[tuple[float, float]]:
-    """TwistStamped -> (forward m/s, yaw rate rad/s)."""
-    message = _decode(payload, TWIST_STAMPED, topic)
-    return Stamped(_header_stamp(message, topic), _velocity(message.twist, topic))
-
-
 def _velocity(message: Any, topic: str) -> tuple[float, float]:
     forward, turn = float(message.linear.x), float(message.angular.z)
     if not math.isfinite(forward) or not math.isfinite(turn):
@@ -200,12 +194,6 @@ def encode_depth(
     return _encode_image(mm.astype("<u2"), stamp_ns, frame, encoding)
 
 
-def encode_compressed_color(rgb: U8, stamp_ns: int, frame: str = "camera") -> bytes:
-    """(H, W, 3) RGB -> CompressedImage (JPEG)."""
-    _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
-    return _encode(_T[COMPRESSED_IMAGE](_header(stamp_ns, frame), "jpeg", data.ravel()))
-
-
 def encode_camera_info(intrinsics: Intrinsics, stamp_ns: int, frame: str = "camera") -> bytes:
     """Intrinsics -> CameraInfo without distortion."""
     i = intrinsics
@@ -236,11 +224,6 @@ def encode_odometry(
     with_covariance = _T["geometry_msgs/msg/PoseWithCovariance"](_ros_pose(pose), np.zeros(36))
     still = _T["geometry_msgs/msg/TwistWithCovariance"](_ros_twist(0.0, 0.0), np.zeros(36))
     return _encode(_T[ODOMETRY](_header(stamp_ns, frame), child_frame, with_covariance, still))
-
-
-def encode_pose(pose: Pose, stamp_ns: int, frame: str = "map") -> bytes:
-    """Pose of the base -> PoseStamped."""
-    return _encode(_T[POSE_STAMPED](_header(stamp_ns, frame), _ros_pose(pose)))
 
 
 def encode_json(value: object) -> bytes:

@@ -44,7 +44,6 @@ def results(messages: Any) -> list[EpisodeResult]:
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_local_ray_gives_what_local_workers_give(worker: Any, tmp_path: Path) -> None:
-    pytest.importorskip("ray")
     with remote(JOBS, Settings(tmp_path / "ray"), "local", worker.drive_with_files) as messages:
         far = results(messages)
     with local(JOBS, Settings(tmp_path / "here"), 2, worker.work) as messages:
@@ -59,7 +58,6 @@ def test_a_local_ray_gives_what_local_workers_give(worker: Any, tmp_path: Path) 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_what_fails_on_a_node_is_told(worker: Any, tmp_path: Path) -> None:
-    pytest.importorskip("ray")
     settings = Settings(tmp_path, settings=("crash late",))
     with remote(JOBS[:1], settings, "local", worker.drive) as messages:
         said = list(messages)

@@ -1,0 +1,46 @@
+"""What only other people's programs put on the bus, or take from it: CDR made and read by rosbags
+alone, without the runtime's own wire."""
+
+import math
+from typing import Any
+
+import cv2
+from rosbags.typesys import Stores, get_typestore
+
+from runtime.core.types import U8, Pose
+
+STORE = get_typestore(Stores.ROS2_HUMBLE)
+TYPES = STORE.types
+
+
+def compressed_color(rgb: U8, stamp_ns: int) -> bytes:
+    """(H, W, 3) RGB -> CompressedImage (JPEG), as an image_transport sends it."""
+    _, data = cv2.imencode(".jpg", cv2.cvtColor(rgb, cv2.COLOR_RGB2BGR))
+    kind = TYPES["sensor_msgs/msg/CompressedImage"]
+    return _cdr(kind(_header(stamp_ns, "camera"), "jpeg", data.ravel()))
+
+
+def slam_pose(pose: Pose, stamp_ns: int) -> bytes:
+    """Pose of the base -> PoseStamped, as a SLAM sends it."""
+    half = pose.yaw_rad / 2
+    there = TYPES["geometry_msgs/msg/Pose"](
+        TYPES["geometry_msgs/msg/Point"](float(pose.x_m), float(pose.y_m), 0.0),
+        TYPES["geometry_msgs/msg/Quaternion"](0.0, 0.0, math.sin(half), math.cos(half)),
+    )
+    return _cdr(TYPES["geometry_msgs/msg/PoseStamped"](_header(stamp_ns, "map"), there))
+
+
+def stamped_twist(payload: bytes) -> tuple[int, float, float]:
+    """TwistStamped -> (stamp ns, forward m/s, yaw rate rad/s), as a base reads it."""
+    message: Any = STORE.deserialize_cdr(payload, "geometry_msgs/msg/TwistStamped")
+    stamp, twist = message.header.stamp, message.twist
+    return stamp.sec * 10**9 + stamp.nanosec, twist.linear.x, twist.angular.z
+
+
+def _header(stamp_ns: int, frame: str) -> Any:
+    stamp = TYPES["builtin_interfaces/msg/Time"](*divmod(stamp_ns, 10**9))
+    return TYPES["std_msgs/msg/Header"](stamp, frame)
+
+
+def _cdr(message: Any) -> bytes:
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__))
