@@ -76,6 +76,7 @@ def test_the_target_is_found_faced_and_stopped_at(yaw: float):
     assert all(d.rule == "geometry" for d in decisions)
 
 
+@pytest.mark.slow
 def test_without_the_target_everything_is_explored_and_it_says_so():
     there = home(8.0, 3.0)
     world, commands, _ = search(there, "toilet")

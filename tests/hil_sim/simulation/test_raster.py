@@ -127,13 +127,13 @@ WHICH = """
 import sys
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.format import Room, Scene, SceneObject
-from hil_sim.simulation.scene_physics import Camera, World
+from hil_sim.simulation.scene_physics import CameraModel, ScenePhysics
 from pathlib import Path
 floor = ((-1.0, -2.0), (5.0, -2.0), (5.0, 2.0), (-1.0, 2.0))
 box = SceneObject("box", "other", "builtin:box", (3.0, 0.0, 0.5), 0.0, (0.8, 0.8, 0.8))
 scene = Scene("one", (), (), (Room("a", "bedroom", floor),), (box,))
-with World(scene, Assets(Path(sys.argv[1])), sys.argv[2]) as world:
-    frame = world.render(0.0, 0.0, 0.0, Camera(320, 240))
+with ScenePhysics(scene, Assets(Path(sys.argv[1])), sys.argv[2]) as world:
+    frame = world.render(0.0, 0.0, 0.0, CameraModel(320, 240))
     front = sorted(frame.depth_m[frame.segmentation == 0].tolist())
     Path(sys.argv[3]).write_text(f'["{world.renderer}", {front[len(front) // 2]}]')
 """

@@ -28,6 +28,7 @@ def test_scores_are_log_probabilities(model: LanguageModel) -> None:
     assert longer < words < 0
 
 
+@pytest.mark.slow
 def test_a_score_depends_on_its_text_alone(model: LanguageModel) -> None:
     """To the last bit: whatever was asked before, and in whatever order."""
     asked = [" toilet", " washing machine", " refrigerator"]

@@ -26,6 +26,22 @@ CLOUD = (
 )
 
 
+EMBEDDED: dict[str, np.ndarray] = {}
+embed_alone = TextEncoder._embedded
+
+
+@pytest.fixture(autouse=True)
+def _embedded_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All these minds have one text encoder: the row of a text is made once for all of them."""
+
+    def embedded(self: TextEncoder, text: str) -> np.ndarray:
+        if text not in EMBEDDED:
+            EMBEDDED[text] = embed_alone(self, text)
+        return EMBEDDED[text]
+
+    monkeypatch.setattr(TextEncoder, "_embedded", embedded)
+
+
 def jpeg(bgr: tuple[int, int, int]) -> bytes:
     return cv2.imencode(".jpg", np.full((60, 80, 3), bgr, np.uint8))[1].tobytes()
 

@@ -37,6 +37,19 @@ def homes() -> list[Scene]:
         return list(pool.map(generate, *zip(*rows, strict=True), chunksize=10))
 
 
+@pytest.mark.parametrize(
+    ("seed", "split", "rooms", "kind"),
+    [(3, "train", 4, ""), (8, "val", 9, ""), (5, "train", 5, "cluttered"),
+     (7, "train", 6, "varied")],
+)  # fmt: skip
+def test_a_home_of_each_kind_has_no_problems(seed: int, split: str, rooms: int, kind: str) -> None:
+    home = generate(seed, split, rooms, kind)
+    assert problems(home) == []
+    assert len(home.rooms) == rooms
+    assert home.name == f"{split}-{seed}-rooms{rooms}" + (f"-{kind}" if kind else "")
+
+
+@pytest.mark.slow
 def test_200_homes_have_no_problems_and_as_many_rooms_as_asked(homes: list[Scene]) -> None:
     assert len(homes) == 200
     for home in homes:
@@ -44,6 +57,7 @@ def test_200_homes_have_no_problems_and_as_many_rooms_as_asked(homes: list[Scene
         assert f"rooms{len(home.rooms)}" in home.name
 
 
+@pytest.mark.slow
 def test_cluttered_homes_are_good_and_show_what_others_seldom_do(homes: list[Scene]) -> None:
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
         rows = [(seed, "train", None, "cluttered") for seed in range(12)]
@@ -59,6 +73,7 @@ def test_cluttered_homes_are_good_and_show_what_others_seldom_do(homes: list[Sce
     assert open_scene("train-3-cluttered") == strewn[3]
 
 
+@pytest.mark.slow
 def test_varied_homes_are_good_and_have_furniture_that_no_other_has(homes: list[Scene]) -> None:
     with ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
         rows = [(seed, "train", None, "varied") for seed in range(12)]
@@ -78,6 +93,7 @@ def test_varied_homes_are_good_and_have_furniture_that_no_other_has(homes: list[
     assert open_scene("train-3-varied") == varied[3]
 
 
+@pytest.mark.slow
 def test_goals_occur_regularly(homes: list[Scene]) -> None:
     with_ = Counter(category for home in homes for category in {o.category for o in home.objects})
     for goal in ROBOTHOR_GOALS:
@@ -86,6 +102,7 @@ def test_goals_occur_regularly(homes: list[Scene]) -> None:
         assert max(with_[category] for category in categories_of(goal)) >= len(homes) * 0.8, goal
 
 
+@pytest.mark.slow
 def test_no_train_home_shows_a_mesh_kept_for_val(homes: list[Scene]) -> None:
     held_out = {m.id for meshes in furniture().values() for m in meshes if m.split == "val"}
     used = {split: {o.mesh for h in homes if h.name.startswith(split) for o in h.objects}

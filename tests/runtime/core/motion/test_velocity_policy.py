@@ -291,6 +291,7 @@ class Silent:
         return Ballot()
 
 
+@pytest.mark.slow
 def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
     there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
     there.things = {"toilet": (7.4, 2.2, 0.3)}
@@ -324,6 +325,7 @@ def test_a_robot_that_sees_no_depth_may_turn_but_not_drive():
     assert max(speeds[84:]) > 0.1
 
 
+@pytest.mark.slow
 def test_an_invisible_obstacle_is_felt_and_driven_around():
     there = Apartment.of(TWO_ROOMS, Pose(2.0, 3.0, 0.0))
     row, col = int(3.0 / 0.02), int(2.5 / 0.02)
