@@ -202,7 +202,7 @@ def files_opened(core: Sources) -> list[str]:
         f"{path}:{node.lineno}: {name}: the core opens no files"
         for path, text in core.items()
         for node in ast.walk(parse(text))
-        if (name := _file_name(node))
+        if isinstance(node, ast.expr | ast.stmt) and (name := _file_name(node))
     ]
 
 
