@@ -27,7 +27,7 @@ from runtime.core.types import (
     SearchState,
 )
 from runtime.core.voting import brief, consensus, information_gain
-from runtime.core.world import Command, Mode, Resort, Snapshot, Standing, World
+from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision, World
 
 Deadline = TypeVar("Deadline", contravariant=True)
 
@@ -107,7 +107,7 @@ def decide(snap: Snapshot, panel: Experts[Deadline], by: Deadline, cfg: Navigate
 def adopt(world: World, decision: Decision, cfg: NavigateConfig) -> None:
     """Make the decision the standing one."""
     body = world.body
-    world.standing = Standing(decision, body.step, body.elapsed_s, _evidence(world, cfg))
+    world.standing = StandingDecision(decision, body.step, body.elapsed_s, _evidence(world, cfg))
 
 
 def act(world: World, cfg: NavigateConfig) -> Command:

@@ -138,7 +138,7 @@ class Explored:
 
 
 @dataclass
-class Standing:
+class StandingDecision:
     """The decision that stands, and when it was adopted."""
 
     decision: Decision | None = None
@@ -148,7 +148,7 @@ class Standing:
 
 
 @dataclass
-class Body:
+class BaseState:
     """What the base was told, and what became of it."""
 
     step: int = 0
@@ -192,8 +192,8 @@ class World:
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     frontiers: tuple[Frontier, ...] = ()
-    standing: Standing = field(default_factory=Standing)
-    body: Body = field(default_factory=Body)
+    standing: StandingDecision = field(default_factory=StandingDecision)
+    body: BaseState = field(default_factory=BaseState)
     pursuit: Pursuit = field(default_factory=Pursuit)
 
     @classmethod
@@ -227,7 +227,7 @@ class World:
             Explored(given_up, looked, known.memory),
             before.stamp_ns,
             keyframes=before.keyframes,
-            body=Body(visited_xy=before.body.visited_xy),
+            body=BaseState(visited_xy=before.body.visited_xy),
         )
 
     @property
