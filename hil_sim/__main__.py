@@ -21,7 +21,7 @@ COMMANDS = {
     ),
     "episodes": ("hil_sim.evaluation.sample", "episodes_command", "Sample episodes into a suite."),
     "eval": (
-        "hil_sim.evaluation.command",
+        "hil_sim.commands.evaluate",
         "eval_command",
         "Drive a suite of episodes; print the table.",
     ),
@@ -37,7 +37,7 @@ COMMANDS = {
     ),
     "generate": ("hil_sim.commands.generate", "generate_command", "Draw furnished homes by seed."),
     "questions": (
-        "hil_sim.expert_bench.command",
+        "hil_sim.commands.questions",
         "questions_command",
         "Ask the experts what is known, and judge them.",
     ),

@@ -1,8 +1,8 @@
-"""What stands in 120 single rooms, counted: makes `placement.json`.
+"""What stands in 120 single rooms, counted: makes `scenes/generated/placement.json`.
 
 The rooms (30 kitchens, living rooms, bedrooms and bathrooms) are the object metadata of iTHOR in
 the PyPI wheel `procthor` 0.0.1.dev2, Apache-2.0 (`scenes/robothor/metadata.py` fetches it). Run
-`python -m hil_sim.scenes.generated.placement_stats` after a change here.
+`python -m hil_sim.importers.placement_stats` after a change here.
 """
 
 import json
@@ -10,17 +10,16 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
+from hil_sim.scenes.generated.placement import TABLE
 from hil_sim.scenes.robothor import metadata
 
-OUT = Path(__file__).parent / "placement.json"
 SOURCE = {
     "rooms": "30 kitchens, 30 living rooms, 30 bedrooms, 30 bathrooms of iTHOR",
     "file": "procthor/databases/ai2thor-object-metadata.json in the PyPI wheel procthor 0.0.1.dev2",
     "licence": "Apache-2.0",
-    "made_by": "python -m hil_sim.scenes.generated.placement_stats",
+    "made_by": "python -m hil_sim.importers.placement_stats",
 }
 NAMES = {
     "Bed": "bed", "Sofa": "sofa", "ArmChair": "armchair", "Chair": "chair", "Stool": "stool",
@@ -187,5 +186,5 @@ def as_text(table: Mapping[str, Any]) -> str:
 
 
 if __name__ == "__main__":
-    OUT.write_text(as_text(count_all()), encoding="utf-8")
-    print(OUT)
+    TABLE.write_text(as_text(count_all()), encoding="utf-8")
+    print(TABLE)

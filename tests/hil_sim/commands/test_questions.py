@@ -7,7 +7,8 @@ import pytest
 from asked import moment
 from click.testing import CliRunner
 
-from hil_sim.expert_bench import command, voting
+from hil_sim.commands.questions import questions_command
+from hil_sim.expert_bench import voting
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, write_home
 from hil_sim.expert_bench.make import make_bank, plan_of
 from runtime.clock import Deadline, ManualClock
@@ -46,7 +47,7 @@ def bank(tmp_path: Path) -> Path:
 
 
 def run(*arguments: str):
-    return CliRunner().invoke(command.questions_command, arguments)
+    return CliRunner().invoke(questions_command, arguments)
 
 
 def test_tables_are_put_between_markers_and_come_out_the_same(
