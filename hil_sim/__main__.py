@@ -19,19 +19,19 @@ COMMANDS = {
         "demo_command",
         "One episode in a furnished home, told as it goes.",
     ),
-    "episodes": ("hil_sim.evaluation.sample", "episodes_command", "Sample episodes into a suite."),
+    "episodes": ("hil_sim.commands.episodes", "episodes_command", "Sample episodes into a suite."),
     "eval": (
         "hil_sim.commands.evaluate",
         "eval_command",
         "Drive a suite of episodes; print the table.",
     ),
     "frames": (
-        "hil_sim.training_frames.frames",
+        "hil_sim.commands.frames",
         "frames_command",
         "Render labelled frames for training.",
     ),
     "import": (
-        "hil_sim.importers.sweethome",
+        "hil_sim.commands.import_home",
         "import_command",
         "A Sweet Home 3D drawing as a scene.",
     ),
@@ -41,12 +41,12 @@ COMMANDS = {
         "questions_command",
         "Ask the experts what is known, and judge them.",
     ),
-    "report": ("hil_sim.evaluation.report", "report_command", "Tables and figures of evaluations."),
+    "report": ("hil_sim.commands.report", "report_command", "Tables and figures of evaluations."),
     "show": ("hil_sim.commands.show", "show_command", "Draw a scene."),
 }
 ASSETS = {
     "pull": (
-        "hil_sim.scenes.furniture.assets",
+        "hil_sim.commands.assets",
         "pull_command",
         "Fetch the furniture into the cache.",
     )

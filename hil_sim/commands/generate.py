@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
-from hil_sim.scenes.format import Scene, save_scene
+from hil_sim.scenes.format import Scene
 from hil_sim.scenes.generated.home import draw_rooms, generate
 from hil_sim.scenes.generated.layouts import FEWEST, MOST
+from hil_sim.scenes.scene_file import save_scene
 
 SPLITS = ("train", "val")
 

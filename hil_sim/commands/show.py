@@ -1,7 +1,6 @@
 """`hil-sim show`: a scene for people, as a top-down plan and four camera views."""
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -9,52 +8,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.scenes.format import Polygon, Scene, SceneObject, contains, polygon_area
-from hil_sim.scenes.furniture.boxes import Box
+from hil_sim.scenes.format import Polygon, Scene, contains, polygon_area
 from hil_sim.scenes.open import open_scene
+from hil_sim.scenes.plan_view import plan_image
 from hil_sim.scenes.viewpoints import floor_of
+from hil_sim.simulation.camera import HM3D_CAMERA
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
 
-PIXELS_PER_M = 90
-MARGIN_M = 0.4
 VIEWS = 4
-WALL, DOOR, FRONT, INK, ROOM_INK = (
-    (60, 60, 60), (235, 225, 200), (220, 60, 60), (20, 20, 20), (150, 30, 30)
-)  # fmt: skip
-LOW, HIGH, OTHER = (200, 215, 235), (225, 205, 235), (225, 225, 225)
-Image = NDArray[np.uint8]
-ToPixels = Callable[[NDArray[np.float64]], NDArray[np.int32]]
-
-
-def plan_bounds(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """(2,) lowest and highest x and y of the plan, m."""
-    points = np.array([p for wall in scene.walls for p in (wall.start, wall.end)])
-    points = np.vstack([points.reshape(-1, 2), *[np.array(room.polygon) for room in scene.rooms]])
-    return points.min(axis=0) - MARGIN_M, points.max(axis=0) + MARGIN_M
-
-
-def plan_image(scene: Scene) -> Image:
-    """(H, W, 3) RGB top-down plan: rooms, walls, doors, objects by name with their fronts red."""
-    low, high = plan_bounds(scene)
-    width, height = ((high - low) * PIXELS_PER_M).astype(int)
-    image: Image = np.full((height, width, 3), 255, np.uint8)
-
-    def px(xy: NDArray[np.float64]) -> NDArray[np.int32]:
-        flat = (xy - low) * PIXELS_PER_M
-        return np.asarray(np.stack([flat[..., 0], height - flat[..., 1]], axis=-1), np.int32)
-
-    for room in scene.rooms:
-        cv2.fillPoly(image, [px(np.array(room.polygon))], _pale(room.floor))
-    for wall in scene.walls:
-        _line(image, px(np.array([wall.start, wall.end])), WALL, wall.thickness_m)
-    for door in scene.doors:
-        _line(image, px(np.array([door.start, door.end])), DOOR, 0.13)
-    for obj in sorted(scene.objects, key=lambda obj: (obj.position_m[2], _size(obj)[2])):
-        _draw_object(image, px, obj)
-    for room in scene.rooms:
-        middle = px(np.array(room.polygon).mean(axis=0))
-        _text(image, room.name, middle, 0.6, ROOM_INK)
-    return image
 
 
 def vantage_points(scene: Scene, count: int = VIEWS) -> list[tuple[float, float, float]]:
@@ -82,41 +43,6 @@ def _middle(polygon: Polygon) -> NDArray[np.float64]:
     return middle
 
 
-def _draw_object(image: Image, px: ToPixels, obj: SceneObject) -> None:
-    (x, y, z), (w, d, h) = obj.position_m, _size(obj)
-    corners = px(Box(x, y, w, d, obj.yaw_rad, z, z + h).corners())
-    colour = OTHER if obj.category == "other" else LOW if z < 0.9 else HIGH
-    cv2.fillPoly(image, [corners], colour)
-    cv2.polylines(image, [corners], True, (90, 90, 120), 1)
-    _line(image, corners[:2], FRONT, 0.03)
-    label = obj.category if obj.category != "other" else obj.mesh.split("#")[-1]
-    _text(image, label, px(np.array([x, y])), 0.36, INK)
-
-
-def _size(obj: SceneObject) -> tuple[float, float, float]:
-    return obj.size_m or (0.4, 0.4, 0.4)
-
-
-def _line(image: Image, ends: NDArray[np.int32], colour: tuple[int, ...], thick_m: float) -> None:
-    a, b = (tuple(int(v) for v in end) for end in ends)
-    cv2.line(image, a, b, colour, max(1, round(thick_m * PIXELS_PER_M)))
-
-
-def _text(
-    image: Image, text: str, at: NDArray[np.int32], scale: float, colour: tuple[int, ...]
-) -> None:
-    (w, h), _ = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)
-    origin = (int(at[0]) - w // 2, int(at[1]) + h // 2)
-    cv2.putText(image, text, origin, cv2.FONT_HERSHEY_SIMPLEX, scale, colour, 1, cv2.LINE_AA)
-
-
-def _pale(colour: str | None) -> tuple[int, ...]:
-    if not colour or not colour.startswith("#"):
-        return (240, 236, 228)
-    rgb = [int(colour[i : i + 2], 16) for i in (1, 3, 5)]
-    return tuple(round(255 - (255 - c) * 0.3) for c in rgb)
-
-
 @click.command("show")
 @click.argument("scene")
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
@@ -131,17 +57,13 @@ def show_command(scene: str, out: Path) -> None:
     keep_stdout_for_python()
     with hushed():
         from hil_sim.scenes.furniture.assets import Assets
-        from hil_sim.simulation.scene_physics import HM3D, ScenePhysics
+        from hil_sim.simulation.scene_physics import ScenePhysics
 
     out.mkdir(parents=True, exist_ok=True)
     cv2.imwrite(str(out / "plan.png"), plan_image(home)[..., ::-1])
     with ScenePhysics(home, Assets(), "auto", None) as world:
         poses = vantage_points(home)
         for index, (x, y, yaw) in enumerate(poses, 1):
-            frame = world.render(x, y, yaw, HM3D)
+            frame = world.render(x, y, yaw, HM3D_CAMERA)
             cv2.imwrite(str(out / f"view{index}.png"), frame.rgb[..., ::-1])
     click.echo(f"{home.name}: plan.png and {len(poses)} views in {out}")
-
-
-if __name__ == "__main__":
-    show_command()

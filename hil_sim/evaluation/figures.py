@@ -10,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hil_sim.commands.show import plan_bounds, plan_image
 from hil_sim.driving.episode_run import EpisodeResult
 from hil_sim.evaluation.failures import CAUSES, split
 from hil_sim.ground_truth.episodes import Episode
@@ -18,6 +17,7 @@ from hil_sim.ground_truth.freespace import instances
 from hil_sim.ground_truth.witness import TRACK_FILE
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.boxes import box_of
+from hil_sim.scenes.plan_view import plan_bounds, plan_image
 
 Runs = Mapping[str, Sequence[EpisodeResult]]
 DPI = 110

@@ -3,18 +3,15 @@ method's robot stood."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeAlias
 
+from hil_sim.simulation.camera import CameraModel, Frame
 from runtime.core.types import Pose
-
-if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.simulation.scene_physics import CameraModel, Frame
 
 LIMIT_BYTES = 1_200_000_000
 """What one worker may keep; then what was not looked at for longest goes."""
 
-Key: TypeAlias = "tuple[float, float, float, CameraModel, float, bool]"
-Render: TypeAlias = "Callable[[float, float, float, CameraModel, float, bool], Frame]"
+Key = tuple[float, float, float, CameraModel, float, bool]
+Render = Callable[[float, float, float, CameraModel, float, bool], Frame]
 
 
 @dataclass
@@ -25,12 +22,12 @@ class FrameMemo:
     limit_bytes: int = LIMIT_BYTES
     rendered: int = 0
     recalled: int = 0
-    _kept: "dict[Key, Frame]" = field(default_factory=dict)  # the longest unused first
+    _kept: dict[Key, Frame] = field(default_factory=dict)  # the longest unused first
     _bytes: int = 0
 
     def look(
-        self, pose: Pose, camera: "CameraModel", pitch_rad: float = 0.0, colour: bool = True
-    ) -> "Frame":
+        self, pose: Pose, camera: CameraModel, pitch_rad: float = 0.0, colour: bool = True
+    ) -> Frame:
         """The view from a pose, scene frame. The arrays are shared and cannot be written to."""
         key = (pose.x_m, pose.y_m, pose.yaw_rad, camera, pitch_rad, colour)
         frame = self._kept.pop(key, None)
@@ -58,5 +55,5 @@ class FrameMemo:
         self.rendered = self.recalled = 0
 
 
-def _size(frame: "Frame") -> int:
+def _size(frame: Frame) -> int:
     return int(frame.rgb.nbytes + frame.depth_m.nbytes + frame.segmentation.nbytes)

@@ -1,24 +1,18 @@
-"""`hil-sim report`: tables and figures of evaluations, put into a document.
+"""Tables and figures of evaluations, put into a document.
 
 What stands in the document outside of a folder's two marker comments is kept as it is:
     <!-- report val -->  ...  <!-- end of report val -->
 """
 
-import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-import click
-
 from hil_sim.driving.episode_run import EpisodeResult
-from hil_sim.driving.methods import METHODS, ORACLE
+from hil_sim.driving.methods import ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
-from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, TIMES_FILE, Results
-from hil_sim.ground_truth.episodes import Episode, load_suite
+from hil_sim.evaluation.result_folder import FULL, Folder
 from hil_sim.ground_truth.metrics import TRIVIAL_M, summarise
 from runtime.errors import RfNavError
 from runtime.journal import plain
@@ -31,7 +25,6 @@ GROUPS = (
 )  # fmt: skip
 """Tables of the paper; each is compared with its last row."""
 BOUNDS = (ORACLE, "oracle-goal")
-FULL = "rfnav"
 INTERVALS = (
     "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
     "where the interval leaves out 0."
@@ -42,37 +35,6 @@ RULE = (
     "where that counts. Exploration: the goal was never in view. The rule is in "
     "`hil_sim/evaluation/failures.py`."
 )
-
-
-@dataclass(frozen=True)
-class Folder:
-    """What `hil-sim eval` left in one folder. `runs`: methods' results in the suite's order."""
-
-    path: Path
-    run: dict[str, Any]
-    episodes: tuple[Episode, ...]
-    runs: dict[str, list[EpisodeResult]]
-    times: list[dict[str, Any]]
-
-    @property
-    def name(self) -> str:
-        return self.path.resolve().name
-
-
-def read_folder(path: Path) -> Folder:
-    """RfNavError when it is none that `hil-sim eval` has written."""
-    if not (path / RUN_FILE).is_file() or not (path / SUITE_FILE).is_file():
-        raise RfNavError(f"{path}: holds no results; name a folder that `hil-sim eval` has written")
-    run = json.loads((path / RUN_FILE).read_text(encoding="utf-8"))
-    episodes = load_suite(path / SUITE_FILE)
-    results = Results(path)
-    found = {name: results.of(name, episodes) for name in METHODS}
-    times = path / TIMES_FILE
-    lines = times.read_text(encoding="utf-8").splitlines() if times.is_file() else []
-    runs = {name: rows for name, rows in found.items() if rows}
-    if not runs:
-        raise RfNavError(f"{path}: no episode is finished; run `hil-sim eval` again to go on")
-    return Folder(path, run, episodes, runs, [json.loads(line) for line in lines])
 
 
 def groups(folder: Folder) -> list[tuple[str, str, dict[str, list[EpisodeResult]]]]:
@@ -219,61 +181,3 @@ def figures(folder: Folder, seed: int) -> dict[str, Any]:
             for title, base, runs in groups(folder)
         ],
     }  # fmt: skip
-
-
-def _earlier(path: Path, folders: Sequence[Folder]) -> dict[str, Folder]:
-    """The earlier run, under the name of the folder that has the same episodes."""
-    before = read_folder(path)
-    same = {f.name: before for f in folders if f.run["episodes"] == before.run["episodes"]}
-    if not same:
-        raise RfNavError(f"{path}: other episodes; --before takes a run of the same suite")
-    return same
-
-
-@click.command("report")
-@click.argument("folders", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Markdown document.")
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="All figures as JSON.")
-@click.option("--seed", default=0, show_default=True, help="Of the bootstrap intervals.")
-@click.option(
-    "--before",
-    "earlier",
-    type=click.Path(path_type=Path),
-    help="An earlier run of the same suite, to be compared with.",
-)
-@click.option("--episode", "chosen", multiple=True, help="Draw these episodes' paths.")
-@click.option("--no-pictures", is_flag=True, help="Tables only.")
-def report_command(
-    folders: tuple[Path, ...],
-    out: Path,
-    json_file: Path | None,
-    seed: int,
-    earlier: Path | None,
-    chosen: tuple[str, ...],
-    no_pictures: bool,
-) -> None:
-    """Put tables and figures of evaluations (FOLDERS) into a document, whose other text is kept.
-
-    \b
-    Example: hil-sim report out/val out/labels --out docs/results.md
-    """
-    document = out.read_text(encoding="utf-8") if out.is_file() else "# Results\n"
-    read = [read_folder(path) for path in folders]
-    before = _earlier(earlier, read) if earlier else {}
-    for folder in read:
-        pictures: list[tuple[str, str]] = []
-        if not no_pictures:
-            from hil_sim.evaluation.report_pictures import (
-                draw_all,  # matplotlib takes a second to import
-            )
-
-            pictures = draw_all(folder, out.parent, chosen)
-        document = fill(
-            document, folder.name, section(folder, seed, pictures, before.get(folder.name))
-        )
-    out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(document, encoding="utf-8")
-    if json_file is not None:
-        data = {folder.name: figures(folder, seed) for folder in read}
-        json_file.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
-    click.echo(f"{out}: {', '.join(folder.name for folder in read)}")

@@ -1,18 +1,26 @@
-"""`hil-sim episodes`: sample episodes by seed and write them as a suite."""
+"""Episodes of many scenes, sampled by seed or taken from those given; a process for each scene."""
 
 import multiprocessing
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
+from typing import TYPE_CHECKING
 
-import click
 from tqdm import tqdm
 
-from hil_sim.ground_truth.episodes import HM3D_GOALS, Episode, sample_episode, save_suite
+from hil_sim.ground_truth.episodes import (
+    HM3D_GOALS,
+    SHORTEST_M,
+    Episode,
+    home_name,
+    sample_episode,
+)
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.quiet import keep_stdout_for_python
+
+if TYPE_CHECKING:  # PyBullet prints when it is imported
+    from hil_sim.ground_truth.truth import SceneTruth
 
 
 @dataclass(frozen=True)
@@ -56,8 +64,6 @@ def sample_scene(wish: Wish) -> list[Episode]:
 
         truth = SceneTruth(world, assets)
         if wish.given:
-            from hil_sim.evaluation.suites import adopted
-
             return adopted(wish.given, truth, wish.most)
         found: list[list[Episode]] = []
         for goal in wish.goals:
@@ -78,52 +84,22 @@ def sample_scene(wish: Wish) -> list[Episode]:
         return [episode for episodes in found for episode in episodes]
 
 
-@click.command("episodes")
-@click.argument("scenes", nargs=-1)
-@click.option("--make", help="Make a bundled suite again, from its recipe: val, labels.")
-@click.option(
-    "--replicas", type=click.Path(path_type=Path), help="RoboTHOR's episodes, for --make."
-)
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Suite to write.")
-@click.option("--goal", "goals", multiple=True, default=HM3D_GOALS, show_default=True)
-@click.option("--starts", default=2, show_default=True, type=click.IntRange(1), help="A goal.")
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0))
-@click.option("--skip-missing", is_flag=True, help="Pass over goals that cannot be met in a scene.")
-@click.option("--workers", default=1, show_default=True, type=click.IntRange(1, 64))
-def episodes_command(
-    scenes: tuple[str, ...],
-    make: str | None,
-    replicas: Path | None,
-    out: Path,
-    goals: tuple[str, ...],
-    starts: int,
-    seed: int,
-    skip_missing: bool,
-    workers: int,
-) -> None:
-    """Sample episodes in SCENES (bundled, files, val-17, FloorPlan_Val1_1, …): every goal from
-    several starts. Each has the length of its shortest path.
-
-    \b
-    Examples: hil-sim episodes maple cedar --out my.json
-              hil-sim episodes --make val --replicas ../robothor/episodes --out val.json
-    """
-    if bool(scenes) == bool(make):
-        raise click.UsageError("name scenes, or a suite to make with --make")
-    note = ""
-    if make:
-        from hil_sim.evaluation.suites import make_suite
-
-        found, note = make_suite(make, replicas, workers)
-    else:
-        strict = not skip_missing
-        wishes = [Wish(scene, goals, starts=starts, seed=seed, strict=strict) for scene in scenes]
-        found = tuple(e for episodes in sample_all(wishes, workers) for e in episodes)
-        if not found:
-            raise SceneError(f"{', '.join(scenes)}: none of these goals can be met; name others")
-    save_suite(found, out, note)
-    click.echo(f"{len(found)} episodes in {out}")
-
-
-if __name__ == "__main__":
-    episodes_command()
+def adopted(given: Sequence[Episode], truth: "SceneTruth", most: int) -> list[Episode]:
+    """The first `most` of the given episodes, each of another goal, that begin on free floor and
+    can be done; with the length of the shortest path in this home."""
+    found: dict[str, Episode] = {}
+    for episode in given:
+        start, goal = episode.start, episode.goal
+        if len(found) == most:
+            break
+        if goal in found or not truth.space.is_free(start.x_m, start.y_m):
+            continue
+        try:
+            field = truth.field(goal)
+        except SceneError:
+            continue
+        length = truth.space.distance(field, start.x_m, start.y_m)
+        if SHORTEST_M <= length < 1e6:
+            home = home_name(truth.space)
+            found[goal] = Episode(episode.id, episode.scene, start, goal, round(length, 3), home)
+    return list(found.values())

@@ -9,14 +9,10 @@ import random
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hil_sim.evaluation.sample import Wish, sample_all
-from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode, home_name
+from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, SHORTEST_M, Episode
 from hil_sim.scenes.format import SceneError
-
-if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.ground_truth.truth import SceneTruth
 
 REPLICAS = tuple(f"FloorPlan_Val{i}_{j}" for i in (1, 2) for j in range(1, 6))
 OTHERS = ("refrigerator", "bathtub", "stove", "laptop", "bookcase", "washing machine", "desk",
@@ -108,24 +104,3 @@ def interleaved(few: Sequence[Episode], many: Sequence[Episode]) -> list[Episode
     places = [((i + 0.5) / len(few), 0, e) for i, e in enumerate(few)]
     places += [((i + 0.5) / len(many), 1, e) for i, e in enumerate(many)]
     return [episode for _, _, episode in sorted(places, key=lambda place: place[:2])]
-
-
-def adopted(given: Sequence[Episode], truth: "SceneTruth", most: int) -> list[Episode]:
-    """The first `most` of the given episodes, each of another goal, that begin on free floor and
-    can be done; with the length of the shortest path in this home."""
-    found: dict[str, Episode] = {}
-    for episode in given:
-        start, goal = episode.start, episode.goal
-        if len(found) == most:
-            break
-        if goal in found or not truth.space.is_free(start.x_m, start.y_m):
-            continue
-        try:
-            field = truth.field(goal)
-        except SceneError:
-            continue
-        length = truth.space.distance(field, start.x_m, start.y_m)
-        if SHORTEST_M <= length < 1e6:
-            home = home_name(truth.space)
-            found[goal] = Episode(episode.id, episode.scene, start, goal, round(length, 3), home)
-    return list(found.values())

@@ -1,5 +1,4 @@
-"""`hil-sim frames`: labelled frames of generated homes and RoboTHOR replicas, to train and test
-detectors on.
+"""Labelled frames of generated homes and RoboTHOR replicas, to train and test detectors on.
 
 One process renders one home. Finished homes are kept as shards, so that an interrupted run goes on
 where it stopped.
@@ -15,7 +14,6 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
 
-import click
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +25,7 @@ from hil_sim.scenes.generated.home import CLUTTERED, VARIED
 from hil_sim.scenes.open import REPLICA, open_scene
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.scenes.viewpoints import viewpoints
+from hil_sim.simulation.camera import Appearance, CameraModel, Light
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
 
 FRAMES_A_HOME = 25
@@ -42,7 +41,7 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
     keep_stdout_for_python()
     with hushed():
         from hil_sim.scenes.furniture.assets import Assets
-        from hil_sim.simulation.scene_physics import Appearance, CameraModel, Light, ScenePhysics
+        from hil_sim.simulation.scene_physics import ScenePhysics
 
     cv2.setNumThreads(1)
     scene, rng = open_scene(name), random.Random(f"frames/{name}")
@@ -174,51 +173,3 @@ def counts(coco: dict[str, Any]) -> dict[str, int]:
     names = {row["id"]: row["name"] for row in coco["categories"]}
     found = Counter(names[a["category_id"]] for a in coco["annotations"] if not a["iscrowd"])
     return {name: found.get(name, 0) for name in names.values()}
-
-
-@click.command("frames")
-@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
-@click.option("--frames", default=1000, show_default=True, type=click.IntRange(1))
-@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First home.")
-@click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
-@click.option("--replicas", is_flag=True, help="The split's RoboTHOR replicas first.")
-@click.option(
-    "--cluttered",
-    default=0,
-    show_default=True,
-    type=click.IntRange(0),
-    help="So many frames more, of homes strewn with what homes seldom show.",
-)
-@click.option(
-    "--varied",
-    default=0,
-    show_default=True,
-    type=click.IntRange(0),
-    help="So many frames more, of homes whose furniture no other home has.",
-)
-@click.option("--width", default=640, show_default=True, type=click.IntRange(64, 1920))
-@click.option("--height", default=480, show_default=True, type=click.IntRange(64, 1920))
-@click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
-@click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
-def frames_command(
-    out: Path, frames: int, seed: int, split: str, replicas: bool, cluttered: int, varied: int,
-    width: int, height: int, workers: int, json_file: Path | None,
-) -> None:  # fmt: skip
-    """Render labelled frames of generated homes and RoboTHOR replicas (COCO detection format).
-
-    \b
-    Example: hil-sim frames --out frames/train --frames 5000 --split train --replicas
-    A run that was interrupted goes on with the same command.
-    """
-    names = homes(split, seed, frames, replicas, cluttered, varied)
-    coco = render(out, frames + cluttered + varied, names, (width, height), workers)
-    found = counts(coco)
-    for name, count in found.items():
-        click.echo(f"{name:16} {count:6}")
-    click.echo(f"{len(coco['images'])} frames in {out}")
-    if json_file:
-        json_file.write_text(json.dumps({"frames": len(coco["images"]), "boxes": found}, indent=1))
-
-
-if __name__ == "__main__":
-    frames_command()

@@ -9,7 +9,6 @@ from collections.abc import Callable, Iterable
 from functools import cached_property
 from pathlib import Path
 
-import click
 from tqdm import tqdm
 
 from hil_sim.scenes.furniture.catalog import Catalog, CatalogError
@@ -144,16 +143,3 @@ def _run(command: list[str]) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise CatalogError(f"{command[0]}: {' '.join(done.stderr.split())[:200]}")
-
-
-@click.command("pull", epilog="Example:  hil-sim assets pull")
-def pull_command() -> None:
-    """Fetch into the cache what homes are furnished with (Debian package, 120 MB) and what stands
-    where in RoboTHOR's apartments (PyPI wheel, 4 MB)."""
-    from hil_sim.scenes.robothor import metadata
-
-    def report(message: str) -> None:
-        click.echo(message, err=True)
-
-    click.echo(pull(Assets(), report))
-    click.echo(metadata.pull(report))

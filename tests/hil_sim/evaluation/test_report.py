@@ -14,7 +14,8 @@ from hil_sim.driving.episode_run import EpisodeResult
 from hil_sim.driving.methods import METHODS
 from hil_sim.evaluation.evaluate import Evaluation, claim
 from hil_sim.evaluation.failures import CAUSES, cause, split
-from hil_sim.evaluation.report import fill, groups, read_folder, section
+from hil_sim.evaluation.report import fill, groups, section
+from hil_sim.evaluation.result_folder import read_folder
 from hil_sim.evaluation.results import Results
 from hil_sim.evaluation.worker import Settings
 from hil_sim.ground_truth.episodes import Episode, Start

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hil_sim.evaluation.suites import REPLICAS, _home, adopted, interleaved, make_suite, offers
+from hil_sim.evaluation.sample import adopted
+from hil_sim.evaluation.suites import REPLICAS, _home, interleaved, make_suite, offers
 from hil_sim.ground_truth.episodes import (
     HM3D_GOALS,
     ROBOTHOR_GOALS,
