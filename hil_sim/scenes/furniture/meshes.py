@@ -8,23 +8,23 @@ import shutil
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import cv2
-import meshoptimizer
 import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.scenes.furniture.catalog import CatalogError, Model
+from hil_sim.scenes.furniture.decimation import simplify
+from hil_sim.scenes.furniture.obj import read_obj, textured
+from hil_sim.scenes.furniture.shapes.named import BUILTINS, SHAPES
+from hil_sim.scenes.furniture.soup import Array, Material, Soup, bounds
 
 VERSION = 7  # of the conversion: a change makes the cache convert anew
 TRIANGLES = 1000  # a part
 TEXTURE_PX = 256
 PALETTE = 16  # colours a side
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -42,24 +42,6 @@ class Mesh:
 
     parts: tuple[Part, ...]
     size_m: tuple[float, float, float]
-
-
-@dataclass
-class Material:
-    """What an MTL says of a material, as far as it is used."""
-
-    colour: tuple[float, float, float] = (0.7, 0.7, 0.7)
-    texture: Path | None = None
-    opacity: float = 1.0
-
-
-@dataclass
-class Soup:
-    """Triangles of one material: corners (N, 3, 3) m and texture coordinates (N, 3, 2)."""
-
-    material: Material
-    corners: Array
-    uv: Array
 
 
 def load_mesh(model: Model, store: Path) -> Mesh:
@@ -81,7 +63,7 @@ def convert(
             raise CatalogError(f"{path}: holds no triangles")
         _stand_up(soups, rotation, size_m)
         _write_parts(soups, out)
-        low, high = _bounds(soups)
+        low, high = bounds(soups)
         width, depth, height = (high - low).tolist()
         return width, depth, height
 
@@ -92,8 +74,6 @@ def convert(
 
 def builtin(name: str, store: Path) -> Mesh:
     """A mesh of simple geometry by name, stood on the origin; CatalogError lists the known ones."""
-    from hil_sim.scenes.furniture.shapes.named import BUILTINS, SHAPES
-
     if name not in BUILTINS:
         raise CatalogError(
             f"builtin:{name}: unknown; known are {', '.join(sorted(SHAPES))}; each as NAME.0, ..."
@@ -108,7 +88,7 @@ def builtin(name: str, store: Path) -> Mesh:
 
     def build(out: Path) -> tuple[float, float, float]:
         _write_parts(soups, out)
-        low, high = _bounds(soups)
+        low, high = bounds(soups)
         width, depth, height = (high - low).tolist()
         return width, depth, height
 
@@ -138,85 +118,6 @@ def _cached(store: Path, key: str, build: Callable[[Path], tuple[float, float, f
     return Mesh(parts, (width, depth, height))
 
 
-# -- reading -------------------------------------------------------------------------------------
-
-
-def read_obj(path: Path) -> list[Soup]:
-    """The triangles of an OBJ by material. Polygons become fans; negative indices are understood;
-    what has no texture coordinate gets (0, 0)."""
-    vertices: list[list[float]] = []
-    coordinates: list[list[float]] = []
-    materials: dict[str, Material] = {}
-    faces: dict[str, list[tuple[tuple[int, int], ...]]] = {}
-    current = ""
-    try:
-        text = path.read_text(encoding="utf-8", errors="replace")
-    except OSError as error:
-        raise CatalogError(f"{path}: cannot be read ({error.strerror})") from error
-    for number, line in enumerate(text.splitlines(), 1):
-        head, _, rest = line.strip().partition(" ")
-        try:
-            if head == "v":
-                vertices.append([float(v) for v in rest.split()[:3]])
-            elif head == "vt":
-                coordinates.append([float(v) for v in [*rest.split(), "0"][:2]])
-            elif head == "f":
-                corners = [_corner(c, len(vertices), len(coordinates)) for c in rest.split()]
-                fans = faces.setdefault(current, [])
-                fans += [(corners[0], b, c) for b, c in pairwise(corners[1:])]
-            elif head == "usemtl":
-                current = rest.strip()
-            elif head == "mtllib":
-                materials.update(_read_mtl(path.parent / rest.strip()))
-        except (ValueError, IndexError) as error:
-            raise CatalogError(f"{path}:{number}: not an OBJ line: {line[:60]!r}") from error
-    xyz = np.array(vertices, float).reshape(-1, 3)
-    uv = np.array([*coordinates, [0.0, 0.0]], float)
-    soups = []
-    for name in sorted(faces):
-        index = np.array(faces[name], np.int64).reshape(-1, 3, 2)
-        material = materials.get(name, Material())
-        if material.opacity < 0.1 or len(index) == 0:
-            continue
-        soups.append(Soup(material, xyz[index[..., 0]], uv[index[..., 1]]))
-    return soups
-
-
-def _corner(text: str, vertices: int, coordinates: int) -> tuple[int, int]:
-    fields = [*text.split("/"), ""]
-    v = int(fields[0])
-    v = v - 1 if v > 0 else vertices + v
-    if not 0 <= v < vertices:
-        raise IndexError(text)
-    t = int(fields[1]) if fields[1] else 0
-    return v, (t - 1 if t > 0 else coordinates + t if t < 0 else -1)
-
-
-def _read_mtl(path: Path) -> dict[str, Material]:
-    found: dict[str, Material] = {}
-    if not path.is_file():
-        return found
-    current = Material()
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        head, _, rest = line.strip().partition(" ")
-        words = rest.split()
-        if head == "newmtl":
-            current = found[rest.strip()] = Material()
-        elif head == "Kd" and len(words) >= 3:
-            r, g, b = (min(1.0, max(0.0, float(w))) for w in words[:3])
-            current.colour = (r, g, b)
-        elif head == "d" and words:
-            current.opacity = float(words[-1])
-        elif head == "Tr" and words:
-            current.opacity = 1.0 - float(words[-1])
-        elif head == "map_Kd" and words:
-            image = path.parent / rest.strip().split("\\")[-1]
-            if not image.is_file():
-                image = path.parent / words[-1]
-            current.texture = image if image.is_file() else None
-    return found
-
-
 # -- shaping -------------------------------------------------------------------------------------
 
 
@@ -235,16 +136,11 @@ def _stand_up(
 
 def _stand(soups: list[Soup], size_m: tuple[float, float, float] | None) -> None:
     """Fit to the size, the centre of the footprint's underside on the origin."""
-    low, high = _bounds(soups)
+    low, high = bounds(soups)
     scale = np.ones(3) if size_m is None else np.array(size_m) / np.maximum(high - low, 1e-9)
     origin = np.array([(low[0] + high[0]) / 2, (low[1] + high[1]) / 2, low[2]])
     for soup in soups:
         soup.corners = (soup.corners - origin) * scale
-
-
-def _bounds(soups: list[Soup]) -> tuple[Array, Array]:
-    points = np.concatenate([s.corners.reshape(-1, 3) for s in soups])
-    return points.min(axis=0), points.max(axis=0)
 
 
 def _write_parts(soups: list[Soup], out: Path) -> None:
@@ -319,49 +215,9 @@ def _write_part(soups: list[Soup], path: Path) -> None:
     path.write_text("\n".join(lines) + "\n")
 
 
-def textured(path: Path, texture: Path) -> list[str]:
-    """Write the MTL that gives `path`, an OBJ about to be written beside it, its texture; returns
-    the OBJ's first lines."""
-    mtl = path.with_suffix(".mtl")
-    mtl.write_text(f"newmtl skin\nKd 1 1 1\nmap_Kd {texture.name}\n")
-    return [f"mtllib {mtl.name}", "usemtl skin"]
-
-
 def _normals(xyz: Array, triangles: NDArray[np.int64]) -> Array:
     a, b, c = (xyz[triangles[:, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     length = np.linalg.norm(normal, axis=1, keepdims=True)
     unit: Array = np.where(length > 1e-12, normal / np.maximum(length, 1e-12), [0.0, 0.0, 1.0])
     return unit
-
-
-def simplify(vertices: Array, triangles: NDArray[np.int64], limit: int) -> NDArray[np.int64]:
-    """At most about `limit` triangles of the given (V, 5) x, y, z, u, v; coordinates of the texture
-    stay with their vertex. Tries to keep the topology first."""
-    if len(triangles) <= limit:
-        return triangles
-    xyz = np.ascontiguousarray(vertices[:, :3], np.float32)
-    welded, weld = np.unique(xyz, axis=0, return_inverse=True)
-    index = np.ascontiguousarray(triangles.reshape(-1), np.uint32)
-    out = np.zeros(len(index), np.uint32)
-    n = meshoptimizer.simplify(out, index, xyz, target_index_count=3 * limit, target_error=0.04)
-    if n <= 3 * limit * 2:
-        return _tidy(out[:n])
-    # seams of the texture lock too many edges: weld them and take any vertex of a position
-    index = np.ascontiguousarray(weld.reshape(-1)[index], np.uint32)
-    out = np.zeros(len(index), np.uint32)
-    n = meshoptimizer.simplify(out, index, welded, target_index_count=3 * limit, target_error=0.06)
-    if n > 3 * limit * 2:
-        n = meshoptimizer.simplify_sloppy(
-            out, index, welded, target_index_count=3 * limit, target_error=0.1
-        )
-    some = np.zeros(len(welded), np.int64)
-    some[weld.reshape(-1)] = np.arange(len(xyz))
-    return _tidy(some[out[:n]])
-
-
-def _tidy(index: NDArray[np.uint32] | NDArray[np.int64]) -> NDArray[np.int64]:
-    triangles = index.astype(np.int64).reshape(-1, 3)
-    a, b, c = triangles.T
-    whole: NDArray[np.int64] = triangles[(a != b) & (b != c) & (a != c)]
-    return whole

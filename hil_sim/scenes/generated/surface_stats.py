@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.boxes import furniture
+from hil_sim.scenes.furniture.obj import read_geometry
 
 OUT = Path(__file__).parent / "surfaces.json"
 SEATS = ("bed", "sofa", "armchair")
@@ -27,19 +28,6 @@ LEAST_M = 0.2
 """A surface with a shorter side is none."""
 
 Array = NDArray[np.float64]
-
-
-def triangles_of(obj: Path) -> Array:
-    """(N, 3, 3) m: the triangles of an OBJ file."""
-    vertices, faces = [], []
-    for line in obj.read_text().splitlines():
-        head, *rest = line.split()
-        if head == "v":
-            vertices.append([float(v) for v in rest[:3]])
-        elif head == "f":
-            faces.append([int(part.split("/")[0]) - 1 for part in rest[:3]])
-    corners: Array = np.array(vertices)[np.array(faces)]
-    return corners
 
 
 def height_map(triangles: Array, size_m: tuple[float, float, float]) -> Array:
@@ -104,7 +92,7 @@ def measure(names: Iterable[tuple[str, bool]], assets: Assets) -> dict[str, list
     found: dict[str, list[float] | None] = {}
     for name, seat in names:
         mesh = assets.mesh(name)
-        triangles = np.concatenate([triangles_of(part.obj) for part in mesh.parts])
+        triangles = np.concatenate([read_geometry(part.obj).triangles for part in mesh.parts])
         found[name] = surface(height_map(triangles, mesh.size_m), mesh.size_m, seat)
     return found
 

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.furniture.catalog import CatalogError
-from hil_sim.scenes.furniture.meshes import Soup, read_obj
+from hil_sim.scenes.furniture.obj import read_obj
+from hil_sim.scenes.furniture.soup import Soup, bounds
 from hil_sim.scenes.sweethome.archive import Archive, ModelFiles
 from hil_sim.scenes.sweethome.drawing import Drawn
 from hil_sim.scenes.sweethome.words import plain
@@ -236,12 +237,12 @@ def _shape(soups: list[Soup], piece: Drawn) -> tuple[float, float, float]:
                 soup.corners, soup.uv = soup.corners[:, ::-1], soup.uv[:, ::-1]
             if piece.mirrored:
                 soup.corners = soup.corners * (-1, 1, 1)
-        low, high = _bounds(soups)
+        low, high = bounds(soups)
         scale = np.array([width, height, depth]) / np.maximum(high - low, 1e-9)
         lean = _lean(*piece.lean_rad)
         for soup in soups:
             soup.corners = ((soup.corners - (low + high) / 2) * scale) @ lean.T
-        low, high = _bounds(soups)
+        low, high = bounds(soups)
     if not np.isfinite([low, high]).all():
         raise CatalogError("its vertices are not finite numbers")
     x, y, z = (max(1e-3, float(v)) for v in high - low)
@@ -256,11 +257,6 @@ def _lean(pitch: float, roll: float) -> Array:
     about_z = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     leaning: Array = about_z @ about_x
     return leaning
-
-
-def _bounds(soups: list[Soup]) -> tuple[Array, Array]:
-    points = np.concatenate([s.corners.reshape(-1, 3) for s in soups])
-    return points.min(axis=0), points.max(axis=0)
 
 
 def _rgb(colour: str) -> tuple[float, float, float]:

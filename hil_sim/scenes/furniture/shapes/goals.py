@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from hil_sim.scenes.furniture.meshes import Soup
 from hil_sim.scenes.furniture.shapes.primitives import (
     BLUE,
     BRASS,
@@ -41,6 +40,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     turned,
     vessel,
 )
+from hil_sim.scenes.furniture.soup import Soup
 
 SEGMENTS = {"0": "abcdef", "1": "bc", "2": "abged", "3": "abgcd", "4": "fgbc", "5": "afgcd",
             "6": "afgecd", "7": "abc", "8": "abcdefg", "9": "abfgcd"}  # fmt: skip

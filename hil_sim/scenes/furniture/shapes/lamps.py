@@ -1,6 +1,5 @@
 """Meshes of lamps."""
 
-from hil_sim.scenes.furniture.meshes import Soup
 from hil_sim.scenes.furniture.shapes.primitives import (
     BRASS,
     CREAM,
@@ -23,6 +22,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     turned,
     vessel,
 )
+from hil_sim.scenes.furniture.soup import Soup
 
 
 def desk_lamp(k: int) -> Part:

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.scenes.furniture.meshes import Material, Soup
+from hil_sim.scenes.furniture.soup import Material, Soup
 
 Rgb = tuple[float, float, float]
 Xyz = tuple[float, float, float]

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hil_sim.scenes.furniture.meshes import Soup
 from hil_sim.scenes.furniture.shapes.primitives import (
     Array,
     Part,
@@ -14,6 +13,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     surface,
     turned,
 )
+from hil_sim.scenes.furniture.soup import Soup
 
 Pairs = Sequence[tuple[float, float]]
 

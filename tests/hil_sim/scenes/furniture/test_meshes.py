@@ -8,7 +8,9 @@ import pytest
 
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.catalog import Catalog, CatalogError, parse_properties
-from hil_sim.scenes.furniture.meshes import TRIANGLES, convert, read_obj, simplify
+from hil_sim.scenes.furniture.decimation import simplify
+from hil_sim.scenes.furniture.meshes import TRIANGLES, convert
+from hil_sim.scenes.furniture.obj import read_obj
 from hil_sim.scenes.furniture.shapes.named import SHAPES
 
 CUBE = """\

@@ -11,9 +11,10 @@ from hil_sim.ground_truth.goals import BROAD, GOALS, SYNONYMS, categories_of
 from hil_sim.scenes.format import CATEGORIES
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.boxes import furniture
-from hil_sim.scenes.furniture.meshes import Soup, builtin
+from hil_sim.scenes.furniture.meshes import builtin
 from hil_sim.scenes.furniture.shapes.named import BUILTINS, OWN, SHAPES, VARIANTS
 from hil_sim.scenes.furniture.shapes.primitives import ball, box, cylinder, lathe, slab, tube
+from hil_sim.scenes.furniture.soup import Soup
 
 MOST_TRIANGLES, MOST_OF_OWN = 800, 4000  # the latter before it is thinned out
 ROBOTHOR = {

@@ -8,7 +8,8 @@ import pytest
 from drawn import CUBE, MTL, ROOMS, WALLS, piece, save, xml
 
 from hil_sim.scenes.format import Scene
-from hil_sim.scenes.furniture.meshes import Soup, read_obj
+from hil_sim.scenes.furniture.obj import read_obj
+from hil_sim.scenes.furniture.soup import Soup
 from hil_sim.scenes.sweethome.importer import Report, import_home
 
 RED = (1.0, 0.0, 0.0)
