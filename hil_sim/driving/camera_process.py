@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from hil_sim.driving.link import HarnessError
 from hil_sim.scenes.format import Scene
 from hil_sim.simulation.body import Body
+from hil_sim.simulation.camera import CameraModel
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.protocol import Protocol
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
@@ -112,7 +113,7 @@ def _serve(
     try:
         with hushed():
             from hil_sim.scenes.furniture.assets import Assets
-            from hil_sim.simulation.scene_physics import CameraModel, ScenePhysics
+            from hil_sim.simulation.scene_physics import ScenePhysics
 
             world = ScenePhysics(scene, Assets(), renderer)
     except RfNavError as error:

@@ -2,24 +2,24 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hil_sim.driving.oracle import ShortestPath
 from hil_sim.driving.stage import RenderedView, StagedHome
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
+from hil_sim.simulation.camera import CameraModel, Frame
 from hil_sim.simulation.protocol import Protocol
 from hil_sim.simulation.quiet import hushed
 from runtime.core.types import Action, Pose
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.ground_truth.truth import SceneTruth
-    from hil_sim.simulation.scene_physics import CameraModel, Frame, ScenePhysics
+    from hil_sim.simulation.scene_physics import ScenePhysics
 
 
 def open_world(scene: Scene, assets: Assets, renderer: str) -> "ScenePhysics":
@@ -30,10 +30,8 @@ def open_world(scene: Scene, assets: Assets, renderer: str) -> "ScenePhysics":
         return ScenePhysics(scene, assets, renderer)
 
 
-def camera_of(protocol: Protocol) -> "CameraModel":
+def camera_of(protocol: Protocol) -> CameraModel:
     """The protocol's camera."""
-    from hil_sim.simulation.scene_physics import CameraModel
-
     return CameraModel(protocol.width, protocol.height, protocol.hfov_rad, protocol.camera_z_m)
 
 
@@ -42,7 +40,7 @@ def home_of(
     truth: "SceneTruth",
     protocol: Protocol,
     goal: str,
-    look: "Callable[[Pose], Frame] | None" = None,
+    look: Callable[[Pose], Frame] | None = None,
 ) -> StagedHome:
     """A world, seen through the protocol's camera, and the truth about one goal."""
     camera, boxes = camera_of(protocol), truth.boxes(goal)
@@ -57,15 +55,6 @@ def home_of(
         populate=world.populate,
         scan=world.scan,
     )
-
-
-@dataclass(frozen=True)
-class _Blank:
-    """What nobody looks at."""
-
-    rgb: NDArray[np.uint8]
-    depth_m: NDArray[np.float32]
-    segmentation: NDArray[np.int32]
 
 
 def shortest(
@@ -83,7 +72,7 @@ def shortest(
     cells = truth.success(episode.goal)
     driver = ShortestPath(truth.space, cells, protocol, lambda: here[0], aim)
     shape = 12, 16
-    blank = _Blank(
+    blank = Frame(  # nobody looks at it
         np.zeros((*shape, 3), np.uint8), np.zeros(shape, np.float32), np.full(shape, -1, np.int32)
     )
 

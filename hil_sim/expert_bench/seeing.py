@@ -3,22 +3,20 @@ detector's word on rooms and views."""
 
 import hashlib
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.ground_truth.true_labels import true_labels
 from hil_sim.scenes.format import Scene
+from hil_sim.simulation.camera import Frame
 from hil_sim.simulation.protocol import HM3D
 from runtime.clock import SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Detections, Pose
 from runtime.perception.loaded_models import LoadedModels
 from runtime.robot.labels import read_labels
-
-if TYPE_CHECKING:  # PyBullet prints when it is imported
-    from hil_sim.simulation.scene_physics import Frame
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class BenchDetector:
         sets = "panel.experts=[]", "models.threads=1", 'consensus.fallback="geometry"', labels
         return load(None, (*sets, *HM3D.settings))
 
-    def see(self, scene: Scene, pose: Pose, frame: "Frame") -> Detections:
+    def see(self, scene: Scene, pose: Pose, frame: Frame) -> Detections:
         """The truth's objects, the detector's room and view."""
         told = true_labels(scene, pose, frame.segmentation, frame.depth_m)
         true = read_labels(told, self.names, self.models.rooms)

@@ -29,13 +29,16 @@ from hil_sim.ground_truth.freespace import (
 from hil_sim.scenes.format import Scene, SceneError, SceneObject
 from hil_sim.scenes.furniture.assets import Assets, cache_dir
 from hil_sim.scenes.furniture.boxes import Box
-from hil_sim.simulation.scene_physics import HM3D, CameraModel, ScenePhysics
+from hil_sim.simulation.camera import HM3D_CAMERA, CameraModel
+from hil_sim.simulation.scene_physics import ScenePhysics
 from runtime.core.types import Pose
 
 Report = Callable[[str], None]
 BUNDLED = Path(__file__).parent / "bundled"
 
-SMALL = CameraModel(HM3D.width // 2, HM3D.height // 2, HM3D.hfov_rad, HM3D.z_m)
+SMALL = CameraModel(
+    HM3D_CAMERA.width // 2, HM3D_CAMERA.height // 2, HM3D_CAMERA.hfov_rad, HM3D_CAMERA.z_m
+)
 """Pixels are counted at half the size, each for four."""
 
 
@@ -143,7 +146,7 @@ def _keep(file: Path, save: Callable[[Any], None]) -> None:
 
 if __name__ == "__main__":
     from hil_sim.ground_truth.episodes import HM3D_GOALS
-    from hil_sim.scenes.format import load_scene
+    from hil_sim.scenes.scene_file import load_scene
 
     for name in sys.argv[1:]:  # one process a scene
         if len(sys.argv) > 2:

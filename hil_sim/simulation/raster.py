@@ -6,7 +6,6 @@ detector's training frames were drawn with (PyBullet's renderer): half a Lambert
 in hard shadow, and light from everywhere.
 """
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
@@ -15,9 +14,21 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.scenes.furniture.obj import read_geometry
+from hil_sim.simulation.projection import (
+    F64,
+    FAR_M,
+    NEAR_M,
+    applied,
+    camera_matrices,
+    column_major,
+    looking,
+    orthographic,
+    placed,
+    side_planes,
+)
 from runtime.errors import RfNavError
 
-NEAR_M, FAR_M = 0.05, 25.0
 SHADOW_PX = 4096
 SHADOW_SHARE = 0.3  # of the directed light, lost in shadow
 SHADOW_SLACK_M = 0.04  # surfaces do not shadow themselves
@@ -54,7 +65,6 @@ void main() {
 _DARK = "#version 330\nvoid main() {}"
 
 F32 = NDArray[np.float32]
-F64 = NDArray[np.float64]
 Colour = tuple[float, float, float]  # RGB, 0..1
 
 
@@ -74,6 +84,11 @@ class _Item:
     paint: Colour | None
     owner: int
     sphere: tuple[F64, float]  # of the mesh: centre (3,), radius
+
+    def outside(self, view: F64, planes: F64) -> bool:
+        """Whether nothing of it can be seen."""
+        centre = applied(view, applied(self.model, self.sphere[0]))
+        return bool((planes @ centre < -self.sphere[1]).any() or centre[2] > self.sphere[1])
 
 
 class Raster:
@@ -131,7 +146,7 @@ class Raster:
         vertices, index, centre, radius = self._meshes[obj]
         layout = [(vertices, "3f 2f", "at", "uv")]
         dark = [(vertices, "3f 8x", "at")]
-        model = _placed(position_m, yaw_rad) @ np.diag([*scale, 1.0])
+        model = placed(position_m, yaw_rad) @ np.diag([*scale, 1.0])
         item = _Item(
             self._gl.vertex_array(self._program, layout, index),
             self._gl.vertex_array(self._shadow_program, dark, index),
@@ -151,7 +166,7 @@ class Raster:
         """Move what was added (its scale is kept)."""
         item = self._items[number]
         scale = np.linalg.norm(item.model[:3, :3], axis=0)
-        item.model = _placed(position_m, yaw_rad) @ np.diag([*scale, 1.0])
+        item.model = placed(position_m, yaw_rad) @ np.diag([*scale, 1.0])
         if item.owner != NOTHING:
             self._shadow_of = None
 
@@ -176,20 +191,20 @@ class Raster:
         self._gl.enable(self._mgl.DEPTH_TEST | self._mgl.CULL_FACE)
         target.color_mask = ((colour,) * 4, (True,) * 4)
         target.clear(depth=1.0)  # zeros: nobody's, whatever the attachment's type
-        view, seen = _camera(eye, yaw_rad, pitch_rad, size, hfov_rad)
+        view, seen = camera_matrices(eye, yaw_rad, pitch_rad, size, hfov_rad)
         program = self._program
-        program["seen"].write(_bytes(seen))
-        program["lit"].write(_bytes(self._lit))
+        program["seen"].write(column_major(seen))
+        program["lit"].write(column_major(self._lit))
         program["light_way"], program["light_colour"] = tuple(way), tone
         program["ambient"], program["diffuse"], program["share"] = ambient, diffuse, SHADOW_SHARE
         program["slack"] = SHADOW_SLACK_M / self._depth_m
         program["texels"], program["shadows"] = 0, 1
         self._shadow.use(1)
-        planes = _sides(size, hfov_rad)
+        planes = side_planes(size, hfov_rad)
         for item in self._items:
-            if _outside(item, view, planes):
+            if item.outside(view, planes):
                 continue
-            program["model"].write(_bytes(item.model))
+            program["model"].write(column_major(item.model))
             program["tint"], program["id"] = item.tint, item.owner + 1
             program["paint"], program["painted"] = item.paint or item.tint, bool(item.paint)
             item.texture.use(0)
@@ -221,15 +236,15 @@ class Raster:
             return
         centre, radius = self._bounds()
         self._depth_m = 2 * radius
-        self._lit = _ortho(radius) @ _looking(centre + way * radius, -way)
+        self._lit = orthographic(radius) @ looking(centre + way * radius, -way)
         self._shadow_target.use()
         self._shadow_target.clear(depth=1.0)
         self._gl.enable(self._mgl.DEPTH_TEST | self._mgl.CULL_FACE)
-        self._shadow_program["lit"].write(_bytes(self._lit))
+        self._shadow_program["lit"].write(column_major(self._lit))
         for item in self._items:
             if item.owner == NOTHING:
                 continue  # walls and ceiling would leave no light
-            self._shadow_program["model"].write(_bytes(item.model))
+            self._shadow_program["model"].write(column_major(item.model))
             item.dark.render()
         self._shadow_of = tuple(way)
 
@@ -238,15 +253,16 @@ class Raster:
         things = [item for item in self._items if item.owner != NOTHING]
         if not things:
             return np.zeros(3), 1.0
-        centres = np.array([_apply(item.model, item.sphere[0]) for item in things])
+        centres = np.array([applied(item.model, item.sphere[0]) for item in things])
         reach = np.array([item.sphere[1] for item in things])[:, None]
         low, high = (centres - reach).min(axis=0), (centres + reach).max(axis=0)
         return (low + high) / 2, float(np.linalg.norm(high - low) / 2)
 
     def _upload(self, obj: Path) -> tuple[Any, Any, F64, float]:
-        points, uv, corners = read_own_obj(obj)
-        pairs, index = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-        vertices = np.concatenate([points[pairs[:, 0]], uv[pairs[:, 1]]], axis=1)
+        geometry = read_geometry(obj)
+        points, corners = geometry.points, geometry.corners.reshape(-1, 2)
+        pairs, index = np.unique(corners, axis=0, return_inverse=True)
+        vertices = np.concatenate([points[pairs[:, 0]], geometry.uv[pairs[:, 1]]], axis=1)
         low, high = points.min(axis=0), points.max(axis=0)
         centre = (low + high) / 2
         radius = float(np.linalg.norm(points - centre, axis=1).max())
@@ -278,94 +294,3 @@ class Raster:
                 self._gl.depth_texture(size),
             )
         return self._targets[size]
-
-
-def read_own_obj(path: Path) -> tuple[F64, F64, NDArray[np.int64]]:
-    """An OBJ that we wrote -> points (V, 3) m, texture coordinates (T, 2), corners (N, 3, 2) of
-    indices into them."""
-    rows: dict[str, list[str]] = {"v": [], "vt": [], "f": []}
-    for line in path.read_text().splitlines():
-        kind, _, rest = line.partition(" ")
-        if kind in rows:
-            rows[kind].append(rest)
-    points = np.array(" ".join(rows["v"]).split(), np.float64).reshape(-1, 3)
-    uv = np.array(" ".join(rows["vt"]).split(), np.float64).reshape(-1, 2)
-    corners = np.array(" ".join(rows["f"]).replace("/", " ").split(), np.int64)
-    return points, uv, corners.reshape(-1, 3, 3)[..., :2] - 1
-
-
-def _placed(position_m: tuple[float, float, float], yaw_rad: float) -> F64:
-    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
-    x, y, z = position_m
-    return np.array([[c, -s, 0, x], [s, c, 0, y], [0, 0, 1, z], [0, 0, 0, 1.0]])
-
-
-def _looking(eye: F64, ahead: F64) -> F64:
-    """World -> view: x right, y up, z backward."""
-    up = np.array([0.0, 0.0, 1.0]) if abs(ahead[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
-    right = np.cross(ahead, up)
-    right /= np.linalg.norm(right)
-    matrix = np.eye(4)
-    matrix[:3, :3] = [right, np.cross(right, ahead), -ahead]
-    matrix[:3, 3] = -matrix[:3, :3] @ eye
-    return matrix
-
-
-def _camera(
-    eye: tuple[float, float, float],
-    yaw_rad: float,
-    pitch_rad: float,
-    size: tuple[int, int],
-    hfov_rad: float,
-) -> tuple[F64, F64]:
-    """World -> view, and world -> clip space."""
-    c = math.cos(pitch_rad)
-    ahead = np.array([c * math.cos(yaw_rad), c * math.sin(yaw_rad), -math.sin(pitch_rad)])
-    view = _looking(np.array(eye), ahead)
-    focal = 1.0 / math.tan(hfov_rad / 2)
-    lens = np.zeros((4, 4))
-    lens[0, 0], lens[1, 1] = focal, focal * size[0] / size[1]
-    lens[2, 2] = -(FAR_M + NEAR_M) / (FAR_M - NEAR_M)
-    lens[2, 3] = -2 * FAR_M * NEAR_M / (FAR_M - NEAR_M)
-    lens[3, 2] = -1.0
-    return view, lens @ view
-
-
-def _ortho(radius_m: float) -> F64:
-    """View -> clip space of a light that shines on a sphere from its rim."""
-    return np.array(
-        [
-            [1 / radius_m, 0, 0, 0],
-            [0, 1 / radius_m, 0, 0],
-            [0, 0, -1 / radius_m, -1.0],
-            [0, 0, 0, 1],
-        ]
-    )
-
-
-def _sides(size: tuple[int, int], hfov_rad: float) -> F64:
-    """(4, 3) inward normals of the view's sides, through the eye, in view space."""
-    h = hfov_rad / 2
-    v = math.atan(math.tan(h) * size[1] / size[0])
-    return np.array(
-        [
-            [math.cos(h), 0, -math.sin(h)],
-            [-math.cos(h), 0, -math.sin(h)],
-            [0, math.cos(v), -math.sin(v)],
-            [0, -math.cos(v), -math.sin(v)],
-        ]
-    )
-
-
-def _outside(item: _Item, view: F64, planes: F64) -> bool:
-    centre = _apply(view, _apply(item.model, item.sphere[0]))
-    return bool((planes @ centre < -item.sphere[1]).any() or centre[2] > item.sphere[1])
-
-
-def _apply(matrix: F64, point: F64) -> F64:
-    moved: F64 = matrix[:3, :3] @ point + matrix[:3, 3]
-    return moved
-
-
-def _bytes(matrix: F64) -> bytes:
-    return matrix.T.astype(np.float32).tobytes()

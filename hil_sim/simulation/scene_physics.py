@@ -3,7 +3,6 @@
 import math
 import shutil
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -11,13 +10,17 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
-from hil_sim.scenes.format import Scene, SceneObject, check_meshes
+from hil_sim.scenes.format import Scene, SceneObject
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.meshes import Mesh
+from hil_sim.scenes.furniture.obj import read_geometry
+from hil_sim.scenes.scene_file import check_meshes
 from hil_sim.simulation.body import Body
-from hil_sim.simulation.raster import FAR_M, NEAR_M, Raster, RasterError
+from hil_sim.simulation.camera import HM3D_CAMERA, Appearance, CameraModel, Frame, Light
+from hil_sim.simulation.raster import Raster, RasterError
 from hil_sim.simulation.sensors import BEAMS, LASER_M, LASER_Z_M
 from hil_sim.simulation.shell import ceiling, floor, rgb_of, wall_pieces, walls
+from hil_sim.simulation.software_renderer import draw_software
 from hil_sim.simulation.visitors import DrawnVisitors, Visitors
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
@@ -30,51 +33,6 @@ SWEEP_M = 0.025
 
 class WorldError(RfNavError):
     """A scene that cannot be drawn on this machine as asked."""
-
-
-@dataclass(frozen=True)
-class CameraModel:
-    """A pinhole camera with square pixels and its principal point in the middle."""
-
-    width: int = 640
-    height: int = 480
-    hfov_rad: float = math.radians(79.0)
-    z_m: float = 0.88
-
-    @property
-    def focal_px(self) -> float:
-        """Focal length in pixels."""
-        return self.width / 2 / math.tan(self.hfov_rad / 2)
-
-
-HM3D = CameraModel()
-
-
-@dataclass(frozen=True)
-class Light:
-    """One distant light, toward which `direction` points, and what comes from everywhere."""
-
-    direction: tuple[float, float, float] = (0.5, -0.7, 1.2)
-    colour: tuple[float, float, float] = (1.0, 1.0, 1.0)
-    ambient: float = 0.5
-    diffuse: float = 0.5
-
-
-@dataclass(frozen=True)
-class Appearance:
-    """How a scene is lit; colours are the scene's own."""
-
-    light: Light = Light()
-
-
-@dataclass(frozen=True)
-class Frame:
-    """rgb (H, W, 3) uint8; depth_m (H, W) float32 along the optical axis, 0 where nothing is;
-    segmentation (H, W) int32, index into the scene's objects or -1."""
-
-    rgb: NDArray[np.uint8]
-    depth_m: NDArray[np.float32]
-    segmentation: NDArray[np.int32]
 
 
 class ScenePhysics:
@@ -127,7 +85,7 @@ class ScenePhysics:
         x_m: float,
         y_m: float,
         yaw_rad: float,
-        camera: CameraModel = HM3D,
+        camera: CameraModel = HM3D_CAMERA,
         pitch_rad: float = 0.0,
         light: Light | None = None,
         colour: bool = True,
@@ -142,49 +100,10 @@ class ScenePhysics:
             return Frame(
                 *self._raster.draw(eye, yaw_rad, pitch_rad, size, camera.hfov_rad, sun, colour)
             )
-        return self._software(eye, yaw_rad, pitch_rad, camera, light)
-
-    def _software(
-        self,
-        eye: tuple[float, float, float],
-        yaw_rad: float,
-        pitch_rad: float,
-        camera: CameraModel,
-        light: Light,
-    ) -> Frame:
-        """The view by PyBullet's own renderer."""
-        c = math.cos(pitch_rad)
-        ahead = (c * math.cos(yaw_rad), c * math.sin(yaw_rad), -math.sin(pitch_rad))
-        view = pybullet.computeViewMatrix(
-            eye, tuple(e + a for e, a in zip(eye, ahead, strict=True)), (0, 0, 1)
-        )
-        half_w = NEAR_M * math.tan(camera.hfov_rad / 2)
-        half_h = half_w * camera.height / camera.width
-        lens = pybullet.computeProjectionMatrix(-half_w, half_w, -half_h, half_h, NEAR_M, FAR_M)
-        _, _, rgba, buffer, bodies = pybullet.getCameraImage(
-            camera.width,
-            camera.height,
-            view,
-            lens,
-            shadow=0,
-            lightDirection=light.direction,
-            lightColor=light.colour,
-            lightAmbientCoeff=light.ambient,
-            lightDiffuseCoeff=light.diffuse,
-            lightSpecularCoeff=0.03,
-            renderer=pybullet.ER_TINY_RENDERER,
-            physicsClientId=self._client,
-        )
-        shape = camera.height, camera.width
-        z = np.reshape(np.asarray(buffer, np.float32), shape)
-        metres = FAR_M * NEAR_M / (FAR_M - (FAR_M - NEAR_M) * z)
-        metres[z >= 1.0] = 0.0
-        ids = np.reshape(np.asarray(bodies, np.int32), shape)
-        ids = np.where(ids < 0, -1, ids & 0xFFFFFF)
-        rgb = np.reshape(np.asarray(rgba, np.uint8), (*shape, 4))[..., :3]
-        ids[ids >= len(self._owner)] = -1  # a visitor
+        rgb, metres, bodies = draw_software(self._client, eye, yaw_rad, pitch_rad, camera, light)
+        bodies[bodies >= len(self._owner)] = -1  # a visitor
         owner = np.r_[self._owner, np.int32(-1)]  # index -1: no body
-        return Frame(np.ascontiguousarray(rgb), metres, owner[ids])
+        return Frame(rgb, metres, owner[bodies])
 
     # -- what stops the robot ------------------------------------------------------------------
 
@@ -257,7 +176,7 @@ class ScenePhysics:
             c, s = math.cos(obj.yaw_rad), math.sin(obj.yaw_rad)
             turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
             for part in mesh.parts:
-                corners = _corners(part.obj) * scale
+                corners = read_geometry(part.obj).triangles * scale
                 pieces.append(corners @ turn.T + np.array(obj.position_m))
         return np.concatenate(pieces)
 
@@ -389,15 +308,3 @@ class ScenePhysics:
         grown = body + 1 - len(self._owner)
         self._owner = np.concatenate([self._owner, np.full(grown, -1, np.int32)])
         return body
-
-
-def _corners(path: Path) -> NDArray[np.float64]:
-    """(N, 3, 3) m of an OBJ that we wrote."""
-    vertices, faces = [], []
-    for line in path.read_text().splitlines():
-        if line.startswith("v "):
-            vertices.append([float(v) for v in line.split()[1:]])
-        elif line.startswith("f "):
-            faces.append([int(c.split("/")[0]) - 1 for c in line.split()[1:]])
-    corners: NDArray[np.float64] = np.array(vertices)[np.array(faces)]
-    return corners

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.scenes.format import Point, Scene, Wall, on_wall, room_at
-from hil_sim.scenes.furniture.meshes import textured
+from hil_sim.scenes.furniture.obj import textured
 
 PAINT_M = 0.02  # of floor under a pixel of its texture
 PLAIN_WALL = "#e8e4da"

@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 import pybullet
 
-from hil_sim.scenes.furniture.meshes import Soup
 from hil_sim.scenes.furniture.shapes.primitives import ball, box, cylinder
+from hil_sim.scenes.furniture.soup import Soup
 from hil_sim.simulation.body import Body
 from hil_sim.simulation.raster import Raster
 from hil_sim.simulation.shell import Surface, rgb_of

@@ -127,7 +127,8 @@ WHICH = """
 import sys
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.format import Room, Scene, SceneObject
-from hil_sim.simulation.scene_physics import CameraModel, ScenePhysics
+from hil_sim.simulation.camera import CameraModel
+from hil_sim.simulation.scene_physics import ScenePhysics
 from pathlib import Path
 floor = ((-1.0, -2.0), (5.0, -2.0), (5.0, 2.0), (-1.0, 2.0))
 box = SceneObject("box", "other", "builtin:box", (3.0, 0.0, 0.5), 0.0, (0.8, 0.8, 0.8))

@@ -15,7 +15,8 @@ from hil_sim.scenes.format import Door, Room, Scene, SceneError, SceneObject, Wa
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.simulation import protocol as protocols
 from hil_sim.simulation.body import Body, body_of
-from hil_sim.simulation.scene_physics import HM3D, CameraModel, ScenePhysics
+from hil_sim.simulation.camera import HM3D_CAMERA, CameraModel
+from hil_sim.simulation.scene_physics import ScenePhysics
 from hil_sim.simulation.shell import rgb_of, wall_pieces
 from runtime.core.types import Pose
 
@@ -206,8 +207,8 @@ def test_an_unknown_mesh_is_named_with_its_place(tmp_path: Path):
 
 
 def test_the_camera_is_the_protocols():
-    assert (HM3D.width, HM3D.height, HM3D.z_m) == (640, 480, 0.88)
-    assert HM3D.focal_px == pytest.approx(388.2, abs=0.1)
+    assert (HM3D_CAMERA.width, HM3D_CAMERA.height, HM3D_CAMERA.z_m) == (640, 480, 0.88)
+    assert HM3D_CAMERA.focal_px == pytest.approx(388.2, abs=0.1)
 
 
 @pytest.mark.slow
