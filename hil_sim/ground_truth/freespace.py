@@ -15,7 +15,8 @@ import skfmm
 from numpy.typing import NDArray
 
 from hil_sim.ground_truth.goals import categories_of as categories_of
-from hil_sim.scenes.format import Scene, SceneError, scene_to_json
+from hil_sim.scenes.format import Scene, SceneError
+from hil_sim.scenes.scene_file import scene_to_json
 
 CELL_M = 0.05
 BODY_RADIUS_M = 0.18

@@ -3,7 +3,8 @@
 import re
 from pathlib import Path
 
-from hil_sim.scenes.format import Scene, SceneError, known_scenes, load_scene
+from hil_sim.scenes.format import Scene, SceneError
+from hil_sim.scenes.scene_file import known_scenes, load_scene
 
 _GENERATED = re.compile(r"(train|val)-(\d+)(?:-rooms(\d+))?(?:-(cluttered|varied))?")
 REPLICA = "FloorPlan_"

@@ -17,9 +17,8 @@ from hil_sim.scenes.format import (
     SceneObject,
     Wall,
     contains,
-    parse_scene,
-    scene_to_json,
 )
+from hil_sim.scenes.scene_file import parse_scene, scene_to_json
 from hil_sim.scenes.sweethome.archive import Archive
 from hil_sim.scenes.sweethome.drawing import DrawnRoom, DrawnWall, read_drawing, usable
 from hil_sim.scenes.sweethome.models import PLAIN, Models

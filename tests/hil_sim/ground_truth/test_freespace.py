@@ -22,7 +22,8 @@ from hil_sim.ground_truth.freespace import (
     scene_hash,
     success_cells,
 )
-from hil_sim.scenes.format import Room, Scene, SceneError, SceneObject, load_scene, room_at
+from hil_sim.scenes.format import Room, Scene, SceneError, SceneObject, room_at
+from hil_sim.scenes.scene_file import load_scene
 
 
 def quad(x0: float, y0: float, x1: float, y1: float, z0: float, z1: float) -> np.ndarray:

@@ -4,7 +4,8 @@ from typing import Any
 
 import pytest
 
-from hil_sim.scenes.format import FORMAT, SceneError, load_scene, parse_scene, save_scene
+from hil_sim.scenes.format import SceneError
+from hil_sim.scenes.scene_file import FORMAT, load_scene, parse_scene, save_scene
 
 
 def small() -> dict[str, Any]:

@@ -8,18 +8,12 @@ import pytest
 
 from hil_sim.ground_truth.episodes import HM3D_GOALS
 from hil_sim.ground_truth.freespace import FreeSpace, build_free_space, categories_of
-from hil_sim.scenes.format import (
-    Scene,
-    check_meshes,
-    load_scene,
-    parse_scene,
-    room_at,
-    scene_to_json,
-)
+from hil_sim.scenes.format import Scene, room_at
 from hil_sim.scenes.furniture.boxes import ROBOT_M, Box, box_of, furniture
 from hil_sim.scenes.furniture.shapes.named import BUILTINS
 from hil_sim.scenes.generated.home import generate
 from hil_sim.scenes.generated.surfaces import lies_on, resting_place
+from hil_sim.scenes.scene_file import check_meshes, load_scene, parse_scene, scene_to_json
 from hil_sim.scenes.viewpoints import floor_of, viewpoints
 
 HOMES = [*(f"train {seed}" for seed in range(8)), "val 0", "val 1", "maple", "cedar"]

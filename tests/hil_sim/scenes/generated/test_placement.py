@@ -13,12 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hil_sim.commands.generate import generate_command
-from hil_sim.scenes.format import ROOM_TYPES, SceneObject, load_scene
+from hil_sim.scenes.format import ROOM_TYPES, SceneObject
 from hil_sim.scenes.furniture.boxes import Box, box_of
 from hil_sim.scenes.generated import surface_stats
 from hil_sim.scenes.generated.home import generate
 from hil_sim.scenes.generated.placement import habits
 from hil_sim.scenes.generated.surfaces import lies_on, resting_place
+from hil_sim.scenes.scene_file import load_scene
 
 
 @pytest.mark.parametrize("kind", ROOM_TYPES)

@@ -12,13 +12,14 @@ import pytest
 
 from hil_sim.ground_truth.episodes import HM3D_GOALS
 from hil_sim.ground_truth.freespace import categories_of
-from hil_sim.scenes.format import Door, Scene, SceneObject, contains, scene_to_json
+from hil_sim.scenes.format import Door, Scene, SceneObject, contains
 from hil_sim.scenes.furniture.boxes import furniture
 from hil_sim.scenes.generated.floorplan import Rect
 from hil_sim.scenes.generated.home import generate
 from hil_sim.scenes.generated.layouts import LayoutError, count_kinds, draw_plan
 from hil_sim.scenes.generated.valid import problems
 from hil_sim.scenes.open import open_scene
+from hil_sim.scenes.scene_file import scene_to_json
 
 SPLITS = ("train", "val")
 SEEDS = 100
@@ -121,7 +122,7 @@ def test_categories_with_three_meshes_keep_one_for_val() -> None:
 def test_a_seed_is_one_home_in_every_process() -> None:
     code = (
         "import json, hashlib; from hil_sim.scenes.generated.home import generate;"
-        "from hil_sim.scenes.format import scene_to_json as j;"
+        "from hil_sim.scenes.scene_file import scene_to_json as j;"
         "print(hashlib.sha256(json.dumps([j(generate(s, 'val')) for s in (1, 2)]).encode())"
         ".hexdigest())"
     )

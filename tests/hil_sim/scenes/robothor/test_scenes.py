@@ -10,14 +10,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from hil_sim.scenes.format import (
-    ROOM_TYPES,
-    Wall,
-    contains,
-    parse_scene,
-    polygon_area,
-    scene_to_json,
-)
+from hil_sim.scenes.format import ROOM_TYPES, Wall, contains, polygon_area
 from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.robothor import metadata
 from hil_sim.scenes.robothor.evidence import OUTER
@@ -27,6 +20,7 @@ from hil_sim.scenes.robothor.metadata import APARTMENTS, MetadataError, Thing, a
 from hil_sim.scenes.robothor.regions import regions, room_type
 from hil_sim.scenes.robothor.scenes import CATEGORY, GOALS, PARTS, robothor_scene
 from hil_sim.scenes.robothor.walls import layouts
+from hil_sim.scenes.scene_file import parse_scene, scene_to_json
 
 needs_metadata = pytest.mark.skipif(
     not metadata.metadata_path().is_file(), reason="no metadata here; run `hil-sim assets pull`"

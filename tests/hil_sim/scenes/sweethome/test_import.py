@@ -12,7 +12,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from places import ROOT, TESTS
 
-from hil_sim.scenes.format import Scene, SceneError, load_scene, parse_scene
+from hil_sim.scenes.format import Scene, SceneError
+from hil_sim.scenes.scene_file import load_scene, parse_scene
 from hil_sim.scenes.sweethome.importer import Report, import_home
 
 REAL = TESTS / "refs" / "sweethome7.sh3d"
