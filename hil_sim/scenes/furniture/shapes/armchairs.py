@@ -5,16 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    CREAM,
-    DARK_WOOD,
-    GREY,
-    PALE_WOOD,
-    PINK,
-    TEAL,
-    WOOD,
     Part,
-    Rgb,
     around,
     ball,
     cylinder,
@@ -26,19 +20,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     turned,
 )
 from hil_sim.scenes.furniture.shapes.sofas import SEAT_M, airy, couch, stubs
-from hil_sim.scenes.furniture.shapes.soft import (
-    BLACK,
-    CHROME,
-    COGNAC,
-    LINEN,
-    OAK,
-    OXBLOOD,
-    WALNUT,
-    bowed,
-    leaning,
-    padded,
-    swept,
-)
+from hil_sim.scenes.furniture.shapes.soft import bowed, leaning, padded, swept
 
 
 def _club(hide: Rgb, wood: Rgb) -> Part:
@@ -103,8 +85,8 @@ def _egg(cloth: Rgb, inside: Rgb) -> Part:
     rise = [(0.3, 0.6), (0.28, 0.68), (0.28, 0.95), (0.28, 1.06), (0.28, 0.95), (0.28, 0.68),
             (0.3, 0.6)]  # fmt: skip
     return [
-        *around([tube([(0, 0, 0.05), (0, -0.3, 0.015)], (0.022, 0.015), CHROME, 6)], "z", 4),
-        cylinder(0.028, 0.028, 0.28, CHROME, 10),
+        *around([tube([(0, 0, 0.05), (0, -0.3, 0.015)], (0.022, 0.015), c.CHROME, 6)], "z", 4),
+        cylinder(0.028, 0.028, 0.28, c.CHROME, 10),
         lathe([(0, 0.24), (0.2, 0.26), (0.33, 0.34), (0.3, 0.38), (0, 0.38)], cloth, 20),
         bowed((0.35, 0.35), 0.06, rise, (-30, 210), cloth, 0.03),
         ball((0.54, 0.56, 0.13), (0, -0.08, 0.33), inside, 6, 18, 0.6),
@@ -138,14 +120,14 @@ def _bent(cloth: Rgb, wood: Rgb) -> Part:
 
 
 ARMCHAIRS: tuple[Callable[[], Part], ...] = (
-    partial(_club, COGNAC, DARK_WOOD),
-    partial(_wing, TEAL, WOOD),
-    partial(airy, 0.72, 0.8, 0.84, 1, GREY, PALE_WOOD),
-    partial(_tub, PINK, OAK),
-    partial(_recliner, BLACK),
-    partial(couch, 0.98, 0.9, 0.8, 1, LINEN, (0.1, WALNUT), (0.2, 0.6), True, (), 0.03),
-    partial(_egg, OXBLOOD, shade(OXBLOOD, 1.3)),
-    partial(_bent, CREAM, OAK),
+    partial(_club, c.COGNAC, c.DARK_WOOD),
+    partial(_wing, c.TEAL, c.WOOD),
+    partial(airy, 0.72, 0.8, 0.84, 1, c.GREY, c.PALE_WOOD),
+    partial(_tub, c.PINK, c.OAK),
+    partial(_recliner, c.BLACK),
+    partial(couch, 0.98, 0.9, 0.8, 1, c.LINEN, (0.1, c.WALNUT), (0.2, 0.6), True, (), 0.03),
+    partial(_egg, c.OXBLOOD, shade(c.OXBLOOD, 1.3)),
+    partial(_bent, c.CREAM, c.OAK),
 )
 
 

@@ -2,26 +2,10 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    ORANGE,
-    PALE_WOOD,
-    PINK,
-    PURPLE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     arc,
     ball,
     box,
@@ -41,12 +25,12 @@ def toilet(k: int) -> Part:
     """A bowl with a seat, its lid down (even) or up (odd), and a cistern."""
     china, seat = pick(
         k,
-        (WHITE, WHITE),
-        (CREAM, WOOD),
-        (WHITE, DARK),
-        ((0.8, 0.86, 0.84), WHITE),
-        (WHITE, PALE_WOOD),
-        (PINK, WHITE),
+        (c.WHITE, c.WHITE),
+        (c.CREAM, c.WOOD),
+        (c.WHITE, c.DARK),
+        ((0.8, 0.86, 0.84), c.WHITE),
+        (c.WHITE, c.PALE_WOOD),
+        (c.PINK, c.WHITE),
     )
     tall = pick(k, 0.36, 0.3, 0.4)
     foot = [(0, 0), (0.6, 0), (0.5, 0.3), (0.62, 0.55), (1, 0.9), (1, 1), (0, 1)]
@@ -57,7 +41,7 @@ def toilet(k: int) -> Part:
         box((0.24, 0.3, 0.36), (0, 0.12, 0), china),
         box((0.4, 0.19, tall), (0, 0.24, 0.38), china),
         box((0.42, 0.21, 0.03), (0, 0.24, 0.38 + tall), china),
-        box((0.05, 0.03, 0.015), button, STEEL),
+        box((0.05, 0.03, 0.015), button, c.STEEL),
     ]
     if k % 2 == 0:
         return [*parts, *moved(_oval(0.03, seat), (0, -0.1, 0.412))]
@@ -74,9 +58,9 @@ def shower(k: int) -> Part:
     """A tray, a pole with its head, and panes; some with a curtain."""
     tray, metal, wall = pick(
         k,
-        (WHITE, STEEL, (0.75, 0.83, 0.85)),
-        (CREAM, BRASS, (0.8, 0.85, 0.82)),
-        (GREY, DARK, (0.7, 0.78, 0.8)),
+        (c.WHITE, c.STEEL, (0.75, 0.83, 0.85)),
+        (c.CREAM, c.BRASS, (0.8, 0.85, 0.82)),
+        (c.GREY, c.DARK, (0.7, 0.78, 0.8)),
     )
     w, h = pick(k, 0.9, 0.8), 2.0
     back = w / 2 - 0.01
@@ -116,17 +100,17 @@ def soap_bottle(k: int) -> Part:
     """With a pump."""
     body, pump = pick(
         k,
-        (WHITE, STEEL),
-        (TEAL, WHITE),
-        (PINK, WHITE),
-        (DARK_WOOD, DARK),
-        (GREEN, WHITE),
-        ((0.85, 0.7, 0.4), DARK),
+        (c.WHITE, c.STEEL),
+        (c.TEAL, c.WHITE),
+        (c.PINK, c.WHITE),
+        (c.DARK_WOOD, c.DARK),
+        (c.GREEN, c.WHITE),
+        ((0.85, 0.7, 0.4), c.DARK),
     )
     r, h = pick(k, (0.034, 0.13), (0.03, 0.15), (0.038, 0.12))
     return [
         lathe([(0, 0), (r, 0), (r, h * 0.85), (r * 0.6, h), (0, h)], body, 16),
-        lathe([(r + 0.0007, h * 0.2), (r + 0.0007, h * 0.6)], pick(k, BLUE, CREAM, RED), 16),
+        lathe([(r + 0.0007, h * 0.2), (r + 0.0007, h * 0.6)], pick(k, c.BLUE, c.CREAM, c.RED), 16),
         cylinder(0.013, 0.013, 0.018, pump, 10, (0, 0, h)),
         cylinder(0.004, 0.004, 0.03, pump, 6, (0, 0, h + 0.018)),
         box((0.016, 0.05, 0.01), (0, -0.014, h + 0.045), pump),
@@ -138,7 +122,7 @@ def toilet_paper(k: int) -> Part:
     """A roll: standing (even) or on a wall holder (odd)."""
     r, h = pick(k, 0.055, 0.05, 0.06), 0.1
     core: Rgb = (0.6, 0.46, 0.32)
-    paper = pick(k, WHITE, WHITE, (0.95, 0.88, 0.88), WHITE, (0.85, 0.9, 0.95))
+    paper = pick(k, c.WHITE, c.WHITE, (0.95, 0.88, 0.88), c.WHITE, (0.85, 0.9, 0.95))
     roll = [
         *vessel([(0.02, 0), (r, 0), (r, h), (0.02, h)], paper, None, 0.002, 22),
         lathe([(0.022, h + 0.0006), (0, h - 0.004)], core, 14),
@@ -155,7 +139,7 @@ def toilet_paper(k: int) -> Part:
         90,
     )
     sheet = box((h, 0.002, 0.07), (0, -r, -0.07), paper)
-    bar = STEEL if k != 3 else BRASS
+    bar = c.STEEL if k != 3 else c.BRASS
     return [
         *lying,
         sheet,
@@ -168,7 +152,13 @@ def toilet_paper(k: int) -> Part:
 def towel(k: int) -> Part:
     """Hung over a rail (even) or folded in a pile (odd)."""
     cloth, stripe = pick(
-        k, (BLUE, WHITE), (WHITE, TEAL), (RED, CREAM), (PINK, WHITE), (GREEN, WHITE), (GREY, YELLOW)
+        k,
+        (c.BLUE, c.WHITE),
+        (c.WHITE, c.TEAL),
+        (c.RED, c.CREAM),
+        (c.PINK, c.WHITE),
+        (c.GREEN, c.WHITE),
+        (c.GREY, c.YELLOW),
     )
     if k % 2:
         pile: Part = []
@@ -190,8 +180,8 @@ def towel(k: int) -> Part:
     which = np.zeros((4, 12), bool)
     which[1] = True
     bar = [
-        tube([(-w * 0.62, -0.02, h - 0.008), (w * 0.62, -0.02, h - 0.008)], 0.008, STEEL, 6),
-        *[box((0.02, 0.05, 0.03), (s * w * 0.6, 0.005, h - 0.025), STEEL) for s in (-1, 1)],
+        tube([(-w * 0.62, -0.02, h - 0.008), (w * 0.62, -0.02, h - 0.008)], 0.008, c.STEEL, 6),
+        *[box((0.02, 0.05, 0.03), (s * w * 0.6, 0.005, h - 0.025), c.STEEL) for s in (-1, 1)],
     ]
     rear = moved(scaled([surface(back, cloth)], (1, 1, 0.75)), (0, 0, h * 0.25))
     return [
@@ -207,12 +197,12 @@ def plunger(k: int) -> Part:
     """Upright on its cup."""
     cup, stick = pick(
         k,
-        (RED, WOOD),
-        (DARK, WHITE),
-        (ORANGE, PALE_WOOD),
-        (BLUE, WHITE),
-        ((0.6, 0.2, 0.15), DARK_WOOD),
-        (GREEN, STEEL),
+        (c.RED, c.WOOD),
+        (c.DARK, c.WHITE),
+        (c.ORANGE, c.PALE_WOOD),
+        (c.BLUE, c.WHITE),
+        ((0.6, 0.2, 0.15), c.DARK_WOOD),
+        (c.GREEN, c.STEEL),
     )
     r, h = pick(k, 0.07, 0.065, 0.075), pick(k, 0.5, 0.42)
     return [
@@ -239,15 +229,17 @@ def tissue_box(k: int) -> Part:
     """A tissue stands out of it."""
     card, trim = pick(
         k,
-        (BLUE, WHITE),
-        (PINK, CREAM),
-        (CREAM, GREEN),
-        (TEAL, YELLOW),
-        (WHITE, PURPLE),
-        (GREY, ORANGE),
+        (c.BLUE, c.WHITE),
+        (c.PINK, c.CREAM),
+        (c.CREAM, c.GREEN),
+        (c.TEAL, c.YELLOW),
+        (c.WHITE, c.PURPLE),
+        (c.GREY, c.ORANGE),
     )
     w, d, h = pick(k, (0.23, 0.12, 0.08), (0.12, 0.12, 0.13))
-    tissue = [lathe([(0.035, 0), (0.028, 0.02), (0.045, 0.05), (0.02, 0.07), (0, 0.055)], WHITE, 7)]
+    tissue = [
+        lathe([(0.035, 0), (0.028, 0.02), (0.045, 0.05), (0.02, 0.07), (0, 0.055)], c.WHITE, 7)
+    ]
     spots = [
         box((0.02, 0.002, 0.02), (x * w, -d / 2, h * z), trim)
         for x, z in ((-0.35, 0.2), (-0.1, 0.5), (0.15, 0.2), (0.35, 0.55), (-0.38, 0.65))
@@ -265,12 +257,14 @@ def paper_towel(k: int) -> Part:
     """A roll, some on a stand."""
     r, h = pick(k, 0.06, 0.055, 0.065), pick(k, 0.24, 0.26)
     base = [
-        cylinder(0.08, 0.075, 0.012, pick(k, WOOD, STEEL, DARK), 18),
-        cylinder(0.008, 0.008, 0.3, pick(k, WOOD, STEEL, DARK), 8),
+        cylinder(0.08, 0.075, 0.012, pick(k, c.WOOD, c.STEEL, c.DARK), 18),
+        cylinder(0.008, 0.008, 0.3, pick(k, c.WOOD, c.STEEL, c.DARK), 8),
     ]
-    roll = vessel([(0.02, 0), (r, 0), (r, h), (0.02, h)], WHITE, None, 0.002, 20)
-    sheet = box((0.05, 0.003, h), (r - 0.02, -r - 0.001, 0), WHITE)
-    print_ = lathe([(r + 0.0006, h * 0.12), (r + 0.0006, h * 0.18)], pick(k, BLUE, PINK, GREEN), 20)
+    roll = vessel([(0.02, 0), (r, 0), (r, h), (0.02, h)], c.WHITE, None, 0.002, 20)
+    sheet = box((0.05, 0.003, h), (r - 0.02, -r - 0.001, 0), c.WHITE)
+    print_ = lathe(
+        [(r + 0.0006, h * 0.12), (r + 0.0006, h * 0.18)], pick(k, c.BLUE, c.PINK, c.GREEN), 20
+    )
     core = lathe([(0.02, h), (0, h * 0.99)], (0.65, 0.5, 0.35), 12)
     return [
         *base,

@@ -2,43 +2,17 @@
 
 from functools import partial
 
-from hil_sim.scenes.furniture.shapes.primitives import (
-    CREAM,
-    DARK_WOOD,
-    GREY,
-    NAVY,
-    PALE_WOOD,
-    PINK,
-    TEAL,
-    WHITE,
-    WOOD,
-    Part,
-    Rgb,
-    arc,
-    box,
-    moved,
-    pick,
-    shade,
-    tube,
-)
-from hil_sim.scenes.furniture.shapes.soft import (
-    ASH,
-    CHARCOAL,
-    FOREST,
-    IRON,
-    LINEN,
-    MUSTARD,
-    OAK,
-    ROSE,
-    SKY,
-    padded,
-)
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
+from hil_sim.scenes.furniture.shapes.primitives import Part, arc, box, moved, pick, shade, tube
+from hil_sim.scenes.furniture.shapes.soft import padded
 from hil_sim.scenes.furniture.shapes.soft import pillow as cushion
 
 LONG_M = 2.02  # the mattress
 COLOURS: tuple[tuple[Rgb, Rgb], ...] = (  # blanket and pillows
-    (NAVY, WHITE), (ROSE, CREAM), (ASH, WHITE), (MUSTARD, LINEN), (FOREST, SKY), (WHITE, ASH),
-    (TEAL, PINK), (CHARCOAL, CREAM),
+    (c.NAVY, c.WHITE), (c.ROSE, c.CREAM), (c.ASH, c.WHITE), (c.MUSTARD, c.LINEN), (c.FOREST, c.SKY),
+    (c.WHITE, c.ASH),
+    (c.TEAL, c.PINK), (c.CHARCOAL, c.CREAM),
 )  # fmt: skip
 
 
@@ -47,7 +21,7 @@ def _bedding(w: float, z: float, k: int, drawn: float = 0.62, thick: float = 0.2
     blanket, soft = pick(k, *COLOURS)
     long = LONG_M * drawn
     parts = [
-        padded((w, LONG_M, thick), (0, 0, z), shade(WHITE, 0.95), 0.05),
+        padded((w, LONG_M, thick), (0, 0, z), shade(c.WHITE, 0.95), 0.05),
         padded((w + 0.05, long, thick * 0.7), (0, (long - LONG_M) / 2 - 0.02, z + thick * 0.36),
                blanket, 0.04),
         padded((w + 0.06, 0.24, thick * 0.2), (0, long - LONG_M / 2 - 0.1, z + thick), soft, 0.02),
@@ -82,7 +56,10 @@ def _upholstered(w: float, k: int, cloth: Rgb, high: float) -> Part:
     """A padded frame, its head buttoned in panels."""
     d, n = LONG_M + 0.12, max(2, round(w / 0.4))
     each = (w + 0.2) / n
-    parts = [padded((w + 0.16, d, 0.26), (0, 0, 0.06), cloth, 0.05), *_legs(w, d - 0.1, 0.08, IRON)]
+    parts = [
+        padded((w + 0.16, d, 0.26), (0, 0, 0.06), cloth, 0.05),
+        *_legs(w, d - 0.1, 0.08, c.IRON),
+    ]
     for i in range(n):
         at = ((i - (n - 1) / 2) * each, d / 2 + 0.03, 0.1)
         parts.append(padded((each - 0.01, 0.12, high - 0.1), at, shade(cloth, 0.95), 0.05))
@@ -141,12 +118,12 @@ def bed(k: int) -> Part:
     """Single, double with a foot board, queen, low platform, bars, bunk, day bed, box spring."""
     return pick(
         k,
-        partial(_wooden, 0.92, k, PALE_WOOD, 0.85, 0.5),
-        partial(_wooden, 1.42, k, DARK_WOOD, 1.05, 0.65),
-        partial(_upholstered, 1.62, k, GREY, 1.3),
-        partial(_wooden, 1.6, k, OAK, 0.6, 0.0),
-        partial(_barred, 1.4, k, IRON),
-        partial(_bunk, k, WOOD),
-        partial(_day, k, WHITE),
-        partial(_upholstered, 1.82, k, LINEN, 1.05),
+        partial(_wooden, 0.92, k, c.PALE_WOOD, 0.85, 0.5),
+        partial(_wooden, 1.42, k, c.DARK_WOOD, 1.05, 0.65),
+        partial(_upholstered, 1.62, k, c.GREY, 1.3),
+        partial(_wooden, 1.6, k, c.OAK, 0.6, 0.0),
+        partial(_barred, 1.4, k, c.IRON),
+        partial(_bunk, k, c.WOOD),
+        partial(_day, k, c.WHITE),
+        partial(_upholstered, 1.82, k, c.LINEN, 1.05),
     )()

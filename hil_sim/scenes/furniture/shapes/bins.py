@@ -2,22 +2,8 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    GREEN,
-    GREY,
-    NAVY,
-    PALE_WOOD,
-    PINK,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
     around,
     ball,
@@ -47,11 +33,12 @@ VASES = (
 
 def vase(k: int) -> Part:
     """Six turned profiles."""
-    colour, band = pick(k, (TEAL, CREAM), (WHITE, BLUE), ((0.6, 0.28, 0.16), DARK), (GREEN, YELLOW),
-                        (NAVY, BRASS), (PINK, WHITE))  # fmt: skip
+    colour, band = pick(k, (c.TEAL, c.CREAM), (c.WHITE, c.BLUE), ((0.6, 0.28, 0.16), c.DARK),
+                        (c.GREEN, c.YELLOW),
+                        (c.NAVY, c.BRASS), (c.PINK, c.WHITE))  # fmt: skip
     r, h = pick(k, (0.1, 0.28), (0.08, 0.22), (0.1, 0.19), (0.1, 0.32), (0.11, 0.2), (0.13, 0.36))
     profile = [(a * r, b * h) for a, b in VASES[k % len(VASES)]]
-    parts = vessel(profile, colour, DARK, 0.005, 20)
+    parts = vessel(profile, colour, c.DARK, 0.005, 20)
     (r0, z0), (r1, z1) = profile[1], profile[2]
     stripe = [(r0 + (r1 - r0) * t + 0.0012, z0 + (z1 - z0) * t) for t in (0.3, 0.75)]
     return [*parts, lathe(stripe, band, 20)]
@@ -64,55 +51,55 @@ def trash_can(k: int) -> Part:
 
 
 def _office_bin(_: int) -> Part:
-    shell = vessel([(0.12, 0), (0.15, 0.34), (0.155, 0.35)], STEEL, GREY, 0.006, 20)
-    rim = moved([ring(0.152, 0.006, DARK)], (0, 0, 0.345))
+    shell = vessel([(0.12, 0), (0.15, 0.34), (0.155, 0.35)], c.STEEL, c.GREY, 0.006, 20)
+    rim = moved([ring(0.152, 0.006, c.DARK)], (0, 0, 0.345))
     return [*shell, *rim]
 
 
 def _pedal_bin(k: int) -> Part:
-    body, lid, r, h = (STEEL, GREY, 0.14, 0.42) if k == 1 else (RED, DARK, 0.16, 0.55)
+    body, lid, r, h = (c.STEEL, c.GREY, 0.14, 0.42) if k == 1 else (c.RED, c.DARK, 0.16, 0.55)
     return [
-        cylinder(r * 1.02, r * 1.02, 0.03, DARK, 20),
+        cylinder(r * 1.02, r * 1.02, 0.03, c.DARK, 20),
         cylinder(r, r, h, body, 20, (0, 0, 0.03)),
         lathe([(0, 0), (r * 1.03, 0), (r * 1.03, 0.02), (r * 0.7, 0.06), (0, 0.07)], lid, 20,
               (0, 0, h + 0.03)),
-        box((0.07, 0.06, 0.015), (0, -r - 0.015, 0.01), DARK),
+        box((0.07, 0.06, 0.015), (0, -r - 0.015, 0.01), c.DARK),
     ]  # fmt: skip
 
 
 def _swing_bin(_: int) -> Part:
-    lid = scaled([lathe([(0, 0), (0.5, 0), (0.4, 0.3), (0.15, 0.42), (0, 0.44)], GREY, 4)], 1)
+    lid = scaled([lathe([(0, 0), (0.5, 0), (0.4, 0.3), (0.15, 0.42), (0, 0.44)], c.GREY, 4)], 1)
     lid = scaled(turned(lid, "z", 45), (0.46, 0.34, 0.3))
     return [
-        box((0.3, 0.22, 0.45), (0, 0, 0), WHITE),
-        box((0.32, 0.24, 0.03), (0, 0, 0.45), GREY),
+        box((0.3, 0.22, 0.45), (0, 0, 0), c.WHITE),
+        box((0.32, 0.24, 0.03), (0, 0, 0.45), c.GREY),
         *moved(lid, (0, 0, 0.48)),
-        box((0.16, 0.006, 0.05), (0, -0.084, 0.53), DARK),
+        box((0.16, 0.006, 0.05), (0, -0.084, 0.53), c.DARK),
     ]
 
 
 def _recycling_bin(_: int) -> Part:
-    parts = turned(vessel([(0.2, 0), (0.26, 0.38), (0.275, 0.4)], BLUE, NAVY, 0.01, 4), "z", 45)
+    parts = turned(vessel([(0.2, 0), (0.26, 0.38), (0.275, 0.4)], c.BLUE, c.NAVY, 0.01, 4), "z", 45)
     sign: Part = []
     for turn in (0, 120, 240):
-        arrow = [box((0.02, 0.004, 0.06), (0.032, 0, -0.03), WHITE)]
+        arrow = [box((0.02, 0.004, 0.06), (0.032, 0, -0.03), c.WHITE)]
         sign += turned(arrow, "y", turn)
     return [*scaled(parts, (1, 0.8, 1)), *moved(sign, (0, -0.134, 0.2))]
 
 
 def _plastic_bin(_: int) -> Part:
-    shell = vessel([(0.1, 0), (0.13, 0.26), (0.14, 0.27)], GREEN, DARK, 0.006, 18)
+    shell = vessel([(0.1, 0), (0.13, 0.26), (0.14, 0.27)], c.GREEN, c.DARK, 0.006, 18)
     rings = [
-        lathe([(0.1 + 0.115 * z, z), (0.102 + 0.115 * z, z + 0.012)], DARK, 18)
+        lathe([(0.1 + 0.115 * z, z), (0.102 + 0.115 * z, z + 0.012)], c.DARK, 18)
         for z in (0.05, 0.12, 0.19)
     ]
-    paper = ball((0.12, 0.1, 0.1), (0.03, 0, 0.2), WHITE, 5, 7)
-    return [*shell, *rings, paper, ball((0.1, 0.1, 0.08), (-0.05, 0.02, 0.19), CREAM, 4, 6)]
+    paper = ball((0.12, 0.1, 0.1), (0.03, 0, 0.2), c.WHITE, 5, 7)
+    return [*shell, *rings, paper, ball((0.1, 0.1, 0.08), (-0.05, 0.02, 0.19), c.CREAM, 4, 6)]
 
 
 def bucket(k: int) -> Part:
     """With a bail handle."""
-    body = pick(k, BLUE, RED, STEEL, YELLOW, GREEN, GREY)
+    body = pick(k, c.BLUE, c.RED, c.STEEL, c.YELLOW, c.GREEN, c.GREY)
     return [
         *vessel([(0.1, 0), (0.14, 0.25), (0.146, 0.25), (0.146, 0.26)], body, None, 0.004, 20),
         tube(
@@ -121,7 +108,7 @@ def bucket(k: int) -> Part:
                 for a in np.linspace(0, np.pi, 12)
             ],
             0.004,
-            STEEL if body != STEEL else DARK,
+            c.STEEL if body != c.STEEL else c.DARK,
             5,
         ),
     ]
@@ -130,7 +117,13 @@ def bucket(k: int) -> Part:
 def watering_can(k: int) -> Part:
     """With a rose on its spout, along -y."""
     body, trim = pick(
-        k, (GREEN, GREEN), (STEEL, BRASS), (BLUE, YELLOW), (RED, RED), (PINK, WHITE), (TEAL, WOOD)
+        k,
+        (c.GREEN, c.GREEN),
+        (c.STEEL, c.BRASS),
+        (c.BLUE, c.YELLOW),
+        (c.RED, c.RED),
+        (c.PINK, c.WHITE),
+        (c.TEAL, c.WOOD),
     )
     r, h = pick(k, (0.09, 0.2), (0.1, 0.17))
     spout = tube(
@@ -155,7 +148,7 @@ def watering_can(k: int) -> Part:
         6,
     )
     return [
-        *vessel([(r, 0), (r * 0.95, h * 0.5), (r * 0.9, h)], body, DARK, 0.004, 18),
+        *vessel([(r, 0), (r * 0.95, h * 0.5), (r * 0.9, h)], body, c.DARK, 0.004, 18),
         lathe([(r * 0.9, h), (r * 0.5, h * 1.03)], body, 18),
         spout,
         *rose,
@@ -167,12 +160,12 @@ def laundry_basket(k: int) -> Part:
     """Slatted or woven, with linen in it."""
     body, linen, other = pick(
         k,
-        (PALE_WOOD, WHITE, RED),
-        (WHITE, BLUE, CREAM),
-        (GREY, CREAM, NAVY),
-        (WOOD, PINK, YELLOW),
-        (CREAM, TEAL, RED),
-        (BLUE, WHITE, CREAM),
+        (c.PALE_WOOD, c.WHITE, c.RED),
+        (c.WHITE, c.BLUE, c.CREAM),
+        (c.GREY, c.CREAM, c.NAVY),
+        (c.WOOD, c.PINK, c.YELLOW),
+        (c.CREAM, c.TEAL, c.RED),
+        (c.BLUE, c.WHITE, c.CREAM),
     )
     r, h = pick(k, (0.22, 0.55), (0.26, 0.32), (0.2, 0.6))
     outside = [(r * 0.82, 0), (r, h * 0.96), (r * 1.04, h * 0.96), (r * 1.04, h)]
@@ -190,7 +183,7 @@ def laundry_basket(k: int) -> Part:
 
 def garbage_bag(k: int) -> Part:
     """Full and tied."""
-    skin = pick(k, DARK, WHITE, (0.15, 0.2, 0.3), GREEN, GREY, YELLOW)
+    skin = pick(k, c.DARK, c.WHITE, (0.15, 0.2, 0.3), c.GREEN, c.GREY, c.YELLOW)
     r, h = pick(k, (0.24, 0.5), (0.2, 0.4), (0.27, 0.55))
     t = np.linspace(0, 2 * np.pi, 19)
     rows = []
@@ -212,6 +205,6 @@ def garbage_bag(k: int) -> Part:
             )
         )
     tie = moved(
-        [ring(r * 0.13, 0.012, pick(k, RED, YELLOW, WHITE), "xy", 12, 5)], (0, 0, h * 0.845)
+        [ring(r * 0.13, 0.012, pick(k, c.RED, c.YELLOW, c.WHITE), "xy", 12, 5)], (0, 0, h * 0.845)
     )
     return [surface(np.stack(rows), skin), *tie]

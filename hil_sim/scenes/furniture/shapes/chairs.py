@@ -2,18 +2,10 @@
 
 from functools import partial
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    CREAM,
-    DARK_WOOD,
-    GREY,
-    NAVY,
-    PALE_WOOD,
-    RED,
-    TEAL,
-    WHITE,
-    WOOD,
     Part,
-    Rgb,
     around,
     ball,
     box,
@@ -23,21 +15,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     shade,
     tube,
 )
-from hil_sim.scenes.furniture.shapes.soft import (
-    ASH,
-    BLACK,
-    CHARCOAL,
-    CHROME,
-    COGNAC,
-    IRON,
-    LINEN,
-    MUSTARD,
-    OAK,
-    WALNUT,
-    bowed,
-    leaning,
-    padded,
-)
+from hil_sim.scenes.furniture.shapes.soft import bowed, leaning, padded
 
 SEAT_M = 0.45
 BACK_Y = 0.2
@@ -93,23 +71,23 @@ def _dining(cloth: Rgb, wood: Rgb, high: float) -> Part:
 def _office(cloth: Rgb, mesh: Rgb, high: float, arms: bool) -> Part:
     """On a gas spring and a star with five casters."""
     foot = [
-        tube([(0, 0, 0.1), (0, -0.3, 0.06)], (0.025, 0.016), BLACK, 6),
-        ball((0.05, 0.05, 0.06), (0, -0.3, 0), CHARCOAL, 5, 8),
+        tube([(0, 0, 0.1), (0, -0.3, 0.06)], (0.025, 0.016), c.BLACK, 6),
+        ball((0.05, 0.05, 0.06), (0, -0.3, 0), c.CHARCOAL, 5, 8),
     ]
     spine = [(0, 0.1, SEAT_M), (0, 0.27, SEAT_M + 0.02), (0, 0.29, SEAT_M + 0.25)]
     back = bowed((0.25, 0.1), 0.04, [(0, high - SEAT_M - 0.1)] * 2, (15, 165), mesh)
     parts = [
         *around(foot, "z", 5),
-        cylinder(0.026, 0.026, 0.34, CHROME, 10, (0, 0, 0.09)),
+        cylinder(0.026, 0.026, 0.34, c.CHROME, 10, (0, 0, 0.09)),
         padded((0.5, 0.48, 0.09), (0, -0.02, SEAT_M - 0.02), cloth, 0.04),
-        tube(spine, 0.022, BLACK, 6),
+        tube(spine, 0.022, c.BLACK, 6),
         *leaning([back], 0.14, SEAT_M + 0.12, 6),
     ]
     for s in (-1, 1) if arms else ():
         x, rest = s * 0.3, SEAT_M + 0.2
         arm = [(s * 0.22, 0.02, SEAT_M), (x, 0.02, SEAT_M + 0.02), (x, 0.02, rest)]
-        parts.append(tube(arm, 0.016, BLACK, 6))
-        parts.append(padded((0.07, 0.26, 0.03), (x, -0.02, rest), BLACK, 0.014))
+        parts.append(tube(arm, 0.016, c.BLACK, 6))
+        parts.append(padded((0.07, 0.26, 0.03), (x, -0.02, rest), c.BLACK, 0.014))
     return parts
 
 
@@ -169,18 +147,18 @@ def chair(k: int) -> Part:
     """Ladder, panel, spindle, two upholstered, two office, two shell, folding, cantilever, cafe."""
     return pick(
         k,
-        partial(_framed, WOOD, WOOD, 0.98, "ladder"),
-        partial(_framed, WHITE, WHITE, 0.88, "panel"),
-        partial(_framed, DARK_WOOD, DARK_WOOD, 0.92, "spindles", w=0.46),
-        partial(_dining, LINEN, OAK, 1.02),
-        partial(_dining, NAVY, BLACK, 0.9),
-        partial(_office, CHARCOAL, BLACK, 1.05, True),
-        partial(_office, TEAL, shade(TEAL, 0.8), 0.9, False),
-        partial(_shell, WHITE, PALE_WOOD, False),
-        partial(_shell, MUSTARD, CHROME, True),
-        partial(_folding, OAK),
-        partial(_cantilever, COGNAC, CHROME),
-        partial(_low, RED, IRON),
-        partial(_framed, WALNUT, CREAM, 0.86, "panel", arms=True, w=0.5),
-        partial(_framed, ASH, GREY, 1.1, "ladder", arms=True),
+        partial(_framed, c.WOOD, c.WOOD, 0.98, "ladder"),
+        partial(_framed, c.WHITE, c.WHITE, 0.88, "panel"),
+        partial(_framed, c.DARK_WOOD, c.DARK_WOOD, 0.92, "spindles", w=0.46),
+        partial(_dining, c.LINEN, c.OAK, 1.02),
+        partial(_dining, c.NAVY, c.BLACK, 0.9),
+        partial(_office, c.CHARCOAL, c.BLACK, 1.05, True),
+        partial(_office, c.TEAL, shade(c.TEAL, 0.8), 0.9, False),
+        partial(_shell, c.WHITE, c.PALE_WOOD, False),
+        partial(_shell, c.MUSTARD, c.CHROME, True),
+        partial(_folding, c.OAK),
+        partial(_cantilever, c.COGNAC, c.CHROME),
+        partial(_low, c.RED, c.IRON),
+        partial(_framed, c.WALNUT, c.CREAM, 0.86, "panel", arms=True, w=0.5),
+        partial(_framed, c.ASH, c.GREY, 1.1, "ladder", arms=True),
     )()

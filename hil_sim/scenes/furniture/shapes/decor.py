@@ -2,25 +2,10 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    PINK,
-    PURPLE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     ball,
     box,
     cushion_grid,
@@ -49,12 +34,12 @@ def pillow(k: int) -> Part:
     size = pick(k, (0.45, 0.45, 0.16), (0.65, 0.42, 0.15), (0.4, 0.4, 0.14), (0.55, 0.35, 0.16))
     plain, other = pick(
         k,
-        (TEAL, CREAM),
-        (WHITE, WHITE),
-        (RED, CREAM),
-        (NAVY, WHITE),
-        (YELLOW, GREY),
-        (PINK, PURPLE),
+        (c.TEAL, c.CREAM),
+        (c.WHITE, c.WHITE),
+        (c.RED, c.CREAM),
+        (c.NAVY, c.WHITE),
+        (c.YELLOW, c.GREY),
+        (c.PINK, c.PURPLE),
     )
     i, j = np.indices((10, 10))
     which = pick(
@@ -79,14 +64,14 @@ def statue(k: int) -> Part:
     """A bust (0, 3), a standing figure (1, 4), an abstract loop (2), a horse-like beast (5)."""
     stone = pick(k, *SKIN_TONES)
     plinth = [
-        box((0.14, 0.14, 0.05), (0, 0, 0), DARK if k != 2 else WOOD),
+        box((0.14, 0.14, 0.05), (0, 0, 0), c.DARK if k != 2 else c.WOOD),
         box((0.11, 0.11, 0.02), (0, 0, 0.05), stone),
     ]
     made = pick(k, _bust, _figure, _loop, _bust, _figure, _beast)(stone)
     return (
         plinth + scaled(moved(made, (0, 0, 0.07)), 1)
         if k != 5
-        else [box((0.26, 0.11, 0.02), (0, 0, 0), DARK_WOOD), *moved(made, (0, 0, 0.02))]
+        else [box((0.26, 0.11, 0.02), (0, 0, 0), c.DARK_WOOD), *moved(made, (0, 0, 0.02))]
     )
 
 
@@ -160,16 +145,16 @@ def _beast(stone: Rgb) -> Part:
 def cardboard_box(k: int) -> Part:
     """With open flaps (even) or taped shut (odd)."""
     card = pick(k, (0.7, 0.55, 0.38), (0.62, 0.47, 0.3), (0.85, 0.83, 0.78))
-    inside = tuple(0.75 * c for c in card)
+    inside = tuple(0.75 * channel for channel in card)
     w, d, h = pick(k, (0.4, 0.3, 0.25), (0.5, 0.36, 0.32), (0.3, 0.3, 0.2), (0.35, 0.25, 0.16))
     if k % 2:
         return [
             box((w, d, h), (0, 0, 0), card),
-            box((w + 0.002, 0.05, 0.002), (0, 0, h - 0.001), pick(k, CREAM, RED)),
-            box((0.002, 0.05, h * 0.3), (w / 2, 0, h * 0.7), pick(k, CREAM, RED)),
-            box((w * 0.3, 0.002, h * 0.3), (w * 0.2, -d / 2, h * 0.3), WHITE),
-            box((w * 0.22, 0.003, 0.008), (w * 0.2, -d / 2 - 0.001, h * 0.45), DARK),
-            box((w * 0.22, 0.003, 0.008), (w * 0.2, -d / 2 - 0.001, h * 0.38), DARK),
+            box((w + 0.002, 0.05, 0.002), (0, 0, h - 0.001), pick(k, c.CREAM, c.RED)),
+            box((0.002, 0.05, h * 0.3), (w / 2, 0, h * 0.7), pick(k, c.CREAM, c.RED)),
+            box((w * 0.3, 0.002, h * 0.3), (w * 0.2, -d / 2, h * 0.3), c.WHITE),
+            box((w * 0.22, 0.003, 0.008), (w * 0.2, -d / 2 - 0.001, h * 0.45), c.DARK),
+            box((w * 0.22, 0.003, 0.008), (w * 0.2, -d / 2 - 0.001, h * 0.38), c.DARK),
         ]
     dark = (inside[0], inside[1], inside[2])
     t = 0.006
@@ -193,12 +178,12 @@ def clock(k: int) -> Part:
     """For a wall, round (even) or square (odd)."""
     rim, face, hand = pick(
         k,
-        (DARK, WHITE, DARK),
-        (WOOD, CREAM, DARK),
-        (RED, WHITE, DARK),
-        (STEEL, DARK, WHITE),
-        (TEAL, CREAM, DARK),
-        (WHITE, NAVY, WHITE),
+        (c.DARK, c.WHITE, c.DARK),
+        (c.WOOD, c.CREAM, c.DARK),
+        (c.RED, c.WHITE, c.DARK),
+        (c.STEEL, c.DARK, c.WHITE),
+        (c.TEAL, c.CREAM, c.DARK),
+        (c.WHITE, c.NAVY, c.WHITE),
     )
     r = pick(k, 0.15, 0.14, 0.18)
     if k % 2:
@@ -224,7 +209,7 @@ def clock(k: int) -> Part:
         *body,
         *ticks,
         *hands,
-        *moved([disc(0.014, 0.01, RED if rim != RED else DARK, 8)], (0, -0.036, 0)),
+        *moved([disc(0.014, 0.01, c.RED if rim != c.RED else c.DARK, 8)], (0, -0.036, 0)),
     ]
 
 
@@ -232,12 +217,12 @@ def curtain(k: int) -> Part:
     """Two wings in folds on a rail."""
     cloth, rail = pick(
         k,
-        (RED, BRASS),
-        (CREAM, WOOD),
-        (BLUE, STEEL),
-        (GREEN, DARK),
-        (GREY, STEEL),
-        (TEAL, DARK_WOOD),
+        (c.RED, c.BRASS),
+        (c.CREAM, c.WOOD),
+        (c.BLUE, c.STEEL),
+        (c.GREEN, c.DARK),
+        (c.GREY, c.STEEL),
+        (c.TEAL, c.DARK_WOOD),
     )
     w, h = pick(k, 1.4, 1.2, 1.6), pick(k, 2.1, 1.9, 2.2)
     wing = pick(k, 0.34, 0.28, 0.46)

@@ -2,22 +2,10 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    PINK,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
     Part,
-    Rgb,
     around,
     ball,
     box,
@@ -30,9 +18,6 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     turned,
 )
 
-GLASS: Rgb = (0.72, 0.82, 0.84)
-
-
 MILL = (
     (0, 0), (0.03, 0), (0.03, 0.02), (0.018, 0.07), (0.026, 0.12), (0.026, 0.13),
     (0.016, 0.135), (0.028, 0.16), (0.02, 0.185), (0, 0.19),
@@ -42,10 +27,10 @@ MILL = (
 def _shaker(k: int, colour: Rgb, band: Rgb) -> Part:
     h = pick(k, 0.1, 0.085, 0.11)
     cap = [(0.023, h * 0.76), (0.023, h * 0.88), (0.015, h), (0, h * 1.02)]
-    hole = box((0.003, 0.003, 0.002), (0.008, 0, h * 1.005), DARK)
+    hole = box((0.003, 0.003, 0.002), (0.008, 0, h * 1.005), c.DARK)
     return [
         lathe([(0, 0), (0.03, 0), (0.026, h * 0.5), (0.021, h * 0.78)], colour, 14),
-        lathe(cap, STEEL if colour != STEEL else DARK, 14),
+        lathe(cap, c.STEEL if colour != c.STEEL else c.DARK, 14),
         lathe([(0.0285, h * 0.2), (0.0272, h * 0.4)], band, 14),
         *around([hole], "z", 5),
     ]
@@ -53,21 +38,27 @@ def _shaker(k: int, colour: Rgb, band: Rgb) -> Part:
 
 def salt_shaker(k: int) -> Part:
     """Pale, with holes above."""
-    colour = pick(k, WHITE, GLASS, CREAM, STEEL, PINK, (0.7, 0.8, 0.9))
-    return _shaker(k, colour, pick(k, BLUE, RED, TEAL))
+    colour = pick(k, c.WHITE, c.GLASS, c.CREAM, c.STEEL, c.PINK, (0.7, 0.8, 0.9))
+    return _shaker(k, colour, pick(k, c.BLUE, c.RED, c.TEAL))
 
 
 def pepper_shaker(k: int) -> Part:
     """Dark, every other one a mill."""
-    colour = pick(k, DARK, (0.2, 0.2, 0.22), DARK_WOOD, WOOD, GREY, RED)
+    colour = pick(k, c.DARK, (0.2, 0.2, 0.22), c.DARK_WOOD, c.WOOD, c.GREY, c.RED)
     if k % 2 == 0:
-        return _shaker(k, colour, WHITE)
-    return [lathe(MILL, colour, 16), ball((0.014, 0.014, 0.014), (0, 0, 0.188), STEEL, 5, 8)]
+        return _shaker(k, colour, c.WHITE)
+    return [lathe(MILL, colour, 16), ball((0.014, 0.014, 0.014), (0, 0, 0.188), c.STEEL, 5, 8)]
 
 
 def _grip(k: int) -> tuple[Rgb, Rgb]:
     return pick(
-        k, (STEEL, STEEL), (STEEL, WOOD), (STEEL, DARK), (BRASS, BRASS), (STEEL, RED), (STEEL, BLUE)
+        k,
+        (c.STEEL, c.STEEL),
+        (c.STEEL, c.WOOD),
+        (c.STEEL, c.DARK),
+        (c.BRASS, c.BRASS),
+        (c.STEEL, c.RED),
+        (c.STEEL, c.BLUE),
     )
 
 
@@ -99,7 +90,7 @@ def spoon(k: int) -> Part:
 
 
 def _blade(k: int, length: float, width: float, grip: float, tip: float) -> Part:
-    metal, handle = STEEL, _grip(k)[1]
+    metal, handle = c.STEEL, _grip(k)[1]
     edge = [
         (-width / 2, 0),
         (-width / 2, -length * 0.95),
@@ -151,12 +142,12 @@ def tomato(k: int) -> Part:
     leaves = [
         p
         for a in range(0, 360, 72)
-        for p in turned([ball((0.03, 0.01, 0.004), (0.017, 0, h * 0.985), GREEN, 4, 6)], "z", a)
+        for p in turned([ball((0.03, 0.01, 0.004), (0.017, 0, h * 0.985), c.GREEN, 4, 6)], "z", a)
     ]
     return [
         lathe([(a * r, b * h) for a, b in profile], skin, 16),
         *leaves,
-        tube([(0, 0, h * 0.9), (0.003, 0, h * 1.15)], 0.003, GREEN, 5),
+        tube([(0, 0, h * 0.9), (0.003, 0, h * 1.15)], 0.003, c.GREEN, 5),
     ]
 
 
@@ -194,7 +185,13 @@ def potato(k: int) -> Part:
 def egg(k: int) -> Part:
     """One egg standing on its blunt end."""
     shell = pick(
-        k, CREAM, WHITE, (0.82, 0.62, 0.45), (0.7, 0.5, 0.36), (0.93, 0.9, 0.86), (0.75, 0.82, 0.8)
+        k,
+        c.CREAM,
+        c.WHITE,
+        (0.82, 0.62, 0.45),
+        (0.7, 0.5, 0.36),
+        (0.93, 0.9, 0.86),
+        (0.75, 0.82, 0.8),
     )
     profile = [
         (0, 0),

@@ -2,28 +2,11 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    ORANGE,
-    PALE_WOOD,
-    PINK,
-    PURPLE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Array,
     Part,
-    Rgb,
     arc,
     ball,
     box,
@@ -52,7 +35,7 @@ def digits(text: str, height: float, colour: Rgb) -> Part:
     bars = {"a": (0, height - t), "g": (0, height / 2 - t / 2), "d": (0, 0),
             "f": (-1, height / 2), "b": (1, height / 2), "e": (-1, 0), "c": (1, 0)}  # fmt: skip
     parts: Part = []
-    advance = [w * 1.45 if c != ":" else w * 0.6 for c in text]
+    advance = [w * 1.45 if sign != ":" else w * 0.6 for sign in text]
     x = -sum(advance) / 2
     for char, step in zip(text, advance, strict=True):
         middle = x + step / 2
@@ -73,16 +56,16 @@ def alarm_clock(k: int) -> Part:
 
 
 def _bell_clock(k: int) -> Part:
-    body, trim = pick(k, (RED, STEEL), (TEAL, BRASS), (DARK, BRASS))
+    body, trim = pick(k, (c.RED, c.STEEL), (c.TEAL, c.BRASS), (c.DARK, c.BRASS))
     r, z = 0.06, 0.085
-    parts = [disc(r, 0.05, body, 20), *moved([disc(r * 0.86, 0.004, WHITE, 20)], (0, -0.027, 0))]
+    parts = [disc(r, 0.05, body, 20), *moved([disc(r * 0.86, 0.004, c.WHITE, 20)], (0, -0.027, 0))]
     for hour in range(0, 360, 30):
         a = np.radians(hour)
         at = (r * 0.72 * np.sin(a), -0.03, r * 0.72 * np.cos(a) - 0.004)
-        parts.append(box((0.005, 0.002, 0.008), at, DARK))
-    hands = [box((0.006, 0.002, r * 0.62), (0, -0.031, 0), DARK)]
+        parts.append(box((0.005, 0.002, 0.008), at, c.DARK))
+    hands = [box((0.006, 0.002, r * 0.62), (0, -0.031, 0), c.DARK)]
     parts += turned(hands, "y", 60) + turned(
-        [box((0.008, 0.002, r * 0.42), (0, -0.031, 0), DARK)], "y", -60
+        [box((0.008, 0.002, r * 0.42), (0, -0.031, 0), c.DARK)], "y", -60
     )
     parts = moved(parts, (0, 0, z))
     for side in (-1, 1):
@@ -98,17 +81,17 @@ def _bell_clock(k: int) -> Part:
 def _digital_clock(k: int) -> Part:
     case, light, time = pick(
         k,
-        (DARK, (1.0, 0.15, 0.1), "7:30"),
-        (WHITE, (0.1, 0.9, 0.4), "6:45"),
-        (WOOD, WHITE, "12:08"),
+        (c.DARK, (1.0, 0.15, 0.1), "7:30"),
+        (c.WHITE, (0.1, 0.9, 0.4), "6:45"),
+        (c.WOOD, c.WHITE, "12:08"),
     )
     w, d, h = pick(k, (0.19, 0.1, 0.085), (0.14, 0.09, 0.12), (0.2, 0.07, 0.09))
     front = -d / 2
     return [
         box((w, d, h), (0, 0, 0), case),
-        box((w * 0.92, 0.004, h * 0.8), (0, front - 0.001, h * 0.1), DARK),
+        box((w * 0.92, 0.004, h * 0.8), (0, front - 0.001, h * 0.1), c.DARK),
         *moved(digits(time, w * 0.2, light), (0, front - 0.0045, h * 0.5)),
-        box((w * 0.4, d * 0.35, 0.012), (0, 0, h), GREY),
+        box((w * 0.4, d * 0.35, 0.012), (0, 0, h), c.GREY),
     ]
 
 
@@ -125,16 +108,17 @@ def apple(k: int) -> Part:
     which[2:6, 3:7] = 1
     return [
         *painted(grid, (skin, blush), which),
-        tube([(0, 0, 0.8 * h), (0.002, 0, h), (0.008, 0, 1.2 * h)], 0.0025, DARK_WOOD, 5),
-        *moved(turned([ball((0.032, 0.016, 0.004), (0.016, 0, 0), GREEN, 4, 8)], "y", -25),
+        tube([(0, 0, 0.8 * h), (0.002, 0, h), (0.008, 0, 1.2 * h)], 0.0025, c.DARK_WOOD, 5),
+        *moved(turned([ball((0.032, 0.016, 0.004), (0.016, 0, 0), c.GREEN, 4, 8)], "y", -25),
                (0.004, 0, 1.08 * h)),
     ]  # fmt: skip
 
 
 def bat_on_end(k: int) -> Part:
     """A baseball bat, its knob on the ground, upright."""
-    body, grip = pick(k, (PALE_WOOD, DARK), (STEEL, RED), (DARK_WOOD, CREAM), (BLUE, DARK),
-                      (WOOD, WHITE), (DARK, RED))  # fmt: skip
+    body, grip = pick(k, (c.PALE_WOOD, c.DARK), (c.STEEL, c.RED), (c.DARK_WOOD, c.CREAM),
+                      (c.BLUE, c.DARK),
+                      (c.WOOD, c.WHITE), (c.DARK, c.RED))  # fmt: skip
     length = pick(k, 0.86, 0.82, 0.9, 0.78)
     r = pick(k, 0.034, 0.033, 0.032)
     low = [(0, 0), (0.024, 0.002), (0.024, 0.014), (0.0135, 0.022), (0.0135, 0.26)]
@@ -156,9 +140,9 @@ def baseball_bat_standing(k: int) -> Part:
 
 def basketball(k: int) -> Part:
     """With its eight panels."""
-    skin, seam = pick(k, ((0.85, 0.38, 0.1), DARK), ((0.74, 0.3, 0.12), DARK),
-                      ((0.9, 0.5, 0.2), DARK), ((0.62, 0.25, 0.12), (0.1, 0.05, 0.04)),
-                      ((0.86, 0.33, 0.08), NAVY), ((0.8, 0.42, 0.16), DARK))  # fmt: skip
+    skin, seam = pick(k, ((0.85, 0.38, 0.1), c.DARK), ((0.74, 0.3, 0.12), c.DARK),
+                      ((0.9, 0.5, 0.2), c.DARK), ((0.62, 0.25, 0.12), (0.1, 0.05, 0.04)),
+                      ((0.86, 0.33, 0.08), c.NAVY), ((0.8, 0.42, 0.16), c.DARK))  # fmt: skip
     r = pick(k, 0.12, 0.116, 0.12, 0.11)
     t = np.linspace(0, 2 * np.pi, 29)
     zero = np.zeros_like(t)
@@ -184,8 +168,9 @@ def _ribbon(line: Array, radius: float, half: float, colour: Rgb) -> Soup:
 
 def bowl(k: int) -> Part:
     """Open above, on a foot."""
-    outside, inside = pick(k, (BLUE, WHITE), (WHITE, CREAM), (RED, CREAM), (PALE_WOOD, WOOD),
-                           (TEAL, TEAL), (DARK, ORANGE))  # fmt: skip
+    outside, inside = pick(k, (c.BLUE, c.WHITE), (c.WHITE, c.CREAM), (c.RED, c.CREAM),
+                           (c.PALE_WOOD, c.WOOD),
+                           (c.TEAL, c.TEAL), (c.DARK, c.ORANGE))  # fmt: skip
     r, h = pick(
         k, (0.09, 0.075), (0.11, 0.07), (0.075, 0.08), (0.13, 0.09), (0.1, 0.065), (0.08, 0.085)
     )
@@ -195,18 +180,18 @@ def bowl(k: int) -> Part:
     parts = vessel(profile, outside, inside, 0.006, 22)
     if k in (1, 4):
         band = [(r * 0.955, h * 0.72), (r * 1.002, h * 0.9)]
-        parts.append(lathe(band, pick(k, BLUE, BLUE, RED, RED, CREAM), 22))
+        parts.append(lathe(band, pick(k, c.BLUE, c.BLUE, c.RED, c.RED, c.CREAM), 22))
     return parts
 
 
 def mug(k: int) -> Part:
     """With a handle; some with a band."""
-    colour, band = pick(k, (WHITE, BLUE), (RED, CREAM), (BLUE, None), (YELLOW, DARK),
-                        (DARK, ORANGE), (GREEN, CREAM))  # fmt: skip
+    colour, band = pick(k, (c.WHITE, c.BLUE), (c.RED, c.CREAM), (c.BLUE, None), (c.YELLOW, c.DARK),
+                        (c.DARK, c.ORANGE), (c.GREEN, c.CREAM))  # fmt: skip
     r, h = pick(k, (0.041, 0.096), (0.044, 0.09), (0.04, 0.105), (0.045, 0.1))
     waist = pick(k, 1.0, 0.92, 1.06)
     profile = [(r * 0.86, 0), (r * waist, h * 0.12), (r * waist, h * 0.85), (r, h)]
-    parts = vessel(profile, colour, pick(k, WHITE, CREAM, WHITE), 0.004, 20)
+    parts = vessel(profile, colour, pick(k, c.WHITE, c.CREAM, c.WHITE), 0.004, 20)
     if band is not None:
         rb = r * waist + 0.0006
         parts.append(lathe([(rb, h * 0.3), (rb, h * pick(k, 0.45, 0.7))], band, 20))
@@ -216,8 +201,9 @@ def mug(k: int) -> Part:
 
 def spray_bottle(k: int) -> Part:
     """A bottle with a trigger head, its nozzle along -y."""
-    body, head = pick(k, ((0.2, 0.5, 0.85), WHITE), (WHITE, BLUE), ((0.3, 0.7, 0.35), WHITE),
-                      (PINK, PURPLE), ((0.9, 0.6, 0.15), DARK), (DARK, RED))  # fmt: skip
+    body, head = pick(k, ((0.2, 0.5, 0.85), c.WHITE), (c.WHITE, c.BLUE),
+                      ((0.3, 0.7, 0.35), c.WHITE),
+                      (c.PINK, c.PURPLE), ((0.9, 0.6, 0.15), c.DARK), (c.DARK, c.RED))  # fmt: skip
     shoulder = pick(k, 0.12, 0.14, 0.11)
     r = pick(k, 0.038, 0.034, 0.04)
     low = [(0, 0), (r, 0), (r, 0.05), (r * 0.86, 0.08), (r * 0.95, shoulder),
@@ -225,14 +211,14 @@ def spray_bottle(k: int) -> Part:
     z = shoulder + 0.055
     label = [(r + 0.0006, 0.008), (r + 0.0006, 0.045)]
     parts = scaled(
-        [lathe(low, body, 16), lathe(label, pick(k, YELLOW, RED, WHITE), 16)], (0.8, 1, 1)
+        [lathe(low, body, 16), lathe(label, pick(k, c.YELLOW, c.RED, c.WHITE), 16)], (0.8, 1, 1)
     )
     parts += [
         cylinder(0.016, 0.016, 0.02, head, 12, (0, 0, z)),
         box((0.022, 0.075, 0.028), (0, -0.012, z + 0.02), head),
         box((0.018, 0.03, 0.012), (0, 0.025, z + 0.012), head),
-        box((0.014, 0.016, 0.016), (0, -0.055, z + 0.028), pick(k, RED, YELLOW, GREY)),
+        box((0.014, 0.016, 0.016), (0, -0.055, z + 0.028), pick(k, c.RED, c.YELLOW, c.GREY)),
     ]
     trigger = tube([(0, -0.034, z + 0.022), (0, -0.044, z), (0, -0.038, z - 0.03)], 0.006,
-                   pick(k, RED, YELLOW, GREY), 6)  # fmt: skip
+                   pick(k, c.RED, c.YELLOW, c.GREY), 6)  # fmt: skip
     return [*parts, trigger]

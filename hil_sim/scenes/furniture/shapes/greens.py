@@ -5,16 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    CREAM,
-    DARK,
-    GREY,
-    PINK,
-    TEAL,
-    WHITE,
-    WOOD,
     Part,
-    Rgb,
     ball,
     box,
     cylinder,
@@ -65,7 +59,7 @@ def _rosette(
 
 
 def _palm(pot: Rgb) -> Part:
-    trunk = tube([(0, 0, 0.25), (0.02, 0, 0.6), (0, 0.02, 0.95)], (0.035, 0.022, 0.018), WOOD, 7)
+    trunk = tube([(0, 0, 0.25), (0.02, 0, 0.6), (0, 0.02, 0.95)], (0.035, 0.022, 0.018), c.WOOD, 7)
     return [*_pot(0.15, 0.28, pot), trunk, *_rosette(18, 0.75, 1.5, 0.07, (LEAF, DEEP), 0.95, 65)]
 
 
@@ -102,7 +96,7 @@ def _snake(pot: Rgb) -> Part:
 
 def _succulents(pot: Rgb) -> Part:
     parts = [box((0.34, 0.14, 0.08), (0, 0, 0), pot), box((0.32, 0.12, 0.01), (0, 0, 0.075), SOIL)]
-    for i, (x, colour) in enumerate(((-0.1, TEAL), (0.0, LIME), (0.1, (0.5, 0.35, 0.4)))):
+    for i, (x, colour) in enumerate(((-0.1, c.TEAL), (0.0, LIME), (0.1, (0.5, 0.35, 0.4)))):
         rosette = _rosette(12, 0.07 + 0.02 * i, 0.5, 0.03, (colour,), 0.08, 45)
         parts += moved(rosette, (x, 0, 0))
     return parts
@@ -111,7 +105,7 @@ def _succulents(pot: Rgb) -> Part:
 def _bush(pot: Rgb) -> Part:
     """A small tree in a square planter."""
     parts = [box((0.36, 0.36, 0.36), (0, 0, 0), pot), box((0.32, 0.32, 0.01), (0, 0, 0.355), SOIL)]
-    parts.append(tube([(0, 0, 0.35), (0.01, 0, 0.95)], 0.02, WOOD, 7))
+    parts.append(tube([(0, 0, 0.35), (0.01, 0, 0.95)], 0.02, c.WOOD, 7))
     for i in range(15):
         turn, high = 2.4 * i, 0.75 + 0.85 * i / 15
         reach = 0.32 * math.sin(math.pi * (0.15 + 0.8 * i / 15))
@@ -131,7 +125,7 @@ def _orchid(pot: Rgb) -> Part:
         for f in (0.45, 0.6, 0.75, 0.9, 1.0):
             x, z = (float(np.interp(f, [0, 0.4, 0.75, 1], path[:, i])) for i in (0, 2))
             at = (x, 0.0, z - 0.025)
-            parts.append(ball((0.055, 0.03, 0.05), at, (PINK, WHITE)[s > 0], 5, 8))
+            parts.append(ball((0.055, 0.03, 0.05), at, (c.PINK, c.WHITE)[s > 0], 5, 8))
     return parts
 
 
@@ -140,11 +134,11 @@ def plant(k: int) -> Part:
     return pick(
         k,
         partial(_palm, CLAY),
-        partial(_broad, WHITE),
-        partial(_cactus, TEAL),
-        partial(_fern, GREY),
-        partial(_snake, CREAM),
-        partial(_succulents, WOOD),
-        partial(_bush, DARK),
-        partial(_orchid, WHITE),
+        partial(_broad, c.WHITE),
+        partial(_cactus, c.TEAL),
+        partial(_fern, c.GREY),
+        partial(_snake, c.CREAM),
+        partial(_succulents, c.WOOD),
+        partial(_bush, c.DARK),
+        partial(_orchid, c.WHITE),
     )()

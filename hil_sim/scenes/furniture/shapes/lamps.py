@@ -1,17 +1,9 @@
 """Meshes of lamps."""
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BRASS,
-    CREAM,
-    DARK,
-    ORANGE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
     Part,
-    Rgb,
     around,
     ball,
     cylinder,
@@ -28,7 +20,13 @@ from hil_sim.scenes.furniture.soup import Soup
 def desk_lamp(k: int) -> Part:
     """A jointed arm (even) or a shade on a stem (odd)."""
     metal, shade = pick(
-        k, (DARK, DARK), (BRASS, CREAM), (RED, RED), (WOOD, WHITE), (STEEL, STEEL), (WHITE, TEAL)
+        k,
+        (c.DARK, c.DARK),
+        (c.BRASS, c.CREAM),
+        (c.RED, c.RED),
+        (c.WOOD, c.WHITE),
+        (c.STEEL, c.STEEL),
+        (c.WHITE, c.TEAL),
     )
     if k % 2:
         h, r = pick(k, 0, 0.42, 0, 0.5, 0, 0.38), pick(k, 0, 0.14, 0, 0.16, 0, 0.12)
@@ -41,8 +39,8 @@ def desk_lamp(k: int) -> Part:
             ball((0.05, 0.05, 0.06), (0, 0, h * 0.66), (1.0, 0.95, 0.7), 5, 8),
         ]
     arm = [
-        tube([(0, 0.0, 0.02), (0, 0.12, 0.24)], 0.008, STEEL if metal != STEEL else DARK, 6),
-        tube([(0, 0.12, 0.24), (0, -0.1, 0.42)], 0.008, STEEL if metal != STEEL else DARK, 6),
+        tube([(0, 0.0, 0.02), (0, 0.12, 0.24)], 0.008, c.STEEL if metal != c.STEEL else c.DARK, 6),
+        tube([(0, 0.12, 0.24), (0, -0.1, 0.42)], 0.008, c.STEEL if metal != c.STEEL else c.DARK, 6),
         ball((0.03, 0.03, 0.03), (0, 0.12, 0.225), metal, 5, 8),
     ]
     head = moved(
@@ -72,12 +70,12 @@ def floor_lamp(k: int) -> Part:
     """A shade on a tall stem (0, 3), on a tripod (1, 4), on a bow (2, 5)."""
     metal, cloth = pick(
         k,
-        (STEEL, CREAM),
-        (WOOD, WHITE),
-        (DARK, DARK),
-        (BRASS, TEAL),
-        (DARK, CREAM),
-        (STEEL, ORANGE),
+        (c.STEEL, c.CREAM),
+        (c.WOOD, c.WHITE),
+        (c.DARK, c.DARK),
+        (c.BRASS, c.TEAL),
+        (c.DARK, c.CREAM),
+        (c.STEEL, c.ORANGE),
     )
     h, r = pick(k, 1.6, 1.5, 1.75), pick(k, 0.2, 0.22, 0.18)
     if k % 3 == 2:

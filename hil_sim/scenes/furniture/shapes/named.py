@@ -24,22 +24,8 @@ from hil_sim.scenes.furniture.shapes import (
     toys,
     vessels,
 )
-from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    PALE_WOOD,
-    RED,
-    STEEL,
-    WHITE,
-    WOOD,
-    Part,
-    box,
-    pick,
-)
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.primitives import Part, box, pick
 
 VARIANTS = 6
 OWN = {"armchair": 8, "bed": 8, "chair": 14, "plant": 8, "sofa": 10}
@@ -52,7 +38,7 @@ def mirror(k: int) -> Part:
     """A framed pane."""
     w, h = pick(k, (0.6, 0.9), (0.5, 1.4), (0.9, 0.7))
     return [
-        box((w, 0.03, h), (0, 0, 0), pick(k, WOOD, WHITE, DARK, STEEL)),
+        box((w, 0.03, h), (0, 0, 0), pick(k, c.WOOD, c.WHITE, c.DARK, c.STEEL)),
         box((w - 0.08, 0.008, h - 0.08), (0, -0.019, 0.04), (0.72, 0.8, 0.85)),
     ]
 
@@ -70,7 +56,7 @@ def picture(k: int) -> Part:
         ((0.75, 0.85, 0.75), (0.25, 0.4, 0.35), (0.85, 0.5, 0.55)),
     )
     return [
-        box((w, 0.03, h), (0, 0, 0), pick(k, WOOD, DARK, WHITE, DARK_WOOD)),
+        box((w, 0.03, h), (0, 0, 0), pick(k, c.WOOD, c.DARK, c.WHITE, c.DARK_WOOD)),
         box((w - 0.08, 0.012, h - 0.08), (0, -0.021, 0.04), sky),
         box((w * 0.43, 0.012, h * 0.4), (-w * 0.14, -0.028, h * 0.2), land),
         box((w * 0.28, 0.012, h * 0.24), (w * 0.2, -0.028, h * 0.5), sun),
@@ -80,18 +66,19 @@ def picture(k: int) -> Part:
 def kitchen_counter(k: int) -> Part:
     """A base cabinet with a worktop, 0.6 m wide."""
     return [
-        box((0.6, 0.56, 0.1), (0, 0.02, 0), DARK),
-        box((0.6, 0.58, 0.76), (0, 0.01, 0.1), pick(k, WHITE, PALE_WOOD, CREAM, GREY)),
-        box((0.6, 0.6, 0.04), (0, 0, 0.86), pick(k, (0.45, 0.42, 0.4), DARK, WOOD)),
-        box((0.3, 0.02, 0.02), (0, -0.29, 0.75), STEEL),
+        box((0.6, 0.56, 0.1), (0, 0.02, 0), c.DARK),
+        box((0.6, 0.58, 0.76), (0, 0.01, 0.1), pick(k, c.WHITE, c.PALE_WOOD, c.CREAM, c.GREY)),
+        box((0.6, 0.6, 0.04), (0, 0, 0.86), pick(k, (0.45, 0.42, 0.4), c.DARK, c.WOOD)),
+        box((0.3, 0.02, 0.02), (0, -0.29, 0.75), c.STEEL),
     ]
 
 
 def rug(k: int) -> Part:
     """With a border and a field."""
     w, d = pick(k, (2.0, 1.4), (1.6, 1.1), (2.4, 1.7))
-    edge, field = pick(k, ((0.55, 0.3, 0.28), (0.55, 0.3, 0.28)), (BLUE, CREAM), (DARK, GREY),
-                       (CREAM, RED), (GREEN, CREAM), (GREY, WHITE))  # fmt: skip
+    edge, field = pick(k, ((0.55, 0.3, 0.28), (0.55, 0.3, 0.28)), (c.BLUE, c.CREAM),
+                       (c.DARK, c.GREY),
+                       (c.CREAM, c.RED), (c.GREEN, c.CREAM), (c.GREY, c.WHITE))  # fmt: skip
     return [
         box((w, d, 0.008), (0, 0, 0), edge),
         box((w - 0.25, d - 0.25, 0.002), (0, 0, 0.008), field),
@@ -102,28 +89,40 @@ def rug(k: int) -> Part:
 def plain_box(k: int) -> Part:
     """A cuboid."""
     card, pale = (0.7, 0.55, 0.38), (0.85, 0.83, 0.78)
-    return [box((0.4, 0.4, 0.4), (0, 0, 0), pick(k, card, pale, WOOD, GREY, BLUE, GREEN))]
+    return [box((0.4, 0.4, 0.4), (0, 0, 0), pick(k, card, pale, c.WOOD, c.GREY, c.BLUE, c.GREEN))]
 
 
 def bathmat(k: int) -> Part:
     """A plain mat."""
     return [
-        box((0.8, 0.5, 0.01), (0, 0, 0), pick(k, (0.5, 0.65, 0.7), WHITE, GREY, CREAM, BLUE, RED))
+        box(
+            (0.8, 0.5, 0.01),
+            (0, 0, 0),
+            pick(k, (0.5, 0.65, 0.7), c.WHITE, c.GREY, c.CREAM, c.BLUE, c.RED),
+        )
     ]
 
 
 def door(k: int) -> Part:
     """A door's leaf with a handle."""
     return [
-        box((0.85, 0.04, 2.0), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, GREY, DARK_WOOD, CREAM)),
-        box((0.12, 0.08, 0.03), (0.34, 0, 1.0), STEEL),
+        box(
+            (0.85, 0.04, 2.0),
+            (0, 0, 0),
+            pick(k, c.WOOD, c.WHITE, c.PALE_WOOD, c.GREY, c.DARK_WOOD, c.CREAM),
+        ),
+        box((0.12, 0.08, 0.03), (0.34, 0, 1.0), c.STEEL),
     ]
 
 
 def wall_shelf(k: int) -> Part:
     """A board."""
     return [
-        box((0.8, 0.22, 0.03), (0, 0, 0), pick(k, WOOD, WHITE, PALE_WOOD, DARK, DARK_WOOD, GREY))
+        box(
+            (0.8, 0.22, 0.03),
+            (0, 0, 0),
+            pick(k, c.WOOD, c.WHITE, c.PALE_WOOD, c.DARK, c.DARK_WOOD, c.GREY),
+        )
     ]
 
 

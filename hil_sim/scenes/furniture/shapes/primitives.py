@@ -9,32 +9,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.soup import Material, Soup
 
-Rgb = tuple[float, float, float]
 Xyz = tuple[float, float, float]
 Part = list[Soup]
 Array = NDArray[np.float64]
 T = TypeVar("T")
-
-WHITE: Rgb = (0.92, 0.92, 0.9)
-CREAM: Rgb = (0.9, 0.85, 0.72)
-WOOD: Rgb = (0.55, 0.38, 0.22)
-PALE_WOOD: Rgb = (0.76, 0.6, 0.4)
-DARK_WOOD: Rgb = (0.3, 0.18, 0.11)
-DARK: Rgb = (0.06, 0.06, 0.07)
-GREY: Rgb = (0.35, 0.36, 0.38)
-STEEL: Rgb = (0.6, 0.62, 0.65)
-BRASS: Rgb = (0.75, 0.58, 0.25)
-RED: Rgb = (0.75, 0.12, 0.12)
-ORANGE: Rgb = (0.9, 0.45, 0.12)
-YELLOW: Rgb = (0.92, 0.78, 0.2)
-GREEN: Rgb = (0.2, 0.5, 0.25)
-TEAL: Rgb = (0.15, 0.5, 0.52)
-BLUE: Rgb = (0.15, 0.3, 0.65)
-NAVY: Rgb = (0.1, 0.14, 0.3)
-PURPLE: Rgb = (0.42, 0.25, 0.5)
-PINK: Rgb = (0.88, 0.55, 0.62)
 
 
 def pick(k: int, *choices: T) -> T:

@@ -1,26 +1,9 @@
 """Meshes of small things that lie about a home."""
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    ORANGE,
-    PALE_WOOD,
-    PINK,
-    PURPLE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     arc,
     ball,
     box,
@@ -39,7 +22,13 @@ from hil_sim.scenes.furniture.shapes.primitives import (
 def remote_control(k: int) -> Part:
     """Lying, along y, its keys above."""
     body, key = pick(
-        k, (DARK, WHITE), (GREY, DARK), (WHITE, GREY), (DARK, GREY), (STEEL, DARK), (NAVY, CREAM)
+        k,
+        (c.DARK, c.WHITE),
+        (c.GREY, c.DARK),
+        (c.WHITE, c.GREY),
+        (c.DARK, c.GREY),
+        (c.STEEL, c.DARK),
+        (c.NAVY, c.CREAM),
     )
     w, d = pick(k, (0.05, 0.2), (0.055, 0.17), (0.042, 0.16), (0.06, 0.22))
     keys = [
@@ -51,8 +40,8 @@ def remote_control(k: int) -> Part:
         box((w, d, 0.02), (0, 0, 0), body),
         *keys,
         cylinder(w * 0.3, w * 0.28, 0.004, key, 12, (0, d * 0.22, 0.02)),
-        cylinder(0.006, 0.006, 0.005, RED, 8, (w * 0.28, d * 0.42, 0.02)),
-        box((w * 0.3, 0.01, 0.004), (-w * 0.2, d * 0.42, 0.02), GREEN),
+        cylinder(0.006, 0.006, 0.005, c.RED, 8, (w * 0.28, d * 0.42, 0.02)),
+        box((w * 0.3, 0.01, 0.004), (-w * 0.2, d * 0.42, 0.02), c.GREEN),
     ]
 
 
@@ -60,19 +49,19 @@ def cell_phone(k: int) -> Part:
     """Lying on its back, its screen above; some are lit."""
     body, glass = pick(
         k,
-        (DARK, (0.1, 0.1, 0.13)),
-        (WHITE, (0.3, 0.5, 0.8)),
-        (BLUE, DARK),
-        (RED, (0.15, 0.15, 0.2)),
-        (STEEL, (0.8, 0.45, 0.35)),
-        (PINK, (0.1, 0.1, 0.13)),
+        (c.DARK, (0.1, 0.1, 0.13)),
+        (c.WHITE, (0.3, 0.5, 0.8)),
+        (c.BLUE, c.DARK),
+        (c.RED, (0.15, 0.15, 0.2)),
+        (c.STEEL, (0.8, 0.45, 0.35)),
+        (c.PINK, (0.1, 0.1, 0.13)),
     )
     w, d = pick(k, (0.072, 0.148), (0.078, 0.16), (0.066, 0.135))
     icons = [
         box(
             (0.01, 0.01, 0.0006),
             (w * 0.25 * x, -d * 0.3 + 0.022 * y, 0.0105),
-            pick(x + y + k, YELLOW, WHITE, GREEN, RED),
+            pick(x + y + k, c.YELLOW, c.WHITE, c.GREEN, c.RED),
         )
         for x in (-1, 0, 1)
         for y in range(3)
@@ -81,20 +70,20 @@ def cell_phone(k: int) -> Part:
         box((w, d, 0.009), (0, 0, 0), body),
         box((w - 0.008, d - 0.01, 0.0012), (0, 0, 0.0088), glass),
         *(icons if k in (1, 4) else []),
-        box((0.014, 0.003, 0.0008), (0, d * 0.46, 0.0098), GREY),
+        box((0.014, 0.003, 0.0008), (0, d * 0.46, 0.0098), c.GREY),
     ]
 
 
 def pencil(k: int) -> Part:
     """Lying, along y."""
-    paint = pick(k, YELLOW, RED, BLUE, GREEN, ORANGE, PURPLE)
+    paint = pick(k, c.YELLOW, c.RED, c.BLUE, c.GREEN, c.ORANGE, c.PURPLE)
     r, length = 0.0042, pick(k, 0.19, 0.16, 0.175)
     parts = [
-        lathe([(0, 0), (r, 0), (r, 0.012)], PINK, 6),
-        lathe([(r, 0.012), (r, 0.022)], STEEL, 6),
+        lathe([(0, 0), (r, 0), (r, 0.012)], c.PINK, 6),
+        lathe([(r, 0.012), (r, 0.022)], c.STEEL, 6),
         lathe([(r, 0.022), (r, length - 0.02)], paint, 6),
-        lathe([(r, length - 0.02), (0.0012, length - 0.004)], PALE_WOOD, 6),
-        lathe([(0.0014, length - 0.005), (0, length)], DARK, 6),
+        lathe([(r, length - 0.02), (0.0012, length - 0.004)], c.PALE_WOOD, 6),
+        lathe([(0.0014, length - 0.005), (0, length)], c.DARK, 6),
     ]
     return turned(parts, "x", 90)
 
@@ -102,7 +91,13 @@ def pencil(k: int) -> Part:
 def pen(k: int) -> Part:
     """Lying, along y, with a clip."""
     body, cap = pick(
-        k, (WHITE, BLUE), (DARK, BRASS), (STEEL, STEEL), (BLUE, BLUE), (RED, WHITE), (GREEN, DARK)
+        k,
+        (c.WHITE, c.BLUE),
+        (c.DARK, c.BRASS),
+        (c.STEEL, c.STEEL),
+        (c.BLUE, c.BLUE),
+        (c.RED, c.WHITE),
+        (c.GREEN, c.DARK),
     )
     r, length = 0.005, pick(k, 0.145, 0.135)
     parts = [
@@ -110,7 +105,7 @@ def pen(k: int) -> Part:
         lathe(
             [(r * 0.92, 0.055), (r * 0.92, length - 0.015), (0.0015, length), (0, length)], body, 8
         ),
-        box((0.003, 0.003, 0.045), (0, -r - 0.0012, 0.006), STEEL if cap != STEEL else DARK),
+        box((0.003, 0.003, 0.045), (0, -r - 0.0012, 0.006), c.STEEL if cap != c.STEEL else c.DARK),
     ]
     return turned(parts, "x", 90)
 
@@ -119,22 +114,22 @@ def book(k: int) -> Part:
     """Lying closed (0, 3), a pile (1, 4), open (2), standing (5)."""
     cover, other, third = pick(
         k,
-        (RED, BLUE, GREEN),
-        (NAVY, CREAM, ORANGE),
-        (DARK_WOOD, WHITE, RED),
-        (GREEN, RED, BLUE),
-        (PURPLE, YELLOW, TEAL),
-        (BLUE, WHITE, DARK),
+        (c.RED, c.BLUE, c.GREEN),
+        (c.NAVY, c.CREAM, c.ORANGE),
+        (c.DARK_WOOD, c.WHITE, c.RED),
+        (c.GREEN, c.RED, c.BLUE),
+        (c.PURPLE, c.YELLOW, c.TEAL),
+        (c.BLUE, c.WHITE, c.DARK),
     )
     if k == 2:
         left = _closed_book(0.15, 0.22, 0.012, cover)
-        pages = [slab([(0.0, -0.1), (0.14, -0.1), (0.14, 0.1), (0.0, 0.1)], 0.012, CREAM, 0.005)]
+        pages = [slab([(0.0, -0.1), (0.14, -0.1), (0.14, 0.1), (0.0, 0.1)], 0.012, c.CREAM, 0.005)]
         return [
             box((0.3, 0.22, 0.004), (0, 0, 0), cover),
             *turned(pages, "y", -3),
             *turned(turned(pages, "y", -3), "z", 180),
             *[
-                box((0.1, 0.004, 0.001), (side * 0.07, 0.07 - 0.02 * i, 0.0205), GREY)
+                box((0.1, 0.004, 0.001), (side * 0.07, 0.07 - 0.02 * i, 0.0205), c.GREY)
                 for side in (-1, 1)
                 for i in range(7)
             ],
@@ -156,12 +151,12 @@ def book(k: int) -> Part:
     return turned(one, "y", 90) if k == 5 else one
 
 
-def _closed_book(w: float, d: float, h: float, cover: Rgb, title: Rgb = WHITE) -> Part:
+def _closed_book(w: float, d: float, h: float, cover: Rgb, title: Rgb = c.WHITE) -> Part:
     return [
         box((w, d, 0.003), (0, 0, 0), cover),
         box((w, d, 0.003), (0, 0, h - 0.003), cover),
         box((0.004, d, h), (-w / 2, 0, 0), cover),
-        box((w - 0.008, d - 0.01, h - 0.006), (-0.003, 0, 0.003), CREAM),
+        box((w - 0.008, d - 0.01, h - 0.006), (-0.003, 0, 0.003), c.CREAM),
         box((w * 0.6, d * 0.12, 0.001), (0, d * 0.22, h - 0.0004), title),
         box((w * 0.35, d * 0.3, 0.001), (0, -d * 0.12, h - 0.0004), title),
     ]
@@ -169,17 +164,17 @@ def _closed_book(w: float, d: float, h: float, cover: Rgb, title: Rgb = WHITE) -
 
 def candle(k: int) -> Part:
     """In a holder, in a glass, or by itself."""
-    wax = pick(k, CREAM, RED, WHITE, GREEN, PURPLE, YELLOW)
+    wax = pick(k, c.CREAM, c.RED, c.WHITE, c.GREEN, c.PURPLE, c.YELLOW)
     r, h = pick(k, (0.035, 0.1), (0.012, 0.2), (0.04, 0.07))
     stick = [
         cylinder(r, r * 0.97, h, wax, 14),
-        cylinder(0.0015, 0.0015, 0.012, DARK, 5, (0, 0, h)),
-        ball((0.01, 0.01, 0.024), (0, 0, h + 0.008), ORANGE, 6, 6),
+        cylinder(0.0015, 0.0015, 0.012, c.DARK, 5, (0, 0, h)),
+        ball((0.01, 0.01, 0.024), (0, 0, h + 0.008), c.ORANGE, 6, 6),
     ]
     if k % 3 == 0:
-        return [*stick, cylinder(r * 1.6, r * 1.7, 0.008, pick(k, BRASS, STEEL, WOOD), 16)]
+        return [*stick, cylinder(r * 1.6, r * 1.7, 0.008, pick(k, c.BRASS, c.STEEL, c.WOOD), 16)]
     if k % 3 == 1:
-        metal = pick(k, DARK, BRASS, STEEL)
+        metal = pick(k, c.DARK, c.BRASS, c.STEEL)
         return [
             lathe(
                 [
@@ -199,7 +194,7 @@ def candle(k: int) -> Part:
         ]
     return [
         *moved(stick, (0, 0, 0.006)),
-        *vessel([(0.045, 0), (0.047, 0.075)], pick(k, TEAL, (0.7, 0.8, 0.82)), None, 0.003, 16),
+        *vessel([(0.045, 0), (0.047, 0.075)], pick(k, c.TEAL, (0.7, 0.8, 0.82)), None, 0.003, 16),
     ]
 
 
@@ -210,13 +205,13 @@ def newspaper(k: int) -> Part:
         roll = turned(
             [
                 cylinder(0.03, 0.03, 0.3, paper, 14, (0, 0, -0.15)),
-                cylinder(0.0305, 0.0305, 0.02, pick(k, RED, RED, BLUE), 14, (0, 0, -0.01)),
+                cylinder(0.0305, 0.0305, 0.02, pick(k, c.RED, c.RED, c.BLUE), 14, (0, 0, -0.01)),
             ],
             "y",
             90,
         )
         lines = [
-            box((0.1, 0.002, 0.004), (x, -0.03, z), GREY)
+            box((0.1, 0.002, 0.004), (x, -0.03, z), c.GREY)
             for x in (-0.08, 0.08)
             for z in (-0.008, 0, 0.008)
         ]
@@ -225,15 +220,15 @@ def newspaper(k: int) -> Part:
     parts = [
         box((w, d, 0.006), (0, 0, 0), paper),
         box((w, d * 0.97, 0.006), (0.004, 0.003, 0.006), paper),
-        box((w * 0.86, 0.026, 0.001), (0, d * 0.38, 0.0118), DARK),
-        box((w * 0.4, d * 0.35, 0.001), (-w * 0.23, 0.0, 0.0118), pick(k, GREY, BLUE, GREEN)),
+        box((w * 0.86, 0.026, 0.001), (0, d * 0.38, 0.0118), c.DARK),
+        box((w * 0.4, d * 0.35, 0.001), (-w * 0.23, 0.0, 0.0118), pick(k, c.GREY, c.BLUE, c.GREEN)),
     ]
     parts += [
-        box((w * 0.4, 0.004, 0.001), (w * 0.23, d * 0.22 - 0.011 * i, 0.0118), GREY)
+        box((w * 0.4, 0.004, 0.001), (w * 0.23, d * 0.22 - 0.011 * i, 0.0118), c.GREY)
         for i in range(13)
     ]
     return parts + [
-        box((w * 0.4, 0.004, 0.001), (-w * 0.23, -d * 0.24 - 0.011 * i, 0.0118), GREY)
+        box((w * 0.4, 0.004, 0.001), (-w * 0.23, -d * 0.24 - 0.011 * i, 0.0118), c.GREY)
         for i in range(4)
     ]
 
@@ -242,19 +237,19 @@ def watch(k: int) -> Part:
     """A wrist watch, closed and standing on its strap."""
     strap, case, face = pick(
         k,
-        (DARK, STEEL, WHITE),
-        (DARK_WOOD, BRASS, CREAM),
-        (STEEL, STEEL, NAVY),
-        (BLUE, DARK, DARK),
-        (RED, STEEL, WHITE),
-        (GREEN, BRASS, DARK),
+        (c.DARK, c.STEEL, c.WHITE),
+        (c.DARK_WOOD, c.BRASS, c.CREAM),
+        (c.STEEL, c.STEEL, c.NAVY),
+        (c.BLUE, c.DARK, c.DARK),
+        (c.RED, c.STEEL, c.WHITE),
+        (c.GREEN, c.BRASS, c.DARK),
     )
     band = scaled([tube(arc((0, 0, 0), 0.03, 0, 360, "yz", 20), 0.0025, strap, 4)], (4, 0.85, 1))
     dial = [
         cylinder(0.02, 0.02, 0.008, case, 18),
         cylinder(0.0165, 0.0165, 0.0012, face, 18, (0, 0, 0.008)),
-        box((0.0025, 0.012, 0.001), (0, 0.005, 0.0092), RED),
-        box((0.01, 0.0025, 0.001), (0.004, 0, 0.0092), GREY),
+        box((0.0025, 0.012, 0.001), (0, 0.005, 0.0092), c.RED),
+        box((0.01, 0.0025, 0.001), (0.004, 0, 0.0092), c.GREY),
         box((0.006, 0.005, 0.004), (0.021, 0, 0.002), case),
     ]
     return [*band, *moved(dial, (0, 0, 0.029))]
@@ -262,26 +257,26 @@ def watch(k: int) -> Part:
 
 def cd(k: int) -> Part:
     """A disc (even) or a case (odd), lying."""
-    tint = pick(k, (0.75, 0.8, 0.85), BLUE, (0.8, 0.75, 0.85), RED, (0.85, 0.82, 0.6), TEAL)
+    tint = pick(k, (0.75, 0.8, 0.85), c.BLUE, (0.8, 0.75, 0.85), c.RED, (0.85, 0.82, 0.6), c.TEAL)
     disk = [
         *vessel([(0.02, 0), (0.06, 0), (0.06, 0.0015), (0.02, 0.0016)], tint, None, 0.001, 28),
-        lathe([(0.022, 0.0022), (0.0075, 0.0022)], WHITE, 20),
-        lathe([(0.0075, 0.0022), (0, 0.0021)], DARK, 12),
+        lathe([(0.022, 0.0022), (0.0075, 0.0022)], c.WHITE, 20),
+        lathe([(0.0075, 0.0022), (0, 0.0021)], c.DARK, 12),
     ]
     if k % 2 == 0:
         shine = [
             slab(
                 [(0.024, -0.004), (0.058, -0.011), (0.058, 0.011), (0.024, 0.004)],
                 0.0006,
-                c,
+                colour,
                 0.0018,
             )
-            for c in (PINK, GREEN)
+            for colour in (c.PINK, c.GREEN)
         ]
         return [*disk, *turned(shine[:1], "z", 40), *turned(shine[1:], "z", 220)]
     return [
-        box((0.142, 0.125, 0.01), (0, 0, 0), GREY),
+        box((0.142, 0.125, 0.01), (0, 0, 0), c.GREY),
         box((0.125, 0.12, 0.001), (0.006, 0, 0.0095), tint),
-        box((0.07, 0.02, 0.001), (0, 0.03, 0.0102), WHITE),
-        cylinder(0.025, 0.025, 0.001, YELLOW, 14, (0.01, -0.02, 0.01)),
+        box((0.07, 0.02, 0.001), (0, 0.03, 0.0102), c.WHITE),
+        cylinder(0.025, 0.025, 0.001, c.YELLOW, 14, (0.01, -0.02, 0.01)),
     ]

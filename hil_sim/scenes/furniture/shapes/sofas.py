@@ -5,15 +5,10 @@ from functools import partial
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    CREAM,
-    DARK_WOOD,
-    NAVY,
-    PINK,
-    TEAL,
-    WHITE,
     Part,
-    Rgb,
     ball,
     box,
     cylinder,
@@ -23,26 +18,7 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     tube,
     turned,
 )
-from hil_sim.scenes.furniture.shapes.soft import (
-    ASH,
-    BLACK,
-    CHARCOAL,
-    CHROME,
-    COGNAC,
-    FOREST,
-    LEATHER,
-    MUSTARD,
-    OAK,
-    OXBLOOD,
-    ROSE,
-    SAND,
-    SKY,
-    WALNUT,
-    leaning,
-    padded,
-    pillow,
-    swept,
-)
+from hil_sim.scenes.furniture.shapes.soft import leaning, padded, pillow, swept
 
 SEAT_M = 0.42
 
@@ -133,45 +109,46 @@ def couch(
     return parts
 
 
+DEEP_M, LONG_M = 0.92, 0.88
+"""Of a corner sofa: how deep the seats along the back are, how wide the long one is."""
+LOW_M, BACK_M, ARM_M = 0.08, 0.2, 0.2
+"""Of a corner sofa: its feet's height, thickness of the back and of the arm."""
+
+
+def _corner_frame(w: float, d: float, h: float, cloth: Rgb, side: int) -> Part:
+    """What an L's cushions lie on: feet, two bases, the back and the arm beside the short end."""
+    x_long, y_seat = side * (w - LONG_M) / 2, d / 2 - DEEP_M / 2
+    return [
+        *moved(stubs(w - 0.2, DEEP_M - 0.2, LOW_M + 0.03, c.BLACK), (0, y_seat, 0)),
+        *moved(stubs(LONG_M - 0.2, d - 0.2, LOW_M + 0.03, c.BLACK), (x_long, 0, 0)),
+        padded((w, DEEP_M - 0.03, 0.22), (0, y_seat, LOW_M), shade(cloth, 0.93), 0.02),
+        padded((LONG_M - 0.01, d - 0.02, 0.22), (x_long, 0, LOW_M), shade(cloth, 0.93), 0.02),
+        padded((w, BACK_M, h - 0.12 - LOW_M), (0, d / 2 - BACK_M / 2, LOW_M), cloth, 0.05),
+        padded((ARM_M, DEEP_M, 0.52), (-side * (w - ARM_M) / 2, y_seat, LOW_M), cloth, 0.05),
+    ]
+
+
 def _corner(
     w: float, d: float, h: float, cloth: Rgb, side: int, arm: bool, cushions: tuple[Rgb, ...]
 ) -> Part:
     """An L: a sofa along the back with a long seat at one end, with a back of its own (`arm`)."""
-    deep, low, back, arm_w = 0.92, 0.08, 0.2, 0.2
-    long = 0.88
-    wide = w - long - arm_w
-    x_long, y_back = side * (w - long) / 2, d / 2 - back / 2
-    x_wide = side * (arm_w - long) / 2
-    y_seat = d / 2 - deep / 2
+    wide, x_wide = w - LONG_M - ARM_M, side * (ARM_M - LONG_M) / 2
+    rest = LONG_M - (BACK_M if arm else 0)
+    x_rest = side * (w - LONG_M) / 2 - side * (BACK_M / 2 if arm else 0)
+    y_seat = d / 2 - DEEP_M / 2 - BACK_M / 2
+    low, tall = SEAT_M - 0.02, h - SEAT_M + 0.02
+    short = _seat_row(wide, DEEP_M - BACK_M, 2, cloth, SEAT_M - 0.15, y_seat)
     parts = [
-        *moved(stubs(w - 0.2, deep - 0.2, low + 0.03, BLACK), (0, y_seat, 0)),
-        *moved(stubs(long - 0.2, d - 0.2, low + 0.03, BLACK), (x_long, 0, 0)),
-        padded((w, deep - 0.03, 0.22), (0, y_seat, low), shade(cloth, 0.93), 0.02),
-        padded((long - 0.01, d - 0.02, 0.22), (x_long, 0, low), shade(cloth, 0.93), 0.02),
-        padded((w, back, h - 0.12 - low), (0, y_back, low), cloth, 0.05),
-        padded((arm_w, deep, 0.52), (-side * (w - arm_w) / 2, y_seat, low), cloth, 0.05),
-        *moved(
-            _seat_row(wide, deep - back, 2, cloth, SEAT_M - 0.15, y_seat - back / 2),
-            (x_wide, 0, 0),
-        ),
-        *moved(
-            _back_row(wide, 2, cloth, SEAT_M - 0.02, d / 2 - 0.28, h - SEAT_M + 0.02),
-            (x_wide, 0, 0),
-        ),
-    ]
-    rest = long - (back if arm else 0)
-    x_rest = x_long - side * (back / 2 if arm else 0)
-    parts += [
-        padded((rest, d - back, 0.15), (x_rest, -back / 2, SEAT_M - 0.15), cloth, 0.045),
-        *moved(
-            _back_row(rest, 1, cloth, SEAT_M - 0.02, d / 2 - 0.28, h - SEAT_M + 0.02),
-            (x_rest, 0, 0),
-        ),
+        *_corner_frame(w, d, h, cloth, side),
+        *moved(short, (x_wide, 0, 0)),
+        *moved(_back_row(wide, 2, cloth, low, d / 2 - 0.28, tall), (x_wide, 0, 0)),
+        padded((rest, d - BACK_M, 0.15), (x_rest, -BACK_M / 2, SEAT_M - 0.15), cloth, 0.045),
+        *moved(_back_row(rest, 1, cloth, low, d / 2 - 0.28, tall), (x_rest, 0, 0)),
     ]
     if arm:
-        x = side * (w - back) / 2
-        parts.append(padded((back, d - 0.02, h - 0.12 - low), (x, 0, low), cloth, 0.05))
-        rows = _back_row(d - 0.5, 1, cloth, SEAT_M - 0.02, -0.08, h - SEAT_M + 0.02)
+        x = side * (w - BACK_M) / 2
+        parts.append(padded((BACK_M, d - 0.02, h - 0.12 - LOW_M), (x, 0, LOW_M), cloth, 0.05))
+        rows = _back_row(d - 0.5, 1, cloth, low, -0.08, tall)
         parts += moved(turned(rows, "z", -90 * side), (x - side * 0.08, -0.16, 0))
     for i, colour in enumerate(cushions):
         x = x_rest if i == 0 else x_wide - side * wide * 0.3
@@ -310,18 +287,18 @@ def _lean(w: float, d: float, h: float, n: int, hide: Rgb, metal: Rgb) -> Part:
 
 
 SOFAS: tuple[Callable[[], Part], ...] = (
-    partial(couch, 2.16, 0.94, 0.84, 3, ASH, (0.08, DARK_WOOD), (0.22, 0.62), True,
-            (MUSTARD, TEAL)),
-    partial(couch, 1.55, 0.85, 0.7, 2, CHARCOAL, (0.06, BLACK), (0.2, 0.7), False, (), 0.02),
-    partial(_corner, 2.55, 1.7, 0.84, SAND, 1, True, (CREAM, COGNAC)),
-    partial(_rolled, 2.14, 0.95, 0.75, 3, LEATHER, DARK_WOOD),
-    partial(airy, 1.88, 0.82, 0.8, 3, MUSTARD, OAK),
-    partial(couch, 2.36, 1.05, 0.8, 2, FOREST, (0.05, WALNUT), (0.17, 0.56), True,
-            (PINK, CREAM, MUSTARD, FOREST), 0.06, 3),
-    partial(_chaise, ROSE, WALNUT, CREAM),
-    partial(_camel, 1.5, 0.84, 0.93, OXBLOOD, DARK_WOOD),
-    partial(_lean, 1.86, 0.86, 0.74, 3, WHITE, CHROME),
-    partial(_corner, 2.32, 1.52, 0.86, NAVY, -1, False, (SKY, WHITE)),
+    partial(couch, 2.16, 0.94, 0.84, 3, c.ASH, (0.08, c.DARK_WOOD), (0.22, 0.62), True,
+            (c.MUSTARD, c.TEAL)),
+    partial(couch, 1.55, 0.85, 0.7, 2, c.CHARCOAL, (0.06, c.BLACK), (0.2, 0.7), False, (), 0.02),
+    partial(_corner, 2.55, 1.7, 0.84, c.SAND, 1, True, (c.CREAM, c.COGNAC)),
+    partial(_rolled, 2.14, 0.95, 0.75, 3, c.LEATHER, c.DARK_WOOD),
+    partial(airy, 1.88, 0.82, 0.8, 3, c.MUSTARD, c.OAK),
+    partial(couch, 2.36, 1.05, 0.8, 2, c.FOREST, (0.05, c.WALNUT), (0.17, 0.56), True,
+            (c.PINK, c.CREAM, c.MUSTARD, c.FOREST), 0.06, 3),
+    partial(_chaise, c.ROSE, c.WALNUT, c.CREAM),
+    partial(_camel, 1.5, 0.84, 0.93, c.OXBLOOD, c.DARK_WOOD),
+    partial(_lean, 1.86, 0.86, 0.74, 3, c.WHITE, c.CHROME),
+    partial(_corner, 2.32, 1.52, 0.86, c.NAVY, -1, False, (c.SKY, c.WHITE)),
 )  # fmt: skip
 
 

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
     Array,
     Part,
-    Rgb,
     cushion_grid,
     moved,
     surface,
@@ -16,24 +16,6 @@ from hil_sim.scenes.furniture.shapes.primitives import (
 from hil_sim.scenes.furniture.soup import Soup
 
 Pairs = Sequence[tuple[float, float]]
-
-LINEN: Rgb = (0.78, 0.73, 0.64)
-SAND: Rgb = (0.68, 0.58, 0.45)
-CHARCOAL: Rgb = (0.2, 0.21, 0.23)
-ASH: Rgb = (0.56, 0.57, 0.58)
-LEATHER: Rgb = (0.36, 0.19, 0.1)
-COGNAC: Rgb = (0.6, 0.33, 0.16)
-OXBLOOD: Rgb = (0.34, 0.07, 0.08)
-MUSTARD: Rgb = (0.78, 0.56, 0.14)
-OLIVE: Rgb = (0.36, 0.38, 0.2)
-FOREST: Rgb = (0.1, 0.27, 0.2)
-SKY: Rgb = (0.5, 0.65, 0.76)
-ROSE: Rgb = (0.74, 0.5, 0.48)
-OAK: Rgb = (0.7, 0.52, 0.32)
-WALNUT: Rgb = (0.4, 0.25, 0.15)
-BLACK: Rgb = (0.09, 0.09, 0.1)
-IRON: Rgb = (0.16, 0.16, 0.17)
-CHROME: Rgb = (0.72, 0.74, 0.77)
 
 
 def solid(grid: Array, colour: Rgb) -> Soup:

@@ -2,27 +2,10 @@
 
 import numpy as np
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    ORANGE,
-    PALE_WOOD,
-    PINK,
-    PURPLE,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     arc,
     ball,
     box,
@@ -45,12 +28,12 @@ def suitcase(k: int) -> Part:
     """On wheels with its handle out (even) or an old one with straps (odd)."""
     shell, trim = pick(
         k,
-        (RED, DARK),
-        (DARK_WOOD, BRASS),
-        (BLUE, GREY),
-        (GREEN, WOOD),
-        (YELLOW, DARK),
-        ((0.55, 0.35, 0.25), CREAM),
+        (c.RED, c.DARK),
+        (c.DARK_WOOD, c.BRASS),
+        (c.BLUE, c.GREY),
+        (c.GREEN, c.WOOD),
+        (c.YELLOW, c.DARK),
+        ((0.55, 0.35, 0.25), c.CREAM),
     )
     return _old_suitcase(shell, trim) if k % 2 else _trolley(k, shell, trim)
 
@@ -63,7 +46,7 @@ def _old_suitcase(shell: Rgb, trim: Rgb) -> Part:
         *[box((0.05, 0.186, 0.404), (s * 0.17, 0, 0), trim) for s in (-1, 1)],
         *[box((0.05, 0.19, 0.05), at, trim) for at in corners],
         tube(grip, 0.012, trim, 6),
-        box((0.604, 0.184, 0.008), (0, 0, 0.26), DARK),
+        box((0.604, 0.184, 0.008), (0, 0, 0.26), c.DARK),
     ]
 
 
@@ -73,9 +56,9 @@ def _trolley(k: int, shell: Rgb, trim: Rgb) -> Part:
     for x in (-0.35, -0.2, -0.05, 0.1, 0.25, 0.38):
         parts.append(box((0.012, 0.25, h * 0.9), (x * w, 0, 0.05 + h * 0.05), shade(shell, 0.75)))
     for sx in (-1, 1):
-        parts += wheel(0.025, 0.03, DARK, (sx * w * 0.38, -0.08, 0.025))
-        parts += wheel(0.025, 0.03, DARK, (sx * w * 0.38, 0.08, 0.025))
-        parts.append(tube([(sx * 0.1, 0.08, h), (sx * 0.1, 0.08, h + 0.38)], 0.008, STEEL, 6))
+        parts += wheel(0.025, 0.03, c.DARK, (sx * w * 0.38, -0.08, 0.025))
+        parts += wheel(0.025, 0.03, c.DARK, (sx * w * 0.38, 0.08, 0.025))
+        parts.append(tube([(sx * 0.1, 0.08, h), (sx * 0.1, 0.08, h + 0.38)], 0.008, c.STEEL, 6))
     return [
         *parts,
         tube([(-0.11, 0.08, h + 0.38), (0.11, 0.08, h + 0.38)], 0.014, trim, 6),
@@ -87,12 +70,12 @@ def backpack(k: int) -> Part:
     """Standing, its pocket along -y and its straps behind."""
     cloth, pocket = pick(
         k,
-        (BLUE, NAVY),
-        (RED, DARK),
-        (GREEN, DARK_WOOD),
-        (DARK, GREY),
-        (PURPLE, PINK),
-        (YELLOW, BLUE),
+        (c.BLUE, c.NAVY),
+        (c.RED, c.DARK),
+        (c.GREEN, c.DARK_WOOD),
+        (c.DARK, c.GREY),
+        (c.PURPLE, c.PINK),
+        (c.YELLOW, c.BLUE),
     )
     w, h = pick(k, 0.3, 0.32, 0.27), pick(k, 0.44, 0.48)
     straps = [
@@ -114,7 +97,7 @@ def backpack(k: int) -> Part:
         ball((w * 0.8, 0.1, h * 0.42), (0, -0.085, h * 0.06), pocket, 6, 12, 0.4),
         *straps,
         *turned([tube(arc((0, 0, h), 0.035, 0, 180, "xz", 6), 0.009, pocket, 5)], "z", 0),
-        box((w * 0.62, 0.006, 0.008), (0, -0.136, h * 0.38), STEEL),
+        box((w * 0.62, 0.006, 0.008), (0, -0.136, h * 0.38), c.STEEL),
         tube(arc((0, -0.02, h * 0.62), w * 0.42, 10, 170, "xz", 10), 0.007, pocket, 5),
         *[ball((0.05, 0.09, h * 0.4), (s * w * 0.48, 0.0, 0.02), pocket, 6, 8) for s in (-1, 1)],
     ]
@@ -130,35 +113,43 @@ GUITAR = (
 def guitar(k: int) -> Part:
     """Leaning back, its strings along -y: acoustic, or with a solid body (1, 4)."""
     solid = k in (1, 4)
-    top = pick(k, (0.82, 0.58, 0.28), RED, PALE_WOOD, (0.5, 0.25, 0.12), BLUE, (0.12, 0.11, 0.11))
-    side = pick(k, DARK_WOOD, DARK, WOOD, DARK, DARK, DARK)
+    top = pick(
+        k, (0.82, 0.58, 0.28), c.RED, c.PALE_WOOD, (0.5, 0.25, 0.12), c.BLUE, (0.12, 0.11, 0.11)
+    )
+    side = pick(k, c.DARK_WOOD, c.DARK, c.WOOD, c.DARK, c.DARK, c.DARK)
     half = np.array(GUITAR)
     outline = np.concatenate([half, (half * np.array([-1, 1]))[-2:0:-1]])
     thick = 0.045 if solid else 0.1
     face = outline * np.array([0.97, 0.985]) + np.array([0, 0.004])
     plates = [slab(outline, thick - 0.006, side), slab(face, 0.008, top, thick - 0.006)]
     front = -thick - 0.003
-    hole = [disc(0.05, 0.006, DARK, 18)]
+    hole = [disc(0.05, 0.006, c.DARK, 18)]
     if solid:
-        hole = [box((0.09, 0.006, 0.02), (0, 0, z), DARK) for z in (-0.06, 0.02)]
+        hole = [box((0.09, 0.006, 0.02), (0, 0, z), c.DARK) for z in (-0.06, 0.02)]
     neck = [
-        box((0.052, 0.03, 0.5), (0, front + 0.012, 0.44), DARK_WOOD),
+        box((0.052, 0.03, 0.5), (0, front + 0.012, 0.44), c.DARK_WOOD),
         box((0.072, 0.025, 0.16), (0, front + 0.014, 0.94), top if solid else side),
-        box((0.14, 0.012, 0.025), (0, front, 0.13), DARK),
+        box((0.14, 0.012, 0.025), (0, front, 0.13), c.DARK),
     ]
     for z in (0.96, 1.0, 1.04):
         for s in (-1, 1):
             at = (s * 0.042, front + 0.01, z)
-            neck.append(cylinder(0.008, 0.008, 0.014, BRASS, 6, at))
+            neck.append(cylinder(0.008, 0.008, 0.014, c.BRASS, 6, at))
     for x in (-0.012, 0.0, 0.012):
-        neck.append(box((0.003, 0.003, 0.8), (x, front - 0.006, 0.15), STEEL))
+        neck.append(box((0.003, 0.003, 0.8), (x, front - 0.006, 0.15), c.STEEL))
     return turned([*turned(plates, "x", 90), *moved(hole, (0, front, 0.31)), *neck], "x", -8)
 
 
 def racket(k: int) -> Part:
     """A tennis racket on its handle, upright."""
     frame, grip = pick(
-        k, (RED, DARK), (BLUE, WHITE), (YELLOW, DARK), (DARK, RED), (GREEN, WHITE), (WHITE, NAVY)
+        k,
+        (c.RED, c.DARK),
+        (c.BLUE, c.WHITE),
+        (c.YELLOW, c.DARK),
+        (c.DARK, c.RED),
+        (c.GREEN, c.WHITE),
+        (c.WHITE, c.NAVY),
     )
     hoop = moved(scaled(turned([*_hoop(frame)], "x", 0), (0.125, 1, 0.165)), (0, 0, 0.52))
     a = 0.118
@@ -166,12 +157,12 @@ def racket(k: int) -> Part:
         box(
             (0.002, 0.002, 2 * 0.155 * np.sqrt(1 - (x / a) ** 2)),
             (x, 0, 0.52 - 0.155 * np.sqrt(1 - (x / a) ** 2)),
-            CREAM,
+            c.CREAM,
         )
         for x in np.linspace(-0.1, 0.1, 9)
     ]
     strings += [
-        box((2 * a * np.sqrt(1 - (z / 0.155) ** 2), 0.002, 0.002), (0, 0, 0.52 + z), CREAM)
+        box((2 * a * np.sqrt(1 - (z / 0.155) ** 2), 0.002, 0.002), (0, 0, 0.52 + z), c.CREAM)
         for z in np.linspace(-0.13, 0.13, 11)
     ]
     throat = [
@@ -205,7 +196,7 @@ def tennis_racket_standing(k: int) -> Part:
 
 def dumbbell(k: int) -> Part:
     """Lying, along x."""
-    weight = pick(k, DARK, BLUE, PINK, STEEL, TEAL, RED)
+    weight = pick(k, c.DARK, c.BLUE, c.PINK, c.STEEL, c.TEAL, c.RED)
     r, w = pick(k, 0.05, 0.042, 0.06), pick(k, 0.06, 0.08)
     head = [
         cylinder(r * 0.9, r, w * 0.2, weight, 6 if k % 2 else 16),
@@ -216,7 +207,7 @@ def dumbbell(k: int) -> Part:
     return [
         *one,
         *turned(one, "z", 180),
-        tube([(-0.07, 0, 0), (0.07, 0, 0)], 0.014, STEEL if weight != STEEL else DARK, 10),
+        tube([(-0.07, 0, 0), (0.07, 0, 0)], 0.014, c.STEEL if weight != c.STEEL else c.DARK, 10),
     ]
 
 
@@ -224,12 +215,12 @@ def soccer_ball(k: int) -> Part:
     """With dark patches."""
     base, patch = pick(
         k,
-        (WHITE, DARK),
-        (YELLOW, BLUE),
-        (WHITE, RED),
-        (ORANGE, DARK),
-        (WHITE, NAVY),
-        (WHITE, GREEN),
+        (c.WHITE, c.DARK),
+        (c.YELLOW, c.BLUE),
+        (c.WHITE, c.RED),
+        (c.ORANGE, c.DARK),
+        (c.WHITE, c.NAVY),
+        (c.WHITE, c.GREEN),
     )
     grid = lathe_grid([(np.cos(a), np.sin(a)) for a in np.linspace(-np.pi / 2, np.pi / 2, 13)], 20)
     which = np.zeros((12, 20), np.int64)

@@ -1,23 +1,9 @@
 """Meshes of furniture that holds things."""
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    PALE_WOOD,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     around,
     box,
     cylinder,
@@ -63,12 +49,12 @@ def nightstand(k: int) -> Part:
     """One to three drawers, on legs or not."""
     body, face, knob = pick(
         k,
-        (WOOD, PALE_WOOD, DARK),
-        (WHITE, WHITE, STEEL),
-        (DARK_WOOD, DARK_WOOD, BRASS),
-        (GREY, WHITE, DARK),
-        (PALE_WOOD, TEAL, DARK),
-        (DARK, WOOD, BRASS),
+        (c.WOOD, c.PALE_WOOD, c.DARK),
+        (c.WHITE, c.WHITE, c.STEEL),
+        (c.DARK_WOOD, c.DARK_WOOD, c.BRASS),
+        (c.GREY, c.WHITE, c.DARK),
+        (c.PALE_WOOD, c.TEAL, c.DARK),
+        (c.DARK, c.WOOD, c.BRASS),
     )
     w, d, h = pick(k, (0.45, 0.4, 0.55), (0.4, 0.38, 0.5), (0.5, 0.42, 0.6))
     foot = pick(k, 0.15, 0.03, 0.28)
@@ -84,12 +70,12 @@ def dresser(k: int) -> Part:
     """A chest of drawers."""
     body, face, knob = pick(
         k,
-        (WHITE, WHITE, STEEL),
-        (WOOD, PALE_WOOD, DARK),
-        (DARK_WOOD, DARK_WOOD, BRASS),
-        (PALE_WOOD, WHITE, DARK),
-        (GREY, GREY, WHITE),
-        (NAVY, NAVY, BRASS),
+        (c.WHITE, c.WHITE, c.STEEL),
+        (c.WOOD, c.PALE_WOOD, c.DARK),
+        (c.DARK_WOOD, c.DARK_WOOD, c.BRASS),
+        (c.PALE_WOOD, c.WHITE, c.DARK),
+        (c.GREY, c.GREY, c.WHITE),
+        (c.NAVY, c.NAVY, c.BRASS),
     )
     w, d, h, rows, columns = pick(
         k, (0.8, 0.45, 1.0, 4, 1), (1.2, 0.48, 0.8, 3, 2), (1.0, 0.45, 0.9, 4, 2)
@@ -106,12 +92,12 @@ def tv_stand(k: int) -> Part:
     """Low and wide: open shelves and doors."""
     body, face = pick(
         k,
-        (WOOD, PALE_WOOD),
-        (WHITE, WHITE),
-        (DARK_WOOD, DARK_WOOD),
-        (DARK, GREY),
-        (PALE_WOOD, WHITE),
-        (GREY, WOOD),
+        (c.WOOD, c.PALE_WOOD),
+        (c.WHITE, c.WHITE),
+        (c.DARK_WOOD, c.DARK_WOOD),
+        (c.DARK, c.GREY),
+        (c.PALE_WOOD, c.WHITE),
+        (c.GREY, c.WOOD),
     )
     w, d, h = pick(k, (1.4, 0.42, 0.5), (1.1, 0.4, 0.55), (1.6, 0.45, 0.45), (0.95, 0.4, 0.7))
     t, foot = 0.025, pick(k, 0.12, 0.0, 0.15)
@@ -119,7 +105,7 @@ def tv_stand(k: int) -> Part:
         box((t, d, h - foot), (s * (w - t) / 2, 0, foot), body) for s in (-1, 1)
     ]
     frame += [
-        box((w, 0.01, h - foot), (0, d / 2 - 0.005, foot), DARK_WOOD),
+        box((w, 0.01, h - foot), (0, d / 2 - 0.005, foot), c.DARK_WOOD),
         box((w * 0.36, d * 0.9, t), (0, 0, (h + foot) / 2), body),
     ]
     doors = [
@@ -129,10 +115,10 @@ def tv_stand(k: int) -> Part:
         for s in (-1, 1)
     ]
     knobs = [
-        box((0.02, 0.03, 0.08), (s * w * 0.2, -d / 2 - 0.002, (h + foot) / 2), STEEL)
+        box((0.02, 0.03, 0.08), (s * w * 0.2, -d / 2 - 0.002, (h + foot) / 2), c.STEEL)
         for s in (-1, 1)
     ]
-    player = [box((w * 0.24, d * 0.5, 0.05), (0, -0.02, foot + t), DARK)] if k % 2 == 0 else []
+    player = [box((w * 0.24, d * 0.5, 0.05), (0, -0.02, foot + t), c.DARK)] if k % 2 == 0 else []
     return [
         *(legs(w * 0.94, d, foot, 0.045, body) if foot else []),
         *frame,
@@ -146,12 +132,12 @@ def side_table(k: int) -> Part:
     """A small table: round on a stem, or square with a board below."""
     top, leg = pick(
         k,
-        (WOOD, WOOD),
-        (WHITE, PALE_WOOD),
-        (DARK, BRASS),
-        (PALE_WOOD, DARK),
-        (DARK_WOOD, DARK_WOOD),
-        (WHITE, STEEL),
+        (c.WOOD, c.WOOD),
+        (c.WHITE, c.PALE_WOOD),
+        (c.DARK, c.BRASS),
+        (c.PALE_WOOD, c.DARK),
+        (c.DARK_WOOD, c.DARK_WOOD),
+        (c.WHITE, c.STEEL),
     )
     w, h = pick(k, 0.45, 0.5, 0.4), pick(k, 0.55, 0.5, 0.6)
     if k % 2 == 0:
@@ -182,12 +168,12 @@ def shelving_unit(k: int) -> Part:
     """Open boards between uprights, a few things on them."""
     post, board = pick(
         k,
-        (STEEL, STEEL),
-        (DARK, WOOD),
-        (WHITE, WHITE),
-        (PALE_WOOD, PALE_WOOD),
-        (DARK, PALE_WOOD),
-        (BRASS, WHITE),
+        (c.STEEL, c.STEEL),
+        (c.DARK, c.WOOD),
+        (c.WHITE, c.WHITE),
+        (c.PALE_WOOD, c.PALE_WOOD),
+        (c.DARK, c.PALE_WOOD),
+        (c.BRASS, c.WHITE),
     )
     w, d, h, n = pick(k, (0.9, 0.4, 1.7, 5), (0.6, 0.35, 1.4, 4), (0.8, 0.32, 1.8, 6))
     parts = legs(w, d, h, 0.03, post)
@@ -195,7 +181,7 @@ def shelving_unit(k: int) -> Part:
         parts.append(box((w, d, 0.025), (0, 0, 0.08 + (h - 0.12) * i / (n - 1)), board))
     for i in range(n - 1):
         z = 0.105 + (h - 0.12) * i / (n - 1)
-        colour = pick(i + k, RED, CREAM, BLUE, GREEN, YELLOW)
+        colour = pick(i + k, c.RED, c.CREAM, c.BLUE, c.GREEN, c.YELLOW)
         if (i + k) % 3 == 0:
             parts.append(box((w * 0.35, d * 0.7, h * 0.1), (w * 0.2, 0, z), (0.7, 0.55, 0.38)))
         elif (i + k) % 3 == 1:
@@ -203,7 +189,7 @@ def shelving_unit(k: int) -> Part:
                 box(
                     (0.035, d * 0.6, h * (0.09 + 0.01 * (j % 3))),
                     (-w * 0.38 + 0.045 * j, 0, z),
-                    pick(i + j, RED, BLUE, GREEN, CREAM, DARK),
+                    pick(i + j, c.RED, c.BLUE, c.GREEN, c.CREAM, c.DARK),
                 )
                 for j in range(6)
             ]
@@ -214,13 +200,13 @@ def shelving_unit(k: int) -> Part:
 
 def shelf(k: int) -> Part:
     """A board on brackets (even) or a wall box (odd), with a few books."""
-    wood = pick(k, WOOD, WHITE, PALE_WOOD, DARK, DARK_WOOD, GREY)
+    wood = pick(k, c.WOOD, c.WHITE, c.PALE_WOOD, c.DARK, c.DARK_WOOD, c.GREY)
     w = pick(k, 0.8, 0.6, 1.0)
     books = [
         box(
             (0.03, 0.15, 0.17 + 0.02 * (j % 3)),
             (-w * 0.4 + 0.036 * j, 0.02, 0.03),
-            pick(j + k, RED, BLUE, GREEN, CREAM, NAVY),
+            pick(j + k, c.RED, c.BLUE, c.GREEN, c.CREAM, c.NAVY),
         )
         for j in range(pick(k, 5, 3, 7))
     ]
@@ -232,29 +218,29 @@ def shelf(k: int) -> Part:
             box((w, 0.01, 0.28), (0, 0.105, 0), wood),
             *moved(books, (0.03, 0, -0.008)),
         ]
-    brackets = [box((0.02, 0.2, 0.02), (s * w * 0.35, 0.01, -0.02), DARK) for s in (-1, 1)] + [
-        box((0.02, 0.02, 0.14), (s * w * 0.35, 0.1, -0.14), DARK) for s in (-1, 1)
+    brackets = [box((0.02, 0.2, 0.02), (s * w * 0.35, 0.01, -0.02), c.DARK) for s in (-1, 1)] + [
+        box((0.02, 0.02, 0.14), (s * w * 0.35, 0.1, -0.14), c.DARK) for s in (-1, 1)
     ]
     return [box((w, 0.22, 0.03), (0, 0, 0), wood), *brackets, *books]
 
 
 def safe(k: int) -> Part:
     """A steel box with a dial (even) or keys (odd) and a handle."""
-    body = pick(k, GREY, DARK, (0.25, 0.32, 0.3), CREAM, NAVY, STEEL)
+    body = pick(k, c.GREY, c.DARK, (0.25, 0.32, 0.3), c.CREAM, c.NAVY, c.STEEL)
     w, h = pick(k, 0.45, 0.38, 0.5), pick(k, 0.5, 0.32, 0.6)
-    trim = STEEL if body in (DARK, GREY) else DARK
+    trim = c.STEEL if body in (c.DARK, c.GREY) else c.DARK
     if k % 2:
         lock = [box((0.09, 0.012, 0.11), (0, 0, 0), trim)]
         for i in range(9):
             at = (0.026 * (i % 3 - 1), -0.007, 0.02 + 0.028 * (i // 3))
-            lock.append(box((0.018, 0.008, 0.018), at, WHITE))
+            lock.append(box((0.018, 0.008, 0.018), at, c.WHITE))
     else:
-        lock = [disc(0.05, 0.03, trim, 18), *moved([disc(0.02, 0.03, WHITE, 10)], (0, -0.02, 0))]
-    handle = around([tube([(-0.06, 0, 0), (0.06, 0, 0)], 0.007, BRASS, 6)], "y", 3)
+        lock = [disc(0.05, 0.03, trim, 18), *moved([disc(0.02, 0.03, c.WHITE, 10)], (0, -0.02, 0))]
+    handle = around([tube([(-0.06, 0, 0), (0.06, 0, 0)], 0.007, c.BRASS, 6)], "y", 3)
     return [
         box((w, 0.4, h), (0, 0, 0), body),
         box((w * 0.86, 0.02, h * 0.86), (0, -0.205, h * 0.07), shade(body, 1.2)),
         *moved(lock, (-w * 0.1, -0.226, h * 0.5)),
         *moved(handle, (w * 0.22, -0.245, h * 0.5)),
-        *[box((0.02, 0.03, 0.07), (-w * 0.45, -0.205, h * z), STEEL) for z in (0.2, 0.68)],
+        *[box((0.02, 0.03, 0.07), (-w * 0.45, -0.205, h * z), c.STEEL) for z in (0.2, 0.68)],
     ]

@@ -1,24 +1,9 @@
 """Meshes of what one drinks from, eats from and cooks in."""
 
+from hil_sim.scenes.furniture.shapes import palette as c
+from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
-    BLUE,
-    BRASS,
-    CREAM,
-    DARK,
-    DARK_WOOD,
-    GREEN,
-    GREY,
-    NAVY,
-    ORANGE,
-    PINK,
-    RED,
-    STEEL,
-    TEAL,
-    WHITE,
-    WOOD,
-    YELLOW,
     Part,
-    Rgb,
     arc,
     ball,
     cylinder,
@@ -29,19 +14,17 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     vessel,
 )
 
-GLASS: Rgb = (0.72, 0.82, 0.84)
-
 
 def bottle(k: int) -> Part:
     """With a neck, a label and a cap."""
     body, label, cap = pick(
         k,
-        (GREEN, CREAM, RED),
-        (GLASS, BLUE, WHITE),
-        (DARK_WOOD, YELLOW, BRASS),
-        (WHITE, RED, RED),
-        ((0.3, 0.45, 0.7), WHITE, NAVY),
-        (ORANGE, DARK, DARK),
+        (c.GREEN, c.CREAM, c.RED),
+        (c.GLASS, c.BLUE, c.WHITE),
+        (c.DARK_WOOD, c.YELLOW, c.BRASS),
+        (c.WHITE, c.RED, c.RED),
+        ((0.3, 0.45, 0.7), c.WHITE, c.NAVY),
+        (c.ORANGE, c.DARK, c.DARK),
     )
     r, h = pick(k, (0.036, 0.27), (0.034, 0.22), (0.031, 0.23), (0.042, 0.24))
     shoulder = pick(k, 0.6, 0.7, 0.55)
@@ -65,12 +48,12 @@ def wine_bottle(k: int) -> Part:
     """With a capsule over its cork."""
     glass, label, capsule = pick(
         k,
-        ((0.08, 0.16, 0.08), CREAM, RED),
-        ((0.1, 0.06, 0.05), WHITE, BRASS),
-        ((0.45, 0.5, 0.2), CREAM, GREEN),
-        ((0.1, 0.06, 0.05), BRASS, DARK),
-        ((0.62, 0.25, 0.28), WHITE, PINK),
-        ((0.08, 0.16, 0.08), NAVY, BRASS),
+        ((0.08, 0.16, 0.08), c.CREAM, c.RED),
+        ((0.1, 0.06, 0.05), c.WHITE, c.BRASS),
+        ((0.45, 0.5, 0.2), c.CREAM, c.GREEN),
+        ((0.1, 0.06, 0.05), c.BRASS, c.DARK),
+        ((0.62, 0.25, 0.28), c.WHITE, c.PINK),
+        ((0.08, 0.16, 0.08), c.NAVY, c.BRASS),
     )
     r = pick(k, 0.038, 0.042)
     low = [(0, 0), (r, 0.0), (r, 0.19), (0.016, 0.235), (0.0145, 0.25)]
@@ -84,7 +67,7 @@ def wine_bottle(k: int) -> Part:
 
 def wine_glass(k: int) -> Part:
     """On a stem."""
-    colour = pick(k, GLASS, (0.6, 0.75, 0.8), (0.8, 0.82, 0.84))
+    colour = pick(k, c.GLASS, (0.6, 0.75, 0.8), (0.8, 0.82, 0.84))
     wine = pick(k, None, (0.4, 0.05, 0.1), (0.85, 0.78, 0.4))
     r, h = pick(k, (0.04, 0.2), (0.045, 0.22), (0.034, 0.21), (0.05, 0.17))
     foot = lathe(
@@ -108,26 +91,34 @@ def wine_glass(k: int) -> Part:
 
 def cup(k: int) -> Part:
     """A tumbler (even) or a tea cup on its saucer (odd)."""
-    colour = pick(k, (0.75, 0.35, 0.3), WHITE, TEAL, YELLOW, STEEL, PINK)
+    colour = pick(k, (0.75, 0.35, 0.3), c.WHITE, c.TEAL, c.YELLOW, c.STEEL, c.PINK)
     if k % 2 == 0:
         r, h = pick(k, 0.04, 0.0, 0.038, 0.0, 0.042), pick(k, 0.12, 0.0, 0.1, 0.0, 0.14)
-        rim = lathe([(r + 0.0006, h * 0.8), (r + 0.0008, h * 0.9)], pick(k, CREAM, DARK, NAVY), 18)
-        return [*vessel([(r * 0.75, 0), (r * 0.8, 0.01), (r, h)], colour, CREAM, 0.003, 18), rim]
+        rim = lathe(
+            [(r + 0.0006, h * 0.8), (r + 0.0008, h * 0.9)], pick(k, c.CREAM, c.DARK, c.NAVY), 18
+        )
+        return [*vessel([(r * 0.75, 0), (r * 0.8, 0.01), (r, h)], colour, c.CREAM, 0.003, 18), rim]
     saucer = lathe(
         [(0, 0), (0.03, 0), (0.07, 0.012), (0.07, 0.015), (0.03, 0.006), (0, 0.006)], colour, 18
     )
     body = vessel(
-        [(0.022, 0), (0.03, 0.012), (0.043, 0.045), (0.046, 0.06)], colour, WHITE, 0.003, 18
+        [(0.022, 0), (0.03, 0.012), (0.043, 0.045), (0.046, 0.06)], colour, c.WHITE, 0.003, 18
     )
     grip = tube(arc((0.042, 0, 0.036), 0.016, -90, 90, "xz", 6), 0.0035, colour, 5)
-    tea = lathe([(0.041, 0.05), (0, 0.051)], DARK_WOOD, 18)
+    tea = lathe([(0.041, 0.05), (0, 0.051)], c.DARK_WOOD, 18)
     return [saucer, *moved([*body, grip, tea], (0, 0, 0.006))]
 
 
 def plate(k: int) -> Part:
     """Flat with a rim."""
     rim, middle = pick(
-        k, (WHITE, WHITE), (BLUE, WHITE), (CREAM, CREAM), (TEAL, TEAL), (WHITE, RED), (DARK, GREY)
+        k,
+        (c.WHITE, c.WHITE),
+        (c.BLUE, c.WHITE),
+        (c.CREAM, c.CREAM),
+        (c.TEAL, c.TEAL),
+        (c.WHITE, c.RED),
+        (c.DARK, c.GREY),
     )
     r = pick(k, 0.13, 0.12, 0.1, 0.135)
     low = [(0, 0), (r * 0.6, 0), (r, 0.018), (r, 0.022), (r * 0.68, 0.008)]
@@ -141,12 +132,12 @@ def pot(k: int) -> Part:
     """Two ears and a lid (even), or a long handle (odd)."""
     body, trim = pick(
         k,
-        (STEEL, DARK),
-        (STEEL, DARK),
-        (RED, DARK),
-        (DARK, WOOD),
-        (BLUE, CREAM),
-        ((0.7, 0.4, 0.25), BRASS),
+        (c.STEEL, c.DARK),
+        (c.STEEL, c.DARK),
+        (c.RED, c.DARK),
+        (c.DARK, c.WOOD),
+        (c.BLUE, c.CREAM),
+        ((0.7, 0.4, 0.25), c.BRASS),
     )
     r, h = pick(k, (0.12, 0.13), (0.09, 0.09), (0.13, 0.12))
     outside = [(r * 0.96, 0), (r, 0.01), (r, h), (r * 1.03, h)]
@@ -154,15 +145,15 @@ def pot(k: int) -> Part:
         handle = tube(
             [(r, 0, h * 0.8), (r + 0.06, 0, h * 0.9), (r + 0.18, 0, h * 0.98)], 0.009, trim, 6
         )
-        return [*vessel(outside, body, GREY, 0.004, 20), handle]
+        return [*vessel(outside, body, c.GREY, 0.004, 20), handle]
     lid = lathe(
         [(0, h), (r * 1.03, h), (r * 1.03, h + 0.006), (r * 0.5, h + 0.025), (0, h + 0.03)],
-        pick(k, GLASS, GLASS, body),
+        pick(k, c.GLASS, c.GLASS, body),
         20,
     )
     ears = [tube(_ear(side, r, h), 0.007, trim, 6) for side in (-1, 1)]
     return [
-        *vessel(outside, body, GREY, 0.004, 20),
+        *vessel(outside, body, c.GREY, 0.004, 20),
         lid,
         *ears,
         ball((0.03, 0.03, 0.025), (0, 0, h + 0.028), trim, 6, 10),
@@ -183,12 +174,12 @@ def pan(k: int) -> Part:
     """A frying pan."""
     body, inside, grip = pick(
         k,
-        (DARK, GREY, DARK),
-        (STEEL, DARK, STEEL),
-        (RED, CREAM, DARK),
-        (DARK, DARK, WOOD),
-        (TEAL, GREY, DARK),
-        ((0.7, 0.4, 0.25), STEEL, BRASS),
+        (c.DARK, c.GREY, c.DARK),
+        (c.STEEL, c.DARK, c.STEEL),
+        (c.RED, c.CREAM, c.DARK),
+        (c.DARK, c.DARK, c.WOOD),
+        (c.TEAL, c.GREY, c.DARK),
+        ((0.7, 0.4, 0.25), c.STEEL, c.BRASS),
     )
     r, h = pick(k, 0.13, 0.11, 0.14), pick(k, 0.045, 0.055)
     handle = tube(
@@ -203,7 +194,13 @@ def pan(k: int) -> Part:
 def kettle(k: int) -> Part:
     """With a spout, a lid and a handle: for a stove (even) or electric, on a base (odd)."""
     body, trim = pick(
-        k, (STEEL, DARK), (WHITE, GREY), (RED, DARK), (DARK, STEEL), (CREAM, WOOD), (TEAL, DARK)
+        k,
+        (c.STEEL, c.DARK),
+        (c.WHITE, c.GREY),
+        (c.RED, c.DARK),
+        (c.DARK, c.STEEL),
+        (c.CREAM, c.WOOD),
+        (c.TEAL, c.DARK),
     )
     return _electric_kettle(body, trim) if k % 2 else _stove_kettle(body, trim)
 
@@ -235,12 +232,12 @@ def teapot(k: int) -> Part:
     """A round pot with a spout and a looped handle."""
     body, lid = pick(
         k,
-        (BLUE, WHITE),
-        (WHITE, WHITE),
-        (DARK_WOOD, DARK_WOOD),
-        (GREEN, GREEN),
-        (RED, CREAM),
-        (YELLOW, DARK),
+        (c.BLUE, c.WHITE),
+        (c.WHITE, c.WHITE),
+        (c.DARK_WOOD, c.DARK_WOOD),
+        (c.GREEN, c.GREEN),
+        (c.RED, c.CREAM),
+        (c.YELLOW, c.DARK),
     )
     pot_ = ball((0.16, 0.16, 0.13), (0, 0, 0.005), body, 10, 16)
     top = lathe([(0.045, 0.122), (0.042, 0.132), (0.02, 0.145), (0, 0.146)], lid, 14)
