@@ -6,7 +6,6 @@
 """
 
 import random
-from collections import Counter
 from collections.abc import Callable, Sequence
 
 from hil_sim.scenes.generated.doors import draw_doors
@@ -228,8 +227,3 @@ def _split(rng: random.Random, cell: Rect) -> tuple[Rect, Rect]:
         return Rect(cell.x0, cell.y0, x, cell.y1), Rect(x, cell.y0, cell.x1, cell.y1)
     y = cell.y0 + cell.depth * at
     return Rect(cell.x0, cell.y0, cell.x1, y), Rect(cell.x0, y, cell.x1, cell.y1)
-
-
-def count_kinds(plan: FloorPlan) -> Counter[str]:
-    """Rooms by type."""
-    return Counter(room.kind for room in plan.rooms)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.soup import Material, Soup
 
-Xyz = tuple[float, float, float]
 Part = list[Soup]
 Array = NDArray[np.float64]
 T = TypeVar("T")
