@@ -11,9 +11,9 @@ import click
 from hil_sim.driving.methods import SINGLE, method_named
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
 from hil_sim.evaluation.results import Results, errors, sole, stages
+from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings, protocol_for
 from hil_sim.ground_truth.episodes import Episode, load_suite
-from hil_sim.ground_truth.metrics import table
 from hil_sim.simulation.faults import parse_faults
 from runtime.errors import RfNavError
 from runtime.journal import plain

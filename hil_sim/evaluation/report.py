@@ -8,12 +8,13 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.methods import ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
 from hil_sim.evaluation.result_folder import FULL, Folder
-from hil_sim.ground_truth.metrics import TRIVIAL_M, summarise
+from hil_sim.evaluation.summary import summarise
+from hil_sim.ground_truth.metrics import TRIVIAL_M
 from runtime.errors import RfNavError
 from runtime.journal import plain
 

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.failures import CAUSES, false_finds, split
 from hil_sim.evaluation.results import FRAMES, mean_wall
-from hil_sim.ground_truth.metrics import Figure, bootstrap, cell, difference, summarise
+from hil_sim.evaluation.summary import Figure, bootstrap, cell, difference, summarise
 
 Runs = Mapping[str, Sequence[EpisodeResult]]  # a method's episodes, all methods the same ones
 

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from hil_sim.evaluation.summary import Figure, cell
 from hil_sim.expert_bench.bank import CLEAN, Bank
 from hil_sim.expert_bench.judge import CONDITIONS, CONSENSUS, NEAR, RIGHT_M, SPOILT, Row, Table
 from hil_sim.expert_bench.statistics import Resampling
-from hil_sim.ground_truth.metrics import Figure, cell
 from runtime.journal import plain
 
 CLOSEST = "closest"

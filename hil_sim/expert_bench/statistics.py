@@ -4,9 +4,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.stats
 from numpy.typing import NDArray
 
-from hil_sim.ground_truth.metrics import RESAMPLES, Figure
+from hil_sim.evaluation.summary import RESAMPLES, Figure
 
 Values = NDArray[np.float64]
 
@@ -15,6 +16,8 @@ class Resampling:
     """95 % percentile intervals of means over questions, each with the name of its layout; whole
     layouts are drawn. The same for every row, so that rows can be compared."""
 
+    # Not scipy.stats.bootstrap: a row that few layouts answer has no mean in some resamples. They
+    # are left out here; there one of them makes the whole interval NaN.
     def __init__(self, layouts: Sequence[str], seed: int) -> None:
         self._group = np.unique(np.array(layouts), return_inverse=True)[1]
         self._count = int(self._group.max()) + 1
@@ -37,16 +40,6 @@ class Resampling:
 
 def rank_correlation(a: Sequence[float], b: Sequence[float]) -> float:
     """Spearman's, ties by their middle rank; NaN where one is constant, or of fewer than three."""
-    if len(a) < 3:
+    if len(a) < 3 or len(set(a)) == 1 or len(set(b)) == 1:
         return math.nan
-    x, y = _ranks(np.asarray(a)), _ranks(np.asarray(b))
-    x, y = x - x.mean(), y - y.mean()
-    size = math.sqrt(float(x @ x) * float(y @ y))
-    return float(x @ y) / size if size > 0 else math.nan
-
-
-def _ranks(values: Values) -> Values:
-    below = (values[None, :] < values[:, None]).sum(axis=1)
-    same = (values[None, :] == values[:, None]).sum(axis=1)
-    ranks: Values = below + (same - 1) / 2.0
-    return ranks
+    return float(scipy.stats.spearmanr(a, b).statistic)
