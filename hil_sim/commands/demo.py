@@ -4,19 +4,20 @@ import json
 import sys
 import time
 from contextlib import ExitStack
-from dataclasses import asdict, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from hil_sim.driving.episode_run import EpisodeResult, Step, run_episode
+from hil_sim.driving.episode_result import EpisodeResult
+from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import SINGLE, method_named
 from hil_sim.driving.realtime import run_realtime
 from hil_sim.driving.rig import home_of, open_world
-from hil_sim.driving.stage import StagedHome
+from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode, sample_episode
 from hil_sim.ground_truth.freespace import instances
 from hil_sim.scenes.furniture.assets import Assets
@@ -92,8 +93,8 @@ def demo_command(**given: Any) -> None:
         )
     result = replace(result, wall={"setup": round(setup_s, 4), **result.wall})
     _finish(run_dir, result)
-    if result.ended.startswith("error"):
-        raise HarnessError(result.ended.removeprefix("error: "))
+    if result.ended.failed:
+        raise HarnessError(result.ended.why)
     sys.exit(0 if result.success else 1)
 
 
@@ -171,7 +172,7 @@ def _set(ids: list[int]) -> str:
 
 
 def _finish(run_dir: Path, result: EpisodeResult) -> None:
-    text = json.dumps(asdict(result), indent=1) + "\n"
+    text = json.dumps(result.to_json(), indent=1) + "\n"
     (run_dir / SUMMARY_FILE).write_text(text, encoding="utf-8")
     for line in final_lines(result):
         click.echo(line)

@@ -4,14 +4,14 @@ import json
 import math
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
 
+from hil_sim.driving.episode_result import End, Ended, EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.lockstep import EpisodeRun, Tally, drive
 from hil_sim.driving.methods import method_named
-from hil_sim.driving.stage import Driver, RenderedView, StagedHome, Step
+from hil_sim.driving.stage import Driver, StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.metrics import Outcome, soft_spl, spl
 from hil_sim.ground_truth.witness import TRACK_FILE, Witness
@@ -21,59 +21,7 @@ from hil_sim.simulation.protocol import Ending, Protocol
 from hil_sim.simulation.robot import Robot
 from runtime.core.types import Pose
 
-__all__ = ["EpisodeResult", "RenderedView", "StagedHome", "Step", "run_episode"]
-
 EPISODE_FILE = "episode.json"
-
-
-@dataclass(frozen=True)
-class EpisodeResult:
-    """One finished episode. `ended`: "stop", "steps" (none left) or "error: ...".
-
-    Steps count from 1, an observation each. `seen_at`: the first at which an instance of the goal
-    truly showed 200 pixels within 5 m; `seen_steps`: at how many. `believed_at`: the first at which
-    the runtime went for a point within 0.5 m of an instance. `claim`: whether the place that it
-    stopped for is one ("true", "false"; "" when no find was claimed). `frontier_m`: for each
-    decision, the true way from the elected frontier to success, unless there is none. `actions`:
-    steps by the runtime's mode. `stopped`: it ended standing still. `fault`: what was done to it.
-    `wall` holds wall-clock seconds and nothing else does.
-    """
-
-    episode: str
-    scene: str
-    goal: str
-    method: str
-    protocol: str
-    success: bool
-    ended: str
-    steps: int
-    collisions: int
-    decisions: int
-    shortest_path_m: float
-    path_m: float
-    distance_m: float | None  # to success at the end; None when cut off from it
-    spl: float | None  # None: too short a way to say anything
-    soft_spl: float | None
-    reason: str = ""  # the runtime's own, for its last action
-    seen_at: int | None = None
-    seen_steps: int = 0
-    believed_at: int | None = None
-    claim: str = ""
-    frontier_m: tuple[float, ...] = ()
-    actions: dict[str, int] = field(default_factory=dict)
-    stopped: bool = False
-    fault: str = ""
-    wall: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def outcome(self) -> Outcome:
-        """What the metrics need."""
-        left = math.inf if self.distance_m is None else self.distance_m
-        return Outcome(self.success, self.shortest_path_m, self.path_m, left, self.steps)
-
-    @classmethod
-    def from_json(cls, row: dict[str, Any]) -> "EpisodeResult":
-        return cls(**{**row, "frontier_m": tuple(row.get("frontier_m", ()))})
 
 
 def run_episode(
@@ -105,9 +53,9 @@ def run_episode(
     )  # fmt: skip
     try:
         play(run)
-        ended = "stop" if run.tally.robot.stopped else "steps"
+        ended = Ended(End.STOP if run.tally.robot.stopped else End.STEPS)
     except HarnessError as error:
-        ended = f"error: {error}"
+        ended = Ended(End.ERROR, str(error))
     finally:
         witness.close()
         home.populate(())
@@ -128,23 +76,23 @@ def _give_goal(episode: Episode, runtime: Driver, settings: tuple[str, ...], log
     runtime.forget()
 
 
-def _take_back(run: EpisodeRun, ended: str) -> str:
+def _take_back(run: EpisodeRun, ended: Ended) -> Ended:
     """End the search; the reply holds the time by stage. Returns how the episode ended."""
     try:
-        reply = run.driver.ask("cancel", {"reason": ended})
+        reply = run.driver.ask("cancel", {"reason": str(ended)})
         run.tally.stages = reply.get("seconds", run.tally.stages)
     except HarnessError as error:
-        return ended if ended.startswith("error") else f"error: {error}"
+        return ended if ended.failed else Ended(End.ERROR, str(error))
     return ended
 
 
 def _result(
-    episode: Episode, run: EpisodeRun, method: str, ended: str, took_s: float
+    episode: Episode, run: EpisodeRun, method: str, ended: Ended, took_s: float
 ) -> EpisodeResult:
     tally, protocol = run.tally, run.protocol
     distance_m = run.home.distance_m(tally.robot.pose)
     end = Ending(tally.robot.stopped, distance_m, run.witness.sightings)
-    success = not ended.startswith("error") and protocol.success(end)
+    success = not ended.failed and protocol.success(end)
     shortest_m = episode.shortest_path_m
     outcome = Outcome(success, shortest_m, tally.robot.path_m, distance_m, tally.steps)
     wall = {

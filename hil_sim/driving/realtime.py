@@ -17,10 +17,11 @@ from typing import Any
 from typing import Protocol as Port
 
 from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
-from hil_sim.driving.episode_run import EpisodeResult, Step, run_episode
+from hil_sim.driving.episode_result import EpisodeResult
+from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import Answer, HarnessError, Runtime
 from hil_sim.driving.lockstep import EpisodeRun
-from hil_sim.driving.stage import StagedHome
+from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.true_labels import true_labels
 from hil_sim.ground_truth.witness import to_scene

@@ -13,13 +13,13 @@ from typing import Any
 
 from tqdm import tqdm
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.evaluation.pool import Work, local
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
+from hil_sim.evaluation.summary import Summary, summarise
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
 from hil_sim.ground_truth.episodes import Episode, save_suite
-from hil_sim.ground_truth.metrics import Summary, summarise
 from runtime.journal import plain
 
 MANIFEST = files("models") / "manifest.toml"
@@ -144,7 +144,7 @@ def report(evaluation: Evaluation, results: Results, seed: int) -> dict[str, Any
     walls: dict[str, Any] = {}
     for method in evaluation.methods:
         for result in results.of(method, evaluation.episodes):
-            row = asdict(result)
+            row = result.to_json()
             walls.setdefault(method, {})[result.episode] = row.pop("wall")
             rows.append(row)
     methods = {

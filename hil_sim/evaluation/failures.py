@@ -14,6 +14,8 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Protocol
 
+from hil_sim.driving.episode_result import Ended
+
 CAUSES = ("detection", "planning", "exploration", "error")
 
 
@@ -23,7 +25,7 @@ class Log(Protocol):
     @property
     def success(self) -> bool: ...
     @property
-    def ended(self) -> str: ...
+    def ended(self) -> Ended: ...
     @property
     def claim(self) -> str: ...
     @property
@@ -36,7 +38,7 @@ def cause(log: Log) -> str | None:
     """One of CAUSES; None for a success."""
     if log.success:
         return None
-    if log.ended.startswith("error"):
+    if log.ended.failed:
         return "error"
     if log.claim == "false":
         return "detection"

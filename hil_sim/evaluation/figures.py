@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.failures import CAUSES, split
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.freespace import instances

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.figures import draw_actions, draw_failures, draw_paths
 from hil_sim.evaluation.result_folder import FULL, Folder
 from hil_sim.ground_truth.episodes import Episode

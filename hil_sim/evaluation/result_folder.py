@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.methods import METHODS
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, TIMES_FILE, Results
 from hil_sim.ground_truth.episodes import Episode, load_suite

@@ -5,10 +5,9 @@ import json
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict
 from pathlib import Path
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import METHODS
 from hil_sim.ground_truth.episodes import Episode
@@ -56,12 +55,12 @@ class Results:
         """Keep a result, on disk before this returns."""
         self._keep(result)
         with self._path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(result)) + "\n")
+            file.write(json.dumps(result.to_json()) + "\n")
 
     def finished(self, method: str, episode: Episode) -> bool:
         """An episode that ended in an error is tried again."""
         result = self.by_key.get((method, episode.id))
-        return result is not None and not result.ended.startswith("error")
+        return result is not None and not result.ended.failed
 
     def timed(self, episodes: int, seconds: float, workers: int) -> None:
         """Note how long a run took, in a file of wall times."""
@@ -80,7 +79,7 @@ class Results:
         if not keys:
             return
         draft = self._path.with_suffix(".part")
-        lines = (json.dumps(asdict(self.by_key[key])) + "\n" for key in keys)
+        lines = (json.dumps(self.by_key[key].to_json()) + "\n" for key in keys)
         draft.write_text("".join(lines), encoding="utf-8")
         os.replace(draft, self._path)
 
@@ -99,7 +98,7 @@ class Results:
 
 def errors(results: Sequence[EpisodeResult]) -> int:
     """Episodes that ended in an error; they count as failures."""
-    return sum(result.ended.startswith("error") for result in results)
+    return sum(result.ended.failed for result in results)
 
 
 def stages(results: Sequence[EpisodeResult]) -> str:

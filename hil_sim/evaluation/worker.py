@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hil_sim.driving.child import end_with_parent
-from hil_sim.driving.episode_run import EpisodeResult, run_episode
+from hil_sim.driving.episode_result import End, Ended, EpisodeResult
+from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import Method, method_named
 from hil_sim.driving.rig import camera_of, home_of, open_world, shortest, start_of
@@ -170,7 +171,7 @@ class _Rig:
             result = self._episode(episode, name, method, home, protocol)
         except HarnessError as error:  # the goal was refused
             result = refused(episode, protocol, name, str(error), home)
-        if result.ended.startswith("error"):
+        if result.ended.failed:
             self._standby.close()
         frames = {"rendered": self.memo.rendered, "recalled": self.memo.recalled}
         return replace(result, wall={**result.wall, **frames})
@@ -224,7 +225,7 @@ def refused(
         method=method,
         protocol=protocol.name,
         success=False,
-        ended=f"error: {why}",
+        ended=Ended(End.ERROR, why),
         steps=0,
         collisions=0,
         decisions=0,

@@ -5,7 +5,7 @@ import random
 import time
 from multiprocessing.connection import Connection
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import Ended, EpisodeResult
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Send, Settings
 from hil_sim.ground_truth.episodes import Episode
 
@@ -19,7 +19,7 @@ def result_of(method: str, episode: Episode, ended: str = "stop") -> EpisodeResu
         method=method,
         protocol="hm3d",
         success=success,
-        ended=ended,
+        ended=Ended.parsed(ended),
         steps=10 + int(episode.id[1:]),
         collisions=0,
         decisions=1,

@@ -15,9 +15,11 @@ from corridor import EPISODE, FAKE, SMALL, Corridor, start
 from places import ROOT
 
 from hil_sim.driving import link
-from hil_sim.driving.episode_run import EpisodeResult, Step, run_episode
+from hil_sim.driving.episode_result import EpisodeResult
+from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import HarnessError, Runtime
 from hil_sim.driving.methods import method_named
+from hil_sim.driving.stage import Step
 from hil_sim.ground_truth.episodes import Episode
 from runtime.core.types import Action
 
@@ -43,7 +45,7 @@ def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) 
     result = run_episode(
         EPISODE, Corridor().home(), walker, SMALL, "rfnav", tmp_path / "e1", steps.append
     )
-    assert (result.ended, result.success, result.steps) == ("stop", True, 5)
+    assert (str(result.ended), result.success, result.steps) == ("stop", True, 5)
     assert result.path_m == 1.0
     assert result.distance_m == 0.0
     assert result.spl == result.soft_spl == 1.0
@@ -55,7 +57,7 @@ def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) 
     assert set(result.wall) == {"render", "bus", "runtime.plan", "total"}
     assert result.wall["runtime.plan"] == 0.005
     assert json.loads((tmp_path / "e1" / "episode.json").read_text())["scene"] == "corridor"
-    assert EpisodeResult.from_json(json.loads(json.dumps(vars(result)))) == result
+    assert EpisodeResult.from_json(json.loads(json.dumps(result.to_json()))) == result
 
 
 def test_what_the_truth_says_of_it(walker: Runtime, tmp_path: Path) -> None:
@@ -95,7 +97,7 @@ def test_one_child_serves_many_episodes(walker: Runtime, tmp_path: Path) -> None
 def test_running_out_of_steps_is_a_failure_with_progress(tmp_path: Path) -> None:
     with start("turn", tmp_path / "log") as runtime:
         result = drive(runtime, tmp_path / "e")
-    assert (result.ended, result.success, result.steps) == ("steps", False, SMALL.max_steps)
+    assert (str(result.ended), result.success, result.steps) == ("steps", False, SMALL.max_steps)
     assert (result.spl, result.soft_spl) == (0.0, 0.0)
 
 
@@ -109,7 +111,7 @@ def test_a_refused_goal_is_an_error_with_the_runtimes_own_words(
 def test_a_runtime_that_does_not_answer_fails_the_episode(tmp_path: Path) -> None:
     with start("mute", tmp_path / "log", answer_s=0.6) as runtime:
         result = drive(runtime, tmp_path / "e")
-    assert result.ended == "error: no answer to an observation in 0.6 s"
+    assert str(result.ended) == "error: no answer to an observation in 0.6 s"
     assert not result.success
     assert result.steps == 0
 
@@ -117,7 +119,7 @@ def test_a_runtime_that_does_not_answer_fails_the_episode(tmp_path: Path) -> Non
 def test_a_runtime_that_dies_fails_the_episode_with_its_last_words(tmp_path: Path) -> None:
     with start("die", tmp_path / "log") as runtime:
         result = drive(runtime, tmp_path / "e")
-        assert result.ended == "error: rfnav: camera: fell off"
+        assert str(result.ended) == "error: rfnav: camera: fell off"
         assert result.steps == 1
         with pytest.raises(HarnessError):
             runtime.check_alive()
@@ -187,7 +189,7 @@ def test_an_observation_that_got_lost_is_sent_again(
         lossy = _Lossy(runtime._publish["depth"])
         runtime._publish["depth"] = lossy
         result = drive(runtime, tmp_path / "e")
-    assert (result.ended, result.steps) == ("stop", 5)
+    assert (str(result.ended), result.steps) == ("stop", 5)
     assert lossy.lost == 2
 
 

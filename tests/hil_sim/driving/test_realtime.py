@@ -13,7 +13,8 @@ from places import DOUBLES, ROOT
 
 from hil_sim.driving import realtime
 from hil_sim.driving.camera_process import Glance, Sight
-from hil_sim.driving.episode_run import EpisodeResult, run_episode
+from hil_sim.driving.episode_result import EpisodeResult
+from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import Runtime
 from hil_sim.simulation.faults import parse_faults
 from hil_sim.simulation.protocol import DifferentialDrive
@@ -72,7 +73,7 @@ def drive(
 
 def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path) -> None:
     result, eyes = drive(rover, tmp_path)
-    assert (result.ended, result.collisions, result.stopped) == ("stop", 0, True)
+    assert (str(result.ended), result.collisions, result.stopped) == ("stop", 0, True)
     assert 0.6 < result.path_m < 1.1
     assert result.wall["runtime.frames"] >= 2
     assert result.believed_at is not None
@@ -87,12 +88,12 @@ def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path
 
 def test_a_deaf_base_stands(rover: Runtime, tmp_path: Path) -> None:
     result, _ = drive(rover, tmp_path, "base-deaf:at=1,for=999", max_steps=8)
-    assert (result.ended, result.path_m, result.stopped) == ("steps", 0.0, True)
+    assert (str(result.ended), result.path_m, result.stopped) == ("steps", 0.0, True)
 
 
 def test_without_odometry_the_runtime_holds_the_base(rover: Runtime, tmp_path: Path) -> None:
     result, _ = drive(rover, tmp_path, "odometry-stop:at=3,for=999", max_steps=12)
-    assert (result.ended, result.stopped) == ("steps", True)
+    assert (str(result.ended), result.stopped) == ("steps", True)
     assert result.path_m < 0.6
 
 
@@ -110,4 +111,4 @@ def test_real_time_needs_a_runtime(tmp_path: Path) -> None:
         def forget(self) -> None: ...
 
     result, _ = drive(Bound(), tmp_path)  # type: ignore[arg-type]
-    assert result.ended == "error: real time needs a runtime, and a base that drives"
+    assert str(result.ended) == "error: real time needs a runtime, and a base that drives"

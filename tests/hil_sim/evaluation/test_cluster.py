@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from places import DOUBLES, ROOT
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.cluster import remote
 from hil_sim.evaluation.pool import local
 from hil_sim.evaluation.worker import Failure, Job, Settings, Task

@@ -21,9 +21,9 @@ from hil_sim.__main__ import cli, main
 from hil_sim.driving.link import HarnessError
 from hil_sim.evaluation.evaluate import Evaluation, claim, plan, report, run, summaries
 from hil_sim.evaluation.results import Results, sole, stages
+from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings
 from hil_sim.ground_truth.episodes import Episode, Start, load_suite
-from hil_sim.ground_truth.metrics import table
 
 FLAT = TESTS / "refs/flat.json"
 

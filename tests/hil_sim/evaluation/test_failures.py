@@ -4,14 +4,17 @@ from dataclasses import dataclass
 
 import pytest
 
+from hil_sim.driving.episode_result import End, Ended
 from hil_sim.evaluation.failures import false_finds
+
+STOPPED = Ended(End.STOP)
 
 
 @dataclass(frozen=True)
 class Log:
     claim: str
     success: bool = False
-    ended: str = "stopped"
+    ended: Ended = STOPPED
     believed_at: int | None = None
     seen_at: int | None = None
 

@@ -10,16 +10,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil_sim.__main__ import cli
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import End, Ended, EpisodeResult
 from hil_sim.driving.methods import METHODS
 from hil_sim.evaluation.evaluate import Evaluation, claim
 from hil_sim.evaluation.failures import CAUSES, cause, split
 from hil_sim.evaluation.report import fill, groups, section
 from hil_sim.evaluation.result_folder import read_folder
 from hil_sim.evaluation.results import Results
+from hil_sim.evaluation.summary import bootstrap, difference
 from hil_sim.evaluation.worker import Settings
 from hil_sim.ground_truth.episodes import Episode, Start
-from hil_sim.ground_truth.metrics import bootstrap, difference
 from runtime.errors import RfNavError
 
 EPISODES = tuple(
@@ -32,8 +32,9 @@ EPISODES = tuple(
 def result(method: str, episode: Episode, success: bool, **more: object) -> EpisodeResult:
     blank = EpisodeResult(
         episode=episode.id, scene=episode.scene, goal=episode.goal, method=method, protocol="hm3d",
-        success=success, ended="stop", steps=20, collisions=1, decisions=2, shortest_path_m=4.0,
-        path_m=5.0, distance_m=0.0 if success else 2.0, spl=0.8 if success else 0.0, soft_spl=0.4,
+        success=success, ended=Ended(End.STOP), steps=20, collisions=1, decisions=2,
+        shortest_path_m=4.0, path_m=5.0, distance_m=0.0 if success else 2.0,
+        spl=0.8 if success else 0.0, soft_spl=0.4,
         actions={"frontier": 12, "target": 8}, stopped=True, frontier_m=(3.0, 5.0),
         wall={"render": 1.0, "runtime.map": 2.0, "total": 3.5, "rendered": 10.0, "recalled": 5.0},
     )  # fmt: skip
@@ -177,7 +178,7 @@ BED = EPISODES[0]
         ({"seen_at": 9, "believed_at": 12, "claim": "true"}, "planning"),
         ({"seen_at": 9, "believed_at": 12, "claim": "false"}, "detection"),
         ({"seen_at": None, "claim": "false"}, "detection"),
-        ({"seen_at": 9, "claim": "false", "ended": "error: late"}, "error"),
+        ({"seen_at": 9, "claim": "false", "ended": Ended(End.ERROR, "late")}, "error"),
     ],
 )
 def test_why_an_episode_failed(facts: dict[str, object], wanted: str) -> None:

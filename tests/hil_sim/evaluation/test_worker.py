@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from hil_sim.driving.episode_run import EpisodeResult
+from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import method_named
 from hil_sim.evaluation.worker import Failure, Job, Message, Settings, Task, drive, protocol_for
@@ -29,7 +29,9 @@ def test_the_shortest_path_always_succeeds(protocol: str, tmp_path: Path) -> Non
     assert [r.episode for r in results if not r.success] == []
     if protocol == "hm3d":  # without noise
         assert all(r.collisions == 0 for r in results)
-        assert all((r.spl or 1.0) > 0.8 for r in results)
+        spls = [r.spl for r in results if r.spl is not None]  # None: too short a way
+        assert spls
+        assert min(spls) > 0.8
     assert all(r.wall["rendered"] + r.wall["recalled"] == 1 for r in results)
     track = tmp_path / "oracle-goal" / MAPLE[0].id / "track.jsonl"
     assert len(track.read_text().splitlines()) == results[0].steps
