@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from hil_sim.importers.sweethome import Imported, bring_in
+from hil_sim.importers.sweethome import ImportedHome, bring_in
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.sweethome.importer import Report
 
@@ -65,7 +65,7 @@ def _reach_line(reached: dict[str, bool]) -> str:
     )
 
 
-def _write_json(file: Path, made: Imported) -> None:
+def _write_json(file: Path, made: ImportedHome) -> None:
     data = {"scene": str(made.path), **vars(made.report), "reachable": made.reached}
     try:
         file.parent.mkdir(parents=True, exist_ok=True)

@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
 
 from hil_sim.scenes.format import Scene, SceneError, contains
+from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.scene_file import load_scene, save_scene
 from hil_sim.scenes.sweethome.importer import Report, import_home
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
@@ -16,22 +16,19 @@ SCENE_FILE = "scene.json"
 
 
 @dataclass(frozen=True)
-class Imported:
-    """Where the scene was written, what became of the drawing, and for each room whether it can be
-    reached (None: not looked after)."""
+class ImportedHome:
+    """Where the scene was written, what became of the drawing, and for each room whether the
+    robot can reach it (None: not asked)."""
 
     path: Path
     report: Report
     reached: dict[str, bool] | None
 
 
-def bring_in(home: Path, folder: Path, level: str | None, check: bool) -> Imported:
+def bring_in(home: Path, folder: Path, level: str | None, check: bool) -> ImportedHome:
     """Write FOLDER/{scene.json, meshes/} of a `.sh3d` drawing. The robot begins where most of the
-    home can be reached from, if it was to be looked after (`check`). SceneError is one line."""
+    home can be reached from, where that was to be found out (`check`). SceneError is one line."""
     keep_stdout_for_python()
-    with hushed():
-        from hil_sim.scenes.furniture.assets import Assets
-
     assets = Assets()
     known = frozenset(assets.catalog.models) if assets.present else frozenset[str]()
     with hushed():  # OpenCV comments on damaged textures
@@ -44,10 +41,10 @@ def bring_in(home: Path, folder: Path, level: str | None, check: bool) -> Import
         spawn = tuple(r.polygon for r in scene.rooms if reached[r.name])
         if spawn and len(spawn) < len(scene.rooms):
             _write(replace(scene, spawn=spawn), path)
-    return Imported(path, report, reached)
+    return ImportedHome(path, report, reached)
 
 
-def reachable(scene: Scene, assets: Any) -> dict[str, bool]:
+def reachable(scene: Scene, assets: Assets) -> dict[str, bool]:
     """Room -> whether the robot can stand in it and drive there from most of the home."""
     with hushed():
         from hil_sim.ground_truth.freespace import build_free_space
