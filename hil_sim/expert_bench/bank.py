@@ -17,7 +17,7 @@ from typing import Any, get_origin
 import numpy as np
 from cattrs.preconf.json import make_converter
 
-from hil_sim.scenes.open import REPLICA
+from hil_sim.scenes.open import is_replica
 from runtime.core.types import Brief, Frontier, FrontierBrief, NearbyObject
 from runtime.errors import RfNavError
 
@@ -121,7 +121,7 @@ class Bank:
 
 def layout_of(home: str) -> str:
     """RoboTHOR's scenes share walls by fives: FloorPlan_Train3 for FloorPlan_Train3_5."""
-    return home.rpartition("_")[0] if home.startswith(REPLICA) else home
+    return home.rpartition("_")[0] if is_replica(home) else home
 
 
 def side_of(home: str) -> str:

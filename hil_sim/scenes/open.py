@@ -7,7 +7,12 @@ from hil_sim.scenes.format import Scene, SceneError
 from hil_sim.scenes.scene_file import known_scenes, load_scene
 
 _GENERATED = re.compile(r"(train|val)-(\d+)(?:-rooms(\d+))?(?:-(cluttered|varied))?")
-REPLICA = "FloorPlan_"
+_REPLICA = "FloorPlan_"
+
+
+def is_replica(name: str) -> bool:
+    """Whether a scene of this name is one of RoboTHOR's."""
+    return name.startswith(_REPLICA)
 
 
 def open_scene(name_or_path: str | Path) -> Scene:
@@ -22,7 +27,7 @@ def open_scene(name_or_path: str | Path) -> Scene:
 
         split, seed, rooms, kind = generated.groups()
         return generate(int(seed), split, int(rooms) if rooms else None, kind or "")
-    if name.startswith(REPLICA):
+    if is_replica(name):
         from hil_sim.scenes.robothor.scenes import robothor_scene
 
         return robothor_scene(name)

@@ -22,7 +22,7 @@ from tqdm import tqdm
 from hil_sim.ground_truth.labels import LABELLED, CameraView, labels, seen_room
 from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.generated.home import CLUTTERED, VARIED
-from hil_sim.scenes.open import REPLICA, open_scene
+from hil_sim.scenes.open import is_replica, open_scene
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.scenes.viewpoints import viewpoints
 from hil_sim.simulation.camera import Appearance, CameraModel, Light
@@ -46,7 +46,7 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
     cv2.setNumThreads(1)
     scene, rng = open_scene(name), random.Random(f"frames/{name}")
     boxes, rows = [box_of(obj) for obj in scene.objects], []
-    plain = not name.startswith(REPLICA) and not name.endswith((CLUTTERED, VARIED))
+    plain = not is_replica(name) and not name.endswith((CLUTTERED, VARIED))
     with ScenePhysics(scene, Assets(), "auto", Appearance()) as world:
         for index, (x, y, yaw) in enumerate(viewpoints(rng, scene, frames)):
             pitch = rng.uniform(-PITCH_RAD, PITCH_RAD)

@@ -8,9 +8,7 @@ import pytest
 
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.catalog import Catalog, CatalogError, parse_properties
-from hil_sim.scenes.furniture.decimation import simplify
-from hil_sim.scenes.furniture.meshes import TRIANGLES, convert
-from hil_sim.scenes.furniture.obj import read_obj
+from hil_sim.scenes.furniture.meshes import convert
 from hil_sim.scenes.furniture.shapes.named import SHAPES
 
 CUBE = """\
@@ -59,15 +57,6 @@ def vertices(obj: Path) -> np.ndarray:
     return np.array(rows, float)
 
 
-def test_polygons_negative_indices_and_materials_are_understood(cube: Path):
-    soups = read_obj(cube)
-    assert sorted(len(s.corners) for s in soups) == [2, 4]  # a quad, two quads; glass is left out
-    assert {s.material.texture.name if s.material.texture else None for s in soups} == {
-        "skin.png",
-        None,
-    }
-
-
 def test_y_up_becomes_z_up_with_the_origin_under_the_middle(cube: Path, tmp_path: Path):
     mesh = convert(cube, None, None, tmp_path / "store")
     assert mesh.size_m == pytest.approx((2.0, 4.0, 6.0))
@@ -102,32 +91,6 @@ def test_the_second_time_it_comes_from_the_cache(cube: Path, tmp_path: Path):
     assert convert(cube, None, None, store) == mesh
     assert mesh.parts[0].obj.stat().st_mtime_ns == stamp
     assert len(list(store.iterdir())) == 1
-
-
-def test_a_dense_mesh_becomes_light_and_keeps_its_shape():
-    n = 80
-    u, v = np.meshgrid(np.linspace(0, np.pi, n), np.linspace(0, 2 * np.pi, n), indexing="ij")
-    xyz = np.stack([np.sin(u) * np.cos(v), np.sin(u) * np.sin(v), np.cos(u)], axis=-1)
-    sphere = np.concatenate([xyz.reshape(-1, 3), np.stack([u, v], -1).reshape(-1, 2)], axis=1)
-    i = np.arange(n * n).reshape(n, n)
-    a, b, c, d = i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]
-    triangles = np.concatenate(
-        [np.stack([a, b, c], -1).reshape(-1, 3), np.stack([a, c, d], -1).reshape(-1, 3)]
-    )
-    light = simplify(sphere, triangles, TRIANGLES)
-    assert len(light) <= 2 * TRIANGLES < len(triangles)
-    radius = np.linalg.norm(sphere[np.unique(light), :3], axis=1)
-    assert radius == pytest.approx(np.ones(len(radius)), abs=1e-6)
-    spans = np.ptp(sphere[np.unique(light), :3], axis=0)
-    assert spans == pytest.approx([2, 2, 2], abs=0.1)
-
-
-@pytest.mark.parametrize("line", ["f 1 2 99", "v 1 two 3", "f a b c"])
-def test_a_damaged_obj_is_named_with_its_line(tmp_path: Path, line: str):
-    path = tmp_path / "bad.obj"
-    path.write_text(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{line}\n")
-    with pytest.raises(CatalogError, match=r"bad\.obj:4: not an OBJ line"):
-        read_obj(path)
 
 
 def test_an_empty_obj_is_refused(tmp_path: Path):
