@@ -10,6 +10,7 @@ import numpy as np
 import pybullet
 from numpy.typing import NDArray
 
+from hil_sim.scenes.colours import rgb_of
 from hil_sim.scenes.format import Scene, SceneObject
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.furniture.meshes import Mesh
@@ -19,7 +20,7 @@ from hil_sim.simulation.body import Body
 from hil_sim.simulation.camera import HM3D_CAMERA, Appearance, CameraModel, Frame, Light
 from hil_sim.simulation.raster import Raster, RasterError
 from hil_sim.simulation.sensors import BEAMS, LASER_M, LASER_Z_M
-from hil_sim.simulation.shell import ceiling, floor, rgb_of, wall_pieces, walls
+from hil_sim.simulation.shell import ceiling, floor, wall_pieces, walls
 from hil_sim.simulation.software_renderer import draw_software
 from hil_sim.simulation.visitors import DrawnVisitors, Visitors
 from runtime.core.types import Pose

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.scenes.colours import rgb_of
 from hil_sim.scenes.format import Point, Scene, Wall, on_wall, room_at
 from hil_sim.scenes.furniture.obj import textured
 
@@ -64,14 +65,6 @@ class Piece:
         turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
         moved: Array = (corner @ turn.T + np.array(self.centre_m))[np.array(index)]
         return moved
-
-
-def rgb_of(colour: str) -> tuple[float, float, float]:
-    """ "#rrggbb" -> three numbers in [0, 1]; anything else is mid grey."""
-    if len(colour) != 7 or colour[0] != "#":
-        return 0.6, 0.6, 0.6
-    r, g, b = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return r, g, b
 
 
 def wall_pieces(scene: Scene) -> list[Piece]:

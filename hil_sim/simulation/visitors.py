@@ -7,11 +7,12 @@ import cv2
 import numpy as np
 import pybullet
 
+from hil_sim.scenes.colours import rgb_of
 from hil_sim.scenes.furniture.shapes.primitives import ball, box, cylinder
 from hil_sim.scenes.furniture.soup import Soup
 from hil_sim.simulation.body import Body
 from hil_sim.simulation.raster import Raster
-from hil_sim.simulation.shell import Surface, rgb_of
+from hil_sim.simulation.shell import Surface
 
 HIDDEN_M = -40.0
 SKIN, SHIRT, TROUSERS, DOOR = "#c79a7b", "#3f6d8e", "#3a3f4b", "#b08a5c"
@@ -63,10 +64,9 @@ class Visitors:
         ]
 
     def _part(self, colour: str, z_m: float, shape: int, **size: object) -> Part:
-        rgb = [int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
         client = self._client
         visual = pybullet.createVisualShape(
-            shape, rgbaColor=(*rgb, 1.0), physicsClientId=client, **size
+            shape, rgbaColor=(*rgb_of(colour), 1.0), physicsClientId=client, **size
         )
         if "length" in size:  # the same thing by another name
             size["height"] = size.pop("length")

@@ -1,6 +1,5 @@
 """Furniture as boxes: which meshes there are, how large they are, and whether boxes overlap."""
 
-import colorsys
 import functools
 import json
 import math
@@ -164,8 +163,3 @@ def offset(anchor: SceneObject, u: float, v: float) -> tuple[float, float]:
     c, s = math.cos(anchor.yaw_rad), math.sin(anchor.yaw_rad)
     x, y, _ = anchor.position_m
     return x + u * c - v * s, y + u * s + v * c
-
-
-def hex_colour(hue: float, saturation: float, value: float) -> str:
-    rgb = colorsys.hsv_to_rgb(hue, saturation, value)
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in rgb)

@@ -10,6 +10,7 @@ import math
 import random
 from dataclasses import dataclass, replace
 
+from hil_sim.scenes.colours import hex_colour
 from hil_sim.scenes.format import SceneObject
 from hil_sim.scenes.furniture.boxes import (
     Box,
@@ -17,7 +18,6 @@ from hil_sim.scenes.furniture.boxes import (
     box_of,
     furniture,
     gap,
-    hex_colour,
     hits,
 )
 from hil_sim.scenes.generated.floorplan import (

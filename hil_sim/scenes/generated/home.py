@@ -7,8 +7,8 @@ meshes that never appear in training homes.
 import random
 from collections import Counter
 
+from hil_sim.scenes.colours import hex_colour
 from hil_sim.scenes.format import Room, Scene, contains
-from hil_sim.scenes.furniture.boxes import hex_colour
 from hil_sim.scenes.generated.clutter import seat, strew
 from hil_sim.scenes.generated.floorplan import FloorPlan, polygon_of
 from hil_sim.scenes.generated.furnisher import Furnisher

@@ -6,8 +6,9 @@ import random
 from collections.abc import Sequence
 from dataclasses import replace
 
+from hil_sim.scenes.colours import hex_colour
 from hil_sim.scenes.format import CATEGORIES, Room, Scene, SceneObject, Wall, contains
-from hil_sim.scenes.furniture.boxes import CatalogMesh, furniture, hex_colour
+from hil_sim.scenes.furniture.boxes import CatalogMesh, furniture
 from hil_sim.scenes.robothor.evidence import OUTER
 from hil_sim.scenes.robothor.facing import TABLES, faced
 from hil_sim.scenes.robothor.footprints import LEAST_M, Footprint, footprint

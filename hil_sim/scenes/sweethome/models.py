@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hil_sim.scenes.colours import rgb_of
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.furniture.catalog import CatalogError
 from hil_sim.scenes.furniture.obj import read_obj
@@ -95,7 +96,7 @@ class Models:
         lines = [f"mtllib {name}.mtl", "usemtl paint"]
         lines += [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {face}" for face in faces]
         self._save(f"{name}.obj", "\n".join(lines) + "\n")
-        self._save(f"{name}.mtl", f"newmtl paint\nKd {_kd(_rgb(colour))}\n")
+        self._save(f"{name}.mtl", f"newmtl paint\nKd {_kd(rgb_of(colour))}\n")
         return f"{FOLDER}/{name}.obj"
 
     def _paint(self, piece: Drawn) -> str | None:
@@ -113,7 +114,7 @@ class Models:
             _inside(soups, Path(scratch))
             colour = self._paint(piece)
             for soup in soups if colour else ():
-                soup.material.colour, soup.material.texture = _rgb(colour or PLAIN), None
+                soup.material.colour, soup.material.texture = rgb_of(colour or PLAIN), None
             size = _shape(soups, piece)
             name = f"{_slug(piece)}-{key[:8]}"
             self._write_obj(name, soups)
@@ -199,7 +200,7 @@ def _unpack(files: ModelFiles, scratch: Path, paints: dict[str, str]) -> Path:
     has = {line.split(None, 1)[1].strip() for line in re.findall(r"(?m)^\s*newmtl \S.*$", defined)}
     used = {line.split(None, 1)[1].strip() for line in re.findall(r"(?m)^\s*usemtl \S.*$", text)}
     paints = {**{m: c for m in used - has if (c := _colour_named(m))}, **paints}
-    rows = [f"newmtl {m}\nKd {_kd(_rgb(c))}" for m, c in sorted(paints.items())]
+    rows = [f"newmtl {m}\nKd {_kd(rgb_of(c))}" for m, c in sorted(paints.items())]
     (scratch / "repaint.mtl").write_text("\n".join(rows) + "\n")
     main.write_text(text + "\nmtllib repaint.mtl\n")
     return main
@@ -257,11 +258,6 @@ def _lean(pitch: float, roll: float) -> Array:
     about_z = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]])
     leaning: Array = about_z @ about_x
     return leaning
-
-
-def _rgb(colour: str) -> tuple[float, float, float]:
-    r, g, b = (int(colour[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return r, g, b
 
 
 def _kd(rgb: tuple[float, float, float]) -> str:

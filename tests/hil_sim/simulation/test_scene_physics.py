@@ -11,13 +11,14 @@ import pytest
 
 from hil_sim.driving.camera_process import CameraProcess, Glance
 from hil_sim.driving.link import HarnessError
+from hil_sim.scenes.colours import rgb_of
 from hil_sim.scenes.format import Door, Room, Scene, SceneError, SceneObject, Wall, room_at
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.simulation import protocol as protocols
 from hil_sim.simulation.body import Body, body_of
 from hil_sim.simulation.camera import HM3D_CAMERA, CameraModel
 from hil_sim.simulation.scene_physics import ScenePhysics
-from hil_sim.simulation.shell import rgb_of, wall_pieces
+from hil_sim.simulation.shell import wall_pieces
 from runtime.core.types import Pose
 
 SMALL = CameraModel(160, 120)
