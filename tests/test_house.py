@@ -40,19 +40,15 @@ def test_a_long_file_and_a_long_function_are_told() -> None:
     long_function = "def f():\n" + "    x = 1\n" * 45
     fits = "def f():\n" + "    x = 1\n" * 44
     code = {"runtime/a.py": long_file, "runtime/b.py": long_function, "runtime/c.py": fits}
-    assert house.too_long(code, ()) == [
+    assert house.too_long(code) == [
         "runtime/a.py: 351 lines, 350 at most: divide it by its parts",
         "runtime/b.py:f: 46 lines, 45 at most",
-    ]
-    assert house.too_long(code, {"runtime/a.py", "runtime/b.py:f"}) == []
-    assert house.too_long({"runtime/c.py": fits}, {"runtime/c.py"}) == [
-        "runtime/c.py: no longer too long: take it out of STILL_TOO_LONG"
     ]
 
 
 def test_methods_are_measured_too() -> None:
     method = "class A:\n    def f(self):\n" + "        x = 1\n" * 45
-    assert len(house.too_long({"models/a.py": method}, ())) == 1
+    assert len(house.too_long({"models/a.py": method})) == 1
 
 
 def test_two_public_classes_of_one_name_are_told() -> None:
