@@ -12,9 +12,10 @@ import cv2
 
 from runtime import config as configuration
 from runtime.clock import SystemClock
+from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
+from runtime.commands.config import config_command
 from runtime.errors import InternalError, RfNavError
-from runtime.experts.cloud_config import read_key
 from runtime.loops.control_loop import Helm
 from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
@@ -34,6 +35,8 @@ def cli() -> None:
 
 cli.add_command(models_command)
 cli.add_command(cloud_command)
+cli.add_command(config_command)
+cli.add_command(check_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")
@@ -50,7 +53,7 @@ cli.add_command(cloud_command)
 @click.option("--lockstep", is_flag=True, help="Answer each observation once, under a harness.")
 def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
     """Load the models, join the bus and serve goals until SIGTERM or Ctrl-C."""
-    always = () if lockstep else ('control.mode="velocity"',)
+    always = () if lockstep else ('research.control_mode="velocity"',)
 
     def configure(more: Sequence[str]) -> configuration.Config:
         return configuration.load(path, (*settings, *more, *always))
@@ -86,16 +89,6 @@ def _drive(
                 RealTime(bus, helm, models, configure, clock).run(ending)
         finally:
             helm.close()
-
-
-@cli.command(epilog="Example:  rfnav check --config robot.toml")
-@click.option("--config", "path", type=click.Path(path_type=Path), required=True)
-def check(path: Path) -> None:
-    """Read a configuration and say whether it can be used."""
-    cloud = configuration.load(path).cloud
-    if cloud.enabled and cloud.key_file:  # a credential is there only under systemd
-        read_key(cloud)
-    click.echo(f"{path}: ok")
 
 
 def main() -> None:

@@ -1,117 +1,148 @@
 """TOML -> one frozen Config. Each module declares its own part; an unknown key is an error that
-names the nearest known one."""
+names the nearest known one, a former key one that names what became of it.
 
-import dataclasses
+Keys are `table.name`. What methods and questions are compared by is in one table, `[research]`,
+wherever the field is that it sets.
+"""
+
 import difflib
+import functools
+import sys
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args, get_origin
 
 import cattrs
-from cattrs.errors import ClassValidationError, ForbiddenExtraKeysError
+from cattrs.errors import ClassValidationError
 
+from runtime.core.keys import RESEARCH, Key, key, keys_of
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Mount
-from runtime.core.voting import consensus
 from runtime.core.voting.likelihood_experts import ExpertConfig
-from runtime.core.voting.rehearsal import SpeculationConfig
 from runtime.errors import ConfigError
 from runtime.experts import cloud_config
 from runtime.experts.cloud_config import CloudConfig
+from runtime.experts.panel import PanelConfig
+from runtime.former_keys import FORMER, gone, renamed
 from runtime.navigate import NavigateConfig
-from runtime.robot.bus import BusConfig
+from runtime.robot.session import BusConfig
 
-_RATES = ("max_speed_mps", "max_turn_radps", "max_accel_mps2", "brake_mps2", "look_radps")
-EXPERTS = ("o2f", "r2f", "sle", "both")
-"""`both`: one expert asked about objects and rooms together, to compare with."""
-SEATED = ("o2f", "r2f", "sle")
-
-
-@dataclass(frozen=True)
-class PanelConfig:
-    """[panel]: who votes and how long the vote may take."""
-
-    experts: tuple[str, ...] = SEATED
-    decide_budget_s: float = 2.0  # votes that come later are dropped
-    reserve_s: float = 0.1  # of it, for the election and a thread that wakes late; half at most
-    budget_in_lockstep: bool = False  # else experts run to completion, as simulated time waits
-
-    @property
-    def votes_s(self) -> float:
-        """How long votes are waited for, so that the decision is made within its budget."""
-        return max(self.decide_budget_s - self.reserve_s, self.decide_budget_s / 2)
+NAVIGATE = "navigate"
+"""Where the core's tables are gathered, which are at the top level of the file."""
+Style = Literal["", "score", "reason"]
 
 
 @dataclass(frozen=True)
 class ModelsConfig:
     """[models]: names from the manifest, or paths to files of the same contract."""
 
-    language: str = "smollm2-135m"
-    language_style: Literal["", "score", "reason"] = ""  # "": the manifest's; a file's is "score"
-    vision: str = ""  # that SLE asks about each frontier's picture; "": it has none
-    vision_projector: str = ""  # its mmproj GGUF, where `vision` is a file
-    vision_handler: str = ""  # of llama-cpp-python: "mtmd", "llava-1.5", "qwen2.5-vl", ...
-    vision_style: Literal["", "score", "reason"] = ""  # "score": yes or no of each picture alone
-    context_tokens: int = 2048  # of a model that reasons or sees
-    reply_tokens: int = 200
-    gpu_layers: int = 0  # of such a model, where llama-cpp-python was built for a GPU; -1: all
-    text: str = "minilm"
-    detector: str = "rfnav-det"
-    detector_kind: Literal["auto", "rfnav", "prompted", "yolo"] = "auto"  # the file's contract
-    second_look: str = "second-look"  # classifier for goals the detector has no word for; "": none
-    detector_classes: str = ""  # file with one class name a line, for a fixed list
-    vocabulary: str = ""  # TOML word list; "" is the built-in one
-    threads: int = 2
-    score_file: str = ""  # SQLite file of the language model's scores; "" is one in the cache
+    language: str = key("smollm2-135m", "The language model that experts ask.")
+    language_style: Style = key(
+        "", '"score" weighs words, "reason" answers in words; "": as the manifest has it.'
+    )
+    vision: str = key("", 'The model that is shown each frontier\'s picture; "": there is none.')
+    vision_projector: str = key("", "Its mmproj GGUF, where `vision` is a file.")
+    vision_handler: str = key(
+        "", 'How llama-cpp-python talks to it: "mtmd", "llava-1.5", "qwen2.5-vl", ...'
+    )
+    detector: str = key("rfnav-det", "The object detector.")
+    detector_kind: Literal["auto", "rfnav", "prompted", "yolo"] = key(
+        "auto", 'The contract of its file; "auto" reads it from the file.'
+    )
+    detector_classes: str = key("", "File with one class name a line, for a fixed list.")
+    vocabulary: str = key("", 'TOML word list; "" is the built-in one.')
+    threads: int = key(2, "Processor threads of each model.", positive=True)
+    gpu_layers: int = key(
+        0, "Layers on the GPU, where llama-cpp-python was built for one; -1: all."
+    )
+    vision_style: Style = key(
+        "",
+        'How a model that sees votes: "score" says yes or no of each picture alone, "reason" has '
+        "all at once, and answers in words.",
+        research="vision_style",
+    )
+    context_tokens: int = key(
+        2048,
+        "Context of a model that reasons or sees.",
+        "tokens",
+        research="context_tokens",
+        positive=True,
+    )
+    second_look: str = key(
+        "second-look",
+        'Classifier for goals that the detector has no word for; "": none.',
+        research="second_look",
+    )
+    score_file: str = key(
+        "", 'SQLite file of the language model\'s scores; "" is one in the cache.',
+        research="score_file",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class DetectorConfig:
-    """[detector]"""
+    """What of the detector is turned to compare."""
 
-    min_score: float = 0.2  # weaker detections are not looked at
-    source: Literal["model", "topic"] = "model"  # "topic": from the bus, e.g. a harness's labels
-    labels: tuple[str, ...] = ()  # names on the bus besides the vocabulary's
-    second_looks: int = 5  # places of an image shown to it then, 15 at most
-    memo_frames: int = 0  # images whose detections are kept: a harness shows the same ones again
+    source: Literal["model", "topic"] = key(
+        "model",
+        '"topic": detections come from the bus, e.g. a harness\'s labels.',
+        research="detector_source",
+    )
+    labels: tuple[str, ...] = key(
+        (), "Names on the bus besides the vocabulary's.", research="detector_labels"
+    )
+    memo_frames: int = key(
+        0,
+        "Images whose detections are kept: a harness shows the same ones again.",
+        research="detector_memo_frames",
+    )
+    second_looks: int = key(
+        5,
+        "Places of an image shown to that classifier, 15 at most; 0: none.",
+        research="second_looks",
+    )
 
 
 @dataclass(frozen=True)
 class GoalConfig:
     """[goal]"""
 
-    same_as_similarity: float = 0.65  # MiniLM cosine from which a goal is taken for a known class
-    keep_map: bool = False  # a goal begins with the map and the objects of the one before
+    keep_map: bool = key(False, "A new goal begins with the map and the objects of the one before.")
 
 
 @dataclass(frozen=True)
 class RealtimeConfig:
     """[realtime]: rates of the loops that do not follow the camera's."""
 
-    control_hz: float = 20.0
-    state_hz: float = 5.0  # of rfnav/state, besides its changes
-    feedback_s: float = 1.0  # between messages on rfnav/feedback
+    control_hz: float = key(20.0, "Rate of the commands to the base.", "Hz", positive=True)
+    state_hz: float = key(5.0, "Rate of rfnav/state, besides its changes.", "Hz", positive=True)
 
 
 @dataclass(frozen=True)
 class Config:
-    """The whole configuration. The core's tables ([map], [planner], ...) are at the top level of
-    the file and gathered in `navigate`."""
+    """The whole configuration. The core's tables ([robot], [map], [control], ...) are at the top
+    level of the file and gathered in `navigate`."""
 
+    navigate: NavigateConfig = field(default_factory=NavigateConfig)
     camera: Mount = field(default_factory=Mount)
+    bus: BusConfig = field(default_factory=BusConfig)
+    safety: SafetyConfig = field(default_factory=SafetyConfig)
+    realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
+    goal: GoalConfig = field(default_factory=GoalConfig)
     panel: PanelConfig = field(default_factory=PanelConfig)
-    experts: ExpertConfig = field(default_factory=ExpertConfig)
     models: ModelsConfig = field(default_factory=ModelsConfig)
     cloud: CloudConfig = field(default_factory=CloudConfig)
     detector: DetectorConfig = field(default_factory=DetectorConfig)
-    goal: GoalConfig = field(default_factory=GoalConfig)
-    bus: BusConfig = field(default_factory=BusConfig)
-    safety: SafetyConfig = field(default_factory=SafetyConfig)
-    speculation: SpeculationConfig = field(default_factory=SpeculationConfig)
-    realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
-    navigate: NavigateConfig = field(default_factory=NavigateConfig)
+    experts: ExpertConfig = field(default_factory=ExpertConfig)
+
+
+@functools.cache
+def known_keys() -> dict[str, Key]:
+    """All keys by name, with their defaults; those of [research] last."""
+    keys = sorted(keys_of(Config(), unseen=NAVIGATE), key=lambda k: k.table == RESEARCH)
+    return {k.name: k for k in keys}
 
 
 def load(path: Path | None, settings: Iterable[str] = ()) -> Config:
@@ -124,38 +155,89 @@ def load(path: Path | None, settings: Iterable[str] = ()) -> Config:
             raise ConfigError(f"{path}: cannot be read ({error.strerror})") from error
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    source = str(path) if path else "configuration"
+    values = dict(_flat(table, source))
     for setting in settings:
-        _set(table, setting)
-    config = from_table(table, str(path) if path else "configuration")
+        values |= _flat(_parsed(setting), source)
+    config = from_values(values, source)
     _check(config)
     return config
 
 
-def from_table(table: dict[str, Any], source: str) -> Config:
-    """A parsed table -> Config; ConfigError names the key and what would be right."""
-    core = {f.name for f in dataclasses.fields(NavigateConfig)}
-    own = {f.name for f in dataclasses.fields(Config)} - {"navigate"}
-    for key in table:
-        if key not in core | own:
-            raise ConfigError(f"{source}: {key}: {_unknown(key, core | own)}")
-        if not isinstance(table[key], dict):
-            raise ConfigError(f"{source}: {key}: must be a table, [{key}]")
-    nested = {k: v for k, v in table.items() if k in own}
-    nested["navigate"] = {k: v for k, v in table.items() if k in core}
+def from_values(values: Mapping[str, Any], source: str) -> Config:
+    """Values by key, as TOML has them -> Config; ConfigError names the key and what would be
+    right."""
+    known = known_keys()
+    nested: dict[str, Any] = {}
+    for name, value in values.items():
+        *path, last = known[name].path
+        table = nested
+        for part in path:
+            table = table.setdefault(part, {})
+        table[last] = value
     try:
         return _converter().structure(nested, Config)
     except ClassValidationError as error:
-        raise ConfigError(f"{source}: {_first(error, Config, ())}") from None
+        at, what = _first(error)
+        name = next(k.name for k in known.values() if k.path == at)
+        raise ConfigError(f"{source}: {name}: {what}") from None
+
+
+def _flat(table: Mapping[str, Any], source: str, within: str = "") -> Iterator[tuple[str, Any]]:
+    """Each value of parsed TOML by the key that it is today."""
+    known = known_keys()
+    for part, value in table.items():
+        name = f"{within}.{part}" if within else part
+        successor = renamed(name)
+        if name in known:
+            yield name, value
+        elif successor is not None:
+            _tell(name, successor)
+            yield successor, value
+        elif (told := gone(name)) is not None:
+            raise ConfigError(f"{source}: {name}: {told}")
+        elif not any(n.startswith(f"{name}.") for n in (*known, *FORMER)):
+            raise ConfigError(f"{source}: {_stranger(name, known)}")
+        elif not isinstance(value, dict):
+            raise ConfigError(f"{source}: {name}: must be a table, [{name}]")
+        else:
+            yield from _flat(value, source, name)
+
+
+@functools.cache
+def _tell(name: str, successor: str) -> None:
+    """Once a process: a goal's own settings are read with the file anew."""
+    print(f"rfnav: {name}: is called {successor} now", file=sys.stderr)
+
+
+def _stranger(name: str, known: Iterable[str]) -> str:
+    """What is said of a key that there never was: the nearest of those beside it."""
+    table = name.rpartition(".")[0]
+    inside = f"{table}." if table else ""
+    beside = {n.removeprefix(inside).split(".")[0] for n in known if n.startswith(inside)}
+    if not beside:  # of a table that has gone with all of its keys
+        return _stranger(table, known)
+    return f"{name}: {_unknown(name.removeprefix(inside), beside)}"
+
+
+def _parsed(setting: str) -> dict[str, Any]:
+    key, equals, value = setting.partition("=")
+    if not equals or not key.strip():
+        raise ConfigError(f"--set {setting}: must be KEY=VALUE, e.g. panel.decide_budget_s=1.0")
+    try:
+        parsed = tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        parsed = value  # a bare word is a string
+    for part in reversed(key.strip().split(".")):
+        parsed = {part: parsed}
+    return dict(parsed)
 
 
 def _check(config: Config) -> None:
-    for name in config.panel.experts:
-        if name not in EXPERTS:
-            raise ConfigError(f"panel.experts: {_unknown(name, EXPERTS)}")
-    _one_of("consensus.rank", config.navigate.consensus.rank, ("nearest", "farthest"))
-    _one_of("consensus.mode", config.navigate.consensus.mode, consensus.MODES)
-    _one_of("consensus.fallback", config.navigate.consensus.fallback, ("closest", "geometry"))
-    _one_of("bus.mode", config.bus.mode, ("peer", "client"))
+    """What the types do not say."""
+    for name, known in known_keys().items():
+        if known.positive and not known.value(config) > 0:
+            raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
     cloud_config.check(config.cloud)
     shown = config.cloud.sends_images or config.models.vision
     if shown and not config.navigate.keyframes.image_width_px:
@@ -163,53 +245,16 @@ def _check(config: Config) -> None:
             "keyframes.image_width_px: is 0, so that no image is kept; a model that sees needs "
             "some, e.g. 320"
         )
-    positive = {
-        "map.resolution_m": config.navigate.map.resolution_m,
-        "robot.radius_m": config.navigate.robot.radius_m,
-        "experts.temperature": config.experts.temperature,
-        "panel.decide_budget_s": config.panel.decide_budget_s,
-        "models.threads": config.models.threads,
-        "models.context_tokens": config.models.context_tokens,
-        "models.reply_tokens": config.models.reply_tokens,
-        "realtime.control_hz": config.realtime.control_hz,
-        "realtime.state_hz": config.realtime.state_hz,
-        **{f"safety.{key}": value for key, value in vars(config.safety).items()},
-        **{f"control.{key}": getattr(config.navigate.control, key) for key in _RATES},
-    }
-    for key, value in positive.items():
-        if not value > 0:
-            raise ConfigError(f"{key}: is {value}, must be more than 0")
-    if not config.navigate.consensus.detour_m >= 0:
-        raise ConfigError(
-            f"consensus.detour_m: is {config.navigate.consensus.detour_m}, must be 0 or more"
-        )
-
-
-def _one_of(key: str, value: str, known: Iterable[str]) -> None:
-    if value not in known:
-        raise ConfigError(f"{key}: {_unknown(value, known)}")
-
-
-def _set(table: dict[str, Any], setting: str) -> None:
-    key, equals, value = setting.partition("=")
-    if not equals or not key.strip():
-        raise ConfigError(f"--set {setting}: must be KEY=VALUE, e.g. panel.decide_budget_s=1.0")
-    *path, last = key.strip().split(".")
-    try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
-        parsed = value  # a bare word is a string
-    for part in path:
-        table = table.setdefault(part, {})
-        if not isinstance(table, dict):
-            raise ConfigError(f"--set {setting}: {part} is not a table")
-    table[last] = parsed
+    detour_m = config.navigate.consensus.detour_m
+    if not detour_m >= 0:
+        raise ConfigError(f"research.consensus_detour_m: is {detour_m}, must be 0 or more")
 
 
 def _converter() -> cattrs.Converter:
     converter = cattrs.Converter(forbid_extra_keys=True)
     for kind, accepted in ((bool, bool), (int, int), (float, (int, float)), (str, str)):
         converter.register_structure_hook(kind, _exactly(kind, accepted))
+    converter.register_structure_hook_func(_is_literal, _one_of)
     return converter
 
 
@@ -222,17 +267,25 @@ def _exactly(kind: type, accepted: Any) -> Any:
     return convert
 
 
-def _first(error: BaseException, cls: Any, path: tuple[str, ...]) -> str:
-    """The first leaf of a cattrs error as "table.key: what is wrong"."""
-    if isinstance(error, ForbiddenExtraKeysError):
-        key = sorted(error.extra_fields)[0]
-        known = [f.name for f in dataclasses.fields(error.cl)]
-        return f"{'.'.join((*path, key))}: {_unknown(key, known)}"
+def _is_literal(kind: Any) -> bool:
+    return get_origin(kind) is Literal
+
+
+def _one_of(value: Any, kind: Any) -> Any:
+    if not isinstance(value, str):
+        raise TypeError(f"is {value!r}, must be of type str")
+    if value not in get_args(kind):
+        raise ValueError(_unknown(value, get_args(kind)))
+    return value
+
+
+def _first(error: BaseException, path: tuple[str, ...] = ()) -> tuple[tuple[str, ...], str]:
+    """The first leaf of a cattrs error: the fields that lead to it, and what is wrong."""
     if isinstance(error, BaseExceptionGroup):
         inner = error.exceptions[0]
         name = _field_of(inner)
-        return _first(inner, cls, (*path, name) if name and name != "navigate" else path)
-    return f"{'.'.join(path)}: {' '.join(str(error).split())}"
+        return _first(inner, (*path, name) if name else path)
+    return path, " ".join(str(error).split())
 
 
 def _field_of(error: BaseException) -> str:
@@ -243,4 +296,5 @@ def _field_of(error: BaseException) -> str:
 def _unknown(key: str, known: Iterable[str]) -> str:
     names = sorted(known)
     near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
-    return f"unknown; did you mean {near[0]}?" if near else f"unknown; known are {', '.join(names)}"
+    told = ", ".join(name or '""' for name in names)
+    return f"unknown; did you mean {near[0]}?" if near else f"unknown; known are {told}"

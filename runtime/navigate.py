@@ -46,12 +46,12 @@ def perceive(
     world.lens = obs.intrinsics, mount
     world.body.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
-    outline = grid.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map)
-    coverage.look(world.explored.looked, world.map.frame, outline, cfg.coverage)
+    outline = grid.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map.max_depth_m)
+    coverage.look(world.explored.looked, world.map.frame, outline)
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
     if detections.scene.size or cfg.keyframes.image_width_px:
-        frame = keyframes.take(obs, detections, mount, cfg.keyframes)
-        keyframes.keep(world.keyframes, frame, cfg.keyframes)
+        frame = keyframes.take(obs, detections, mount, cfg.keyframes.image_width_px)
+        keyframes.keep(world.keyframes, frame)
     return with_frontiers(world, cfg)
 
 
@@ -77,21 +77,15 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
     frames = world.keyframes
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
-    views = {
-        f.id: keyframes.best_view(frames, f.cells_xy, world.map, cfg.keyframes) for f in candidates
-    }
-    told = brief.compose(
-        world.goal, world.stamp_ns, world.map, world.semantic, candidates, views, cfg.brief
-    )
+    views = {f.id: keyframes.best_view(frames, f.cells_xy, world.map) for f in candidates}
+    told = brief.compose(world.goal, world.stamp_ns, world.map, world.semantic, candidates, views)
     told = brief.worthwhile(told, cfg.explore.worth_m2)
     unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
     order: tuple[int, ...] = ()
     if cfg.consensus.fallback == "geometry":
         decision = world.standing.decision
         standing = decision.frontier if decision else None
-        order = information_gain.ranked(
-            candidates, unknown_m2, standing, world.terrain, world.pose, cfg.gain
-        )
+        order = information_gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose)
     candidates = tuple(f for f in candidates if f.id in unknown_m2)
     return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
 
@@ -160,12 +154,10 @@ def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:
     """What makes a decision worth repeating when it changes: the confirmed objects, and the room
     type around each reachable frontier."""
     objects = tuple(
-        i.id
-        for i in world.semantic.instances.values()
-        if i.confidence >= cfg.brief.object_confidence
+        i.id for i in world.semantic.instances.values() if i.confidence >= brief.OBJECT_CONFIDENCE
     )
     rooms = tuple(
-        (f.id, world.semantic.room_around(world.map.frame, f.goal_xy, cfg.brief.room_range_m))
+        (f.id, world.semantic.room_around(world.map.frame, f.goal_xy, brief.ROOM_RANGE_M))
         for f in world.frontiers
         if math.isfinite(f.distance_m)
     )

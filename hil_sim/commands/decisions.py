@@ -280,7 +280,7 @@ def decisions_command(count: int, budget: float, seed: int, json_file: Path | No
     with tempfile.TemporaryDirectory() as folder:
         settings = [
             f"panel.decide_budget_s={budget}",
-            f"models.score_file='{folder}/scores.sqlite'",
+            f"research.score_file='{folder}/scores.sqlite'",
         ]
         config = load(None, settings)
         figures, told = speed(config, count, seed)

@@ -16,7 +16,8 @@ from runtime.errors import RfNavError
     "questions",
     epilog="Examples:  hil-sim questions --bank out/questions --side fit   |   "
     "hil-sim questions --bank out/questions --side test --out docs/experts.md   |   "
-    "hil-sim questions --bank out/questions --homes 0 --side fit --set experts.bar=1.3 --quick",
+    "hil-sim questions --bank out/questions --homes 0 --side fit --quick "
+    "--set research.experts_bar=1.3",
 )
 @click.option("--bank", "folder", type=click.Path(path_type=Path), required=True,
               help="Folder of the bank; what is missing of it is made.")  # fmt: skip

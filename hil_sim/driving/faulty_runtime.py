@@ -69,16 +69,16 @@ def cloud_settings(port: int, folder: str) -> list[str]:
     """`--set` values of a runtime that may ask this endpoint: with no key, and a ledger of its
     own."""
     values = {
-        "enabled": "true",
-        "base_url": f"http://127.0.0.1:{port}/v1",
-        "model": "down",
-        "key_file": "''",
-        "credential": "''",
-        "price_in_usd": "1.0",
-        "price_out_usd": "1.0",
-        "spending_file": f"{folder}/spending.sqlite",
+        "cloud.enabled": "true",
+        "cloud.base_url": f"http://127.0.0.1:{port}/v1",
+        "cloud.model": "down",
+        "cloud.key_file": "''",
+        "cloud.credential": "''",
+        "cloud.price_in_usd": "1.0",
+        "cloud.price_out_usd": "1.0",
+        "research.cloud_spending_file": f"{folder}/spending.sqlite",
     }
-    return [word for key, value in values.items() for word in ("--set", f"cloud.{key}={value}")]
+    return [word for key, value in values.items() for word in ("--set", f"{key}={value}")]
 
 
 MODELS = {"hang": Hanging, "nonsense": Babbling}

@@ -23,7 +23,16 @@ from hil_sim.driving.child import end, last_line, spawn
 from runtime.core.types import Action, Intrinsics, Pose, Twist
 from runtime.errors import RfNavError, SensorError
 from runtime.robot import wire
-from runtime.robot.session import BusConfig, TopicsConfig, open_session
+from runtime.robot.session import (
+    ACTION,
+    DECISION,
+    DETECTIONS,
+    OWN_TOPICS,
+    STATE,
+    BusConfig,
+    TopicsConfig,
+    open_session,
+)
 
 READY_S = 300.0  # loading models; the child's exit ends the wait at once
 REPLY_S = 60.0  # to a request
@@ -34,7 +43,6 @@ RESEND_S = 5.0  # the bus of the runtime knows what it has seen: sending twice d
 REQUIRED = ("camera_info", "odom", "depth", "color")  # what the runtime must listen to
 STILL = Twist()
 NOTHING: Mapping[str, bytes] = MappingProxyType({})
-DETECTIONS = "rfnav/detections"  # the truth's labels of a frame, for methods that ask for them
 
 
 class HarnessError(RfNavError):
@@ -85,7 +93,7 @@ class Runtime:
             arguments += ["--config", str(config)]
         for setting in (*settings, *_bus_settings(endpoint)):
             arguments += ["--set", setting]
-        self._bus, self._topics = bus, bus.topics
+        self._bus = bus
         self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
         self._log = log
         self._answer_s = answer_s
@@ -114,7 +122,7 @@ class Runtime:
 
     def ask(self, query: str, body: dict[str, object], timeout_s: float = REPLY_S) -> Any:
         """Send a JSON request to `rfnav/<query>` and return the JSON reply."""
-        key = getattr(self._topics, query)
+        key = OWN_TOPICS[query]
         until_s = time.monotonic() + timeout_s
         replies = self._session.get(key, payload=json.dumps(body), timeout=timeout_s)
         while time.monotonic() < until_s:
@@ -166,11 +174,11 @@ class Runtime:
                 continue
             if value.get("stamp_ns") != stamp_ns:
                 continue
-            if topic == self._topics.state:
+            if topic == STATE:
                 state = value
-            elif topic == self._topics.decision:
+            elif topic == DECISION:
                 decisions.append(value)
-            elif topic == self._topics.action:
+            elif topic == ACTION:
                 return Answer(_action(value), state, tuple(decisions), _twist(value))
         raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
 
@@ -187,7 +195,7 @@ class Runtime:
 
     def hear(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """What was said since, as ("state" | "decision" | ..., message)."""
-        names = {self._topics.state: "state", self._topics.decision: "decision"}
+        names = {STATE: "state", DECISION: "decision"}
         while not self._heard.empty():
             topic, value = self._heard.get_nowait()
             if topic in names and "error" not in value:
@@ -235,7 +243,7 @@ class Runtime:
 
         def hear(sample: zenoh.Sample) -> None:
             topic = str(sample.key_expr)
-            if topic not in (bus.topics.action, bus.topics.state, bus.topics.decision):
+            if topic not in (ACTION, STATE, DECISION):
                 return
             try:
                 self._heard.put((topic, wire.decode_json(sample.payload.to_bytes(), topic)))

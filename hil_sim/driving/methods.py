@@ -11,7 +11,7 @@ from hil_sim.ground_truth.labels import LABELLED
 from runtime.errors import ConfigError
 
 ORACLE = "oracle-perception"
-CLOSEST = 'consensus.fallback="closest"'
+CLOSEST = 'research.consensus_fallback="closest"'
 
 
 @dataclass(frozen=True)
@@ -30,19 +30,19 @@ def _experts(*names: str) -> str:
 
 def _alone(expert: str) -> Method:
     """One expert's word is law; the closest frontier when it abstains."""
-    return Method((_experts(expert), 'consensus.mode="lenient"', CLOSEST))
+    return Method((_experts(expert), 'research.consensus_mode="lenient"', CLOSEST))
 
 
 def _majority(k: int) -> Method:
     """The combined expert, sampled k times from its softmax at temperature 1; most votes win."""
-    mode = f'consensus.mode="majority-{k}"'
-    surest = "experts.temperature=1.0", "experts.bar=0.0"
+    mode = f'research.consensus_mode="majority-{k}"'
+    surest = "research.experts_temperature=1.0", "research.experts_bar=0.0"
     return Method((_experts("both"), mode, *surest, CLOSEST))
 
 
 def _labelled(method: Method) -> Method:
     names = ", ".join(repr(name) for name in LABELLED)
-    told = ('detector.source="topic"', f"detector.labels=[{names}]")
+    told = ('research.detector_source="topic"', f"research.detector_labels=[{names}]")
     return replace(method, settings=(*method.settings, *told), labels=True)
 
 
@@ -51,7 +51,7 @@ SINGLE: dict[str, Method] = {
     "paper": Method((CLOSEST,)),
     "closest": Method((_experts(), CLOSEST)),
     "geometry": Method((_experts(),)),
-    "single-llm": Method((_experts("both"), 'consensus.mode="best"', CLOSEST)),
+    "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),
     "o2f": _alone("o2f"),

@@ -1,7 +1,8 @@
 """Whether two result folders say the same: `python -m hil_sim.evaluation.compare OUT1 OUT2`.
 
 Wall times and the order of lines are left out, everything else must be equal to the last digit:
-the configuration, every episode, every step of its track. Exit status: 0 equal, 1 different, with
+the configuration, every episode, every step of its track. Keys that were renamed since are the same
+keys. Exit status: 0 equal, 1 different, with
 the first difference named, 2 an error.
 """
 
@@ -14,13 +15,14 @@ from typing import Any
 from hil_sim.evaluation.results import RESULTS_FILE, RUN_FILE
 from hil_sim.ground_truth.witness import TRACK_FILE
 from runtime.errors import RfNavError
+from runtime.former_keys import modern
 
 Rows = dict[tuple[str, str], dict[str, Any]]
 
 
 def difference(one: Path, two: Path) -> str | None:
     """The first difference, in a line; None when there is none."""
-    unlike = _unlike(_json(one / RUN_FILE), _json(two / RUN_FILE))
+    unlike = _unlike(_run(one), _run(two))
     if unlike:
         return f"{RUN_FILE}: {unlike}"
     ours, theirs = _rows(one), _rows(two)
@@ -62,6 +64,12 @@ def _rows(folder: Path) -> Rows:
         row.pop("wall", None)
         found[row["method"], row["episode"]] = row
     return found
+
+
+def _run(folder: Path) -> dict[str, Any]:
+    """The configuration that a folder was driven with, its settings by the keys' names of today."""
+    table = _json(folder / RUN_FILE)
+    return table | {"settings": [modern(setting) for setting in table.get("settings", [])]}
 
 
 def _json(path: Path) -> dict[str, Any]:

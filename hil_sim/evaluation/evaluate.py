@@ -20,6 +20,7 @@ from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
 from hil_sim.evaluation.summary import Summary, summarise
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
 from hil_sim.ground_truth.episodes import Episode, save_suite
+from runtime.former_keys import modern
 from runtime.journal import plain
 
 MANIFEST = files("models") / "manifest.toml"
@@ -180,7 +181,7 @@ def claim(evaluation: Evaluation) -> None:
         "episodes": _digest(json.dumps([asdict(e) for e in evaluation.all_episodes])),
         "protocol": settings.protocol,
         "config": _digest(config),
-        "settings": list(settings.settings),
+        "settings": [modern(setting) for setting in settings.settings],
         "faults": list(settings.faults),
         "noise": list(settings.noise),
         "sensors": list(settings.sensors),
@@ -194,6 +195,7 @@ def claim(evaluation: Evaluation) -> None:
         settings.out.mkdir(parents=True, exist_ok=True)
         if path.is_file():
             other = json.loads(path.read_text(encoding="utf-8"))
+            other["settings"] = [modern(setting) for setting in other.get("settings", [])]
             different = [key for key, value in mine.items() if other.get(key) != value]
             if different:
                 raise HarnessError(

@@ -246,7 +246,7 @@ class _Standby:
         mode = () if settings.realtime else ("--lockstep",)
         command, more = model_fault(parse_faults(settings.faults), mode)
         self._command = command or rfnav_command(mode)
-        self._settings = (f"detector.memo_frames={MEMO_FRAMES}", *settings.settings, *more)
+        self._settings = (f"research.detector_memo_frames={MEMO_FRAMES}", *settings.settings, *more)
         self._config = settings.config
         self._runtime: Runtime | None = None
         self._entered = False

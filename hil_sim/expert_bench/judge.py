@@ -1,7 +1,7 @@
 """How far each method's choices are from the best ones: regret(f) = cost(f) - least cost.
 
 with Voters() as voters:
-    table = judge(load_bank(folder, "fit"), ("experts.bar=1.3",), voters=voters)
+    table = judge(load_bank(folder, "fit"), ("research.experts_bar=1.3",), voters=voters)
     print(table.rows["consensus"][CLEAN].regret_m.mean())
 """
 
@@ -15,23 +15,24 @@ from hil_sim.driving.methods import CLOSEST, SINGLE
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from hil_sim.expert_bench.voting import Voters, Votes, at_random
-from runtime.config import SEATED, Config, load
+from runtime.config import Config, load
 from runtime.core.types import Absence, Ballot, Missing, Vote
 from runtime.core.voting import consensus
+from runtime.experts.panel import SEATED
 
 CONSENSUS, NEAR, RANDOM = "consensus", "consensus, 1 m", "random"
 METHODS: dict[str, tuple[str, ...]] = {
     **{name: SINGLE[name].settings for name in (
         "closest", "geometry", "single-llm", "majority-k3", "majority-k5", "o2f", "r2f", "sle",
         "o2f+r2f", "o2f+sle", "r2f+sle")},
-    "lenient": ('consensus.mode="lenient"', CLOSEST),
+    "lenient": ('research.consensus_mode="lenient"', CLOSEST),
     "consensus+geometry": SINGLE["rfnav"].settings,
-    NEAR: (*SINGLE["paper"].settings, "consensus.detour_m=1.0"),
+    NEAR: (*SINGLE["paper"].settings, "research.consensus_detour_m=1.0"),
     CONSENSUS: SINGLE["paper"].settings,
 }  # fmt: skip
 """The runtime's settings for each row; `consensus` is the paper's rule, `NEAR` that where no vote
 wins what is more than a metre farther than the closest, `consensus+geometry` the runtime."""
-WEIGHTED = ('consensus.mode="weighted"', "experts.bar=0.0", CLOSEST)
+WEIGHTED = ('research.consensus_mode="weighted"', "research.experts_bar=0.0", CLOSEST)
 RIGHT_M = 0.25
 """A choice that costs no more than this over the best is right."""
 BRIEFS = (CLEAN, "wrong labels", "missing objects")

@@ -39,8 +39,13 @@ class BenchDetector:
     def settings() -> Config:
         """As `oracle-perception/geometry` sets the runtime, without experts."""
         names = ", ".join(repr(name) for name in LABELLED)
-        labels = f"detector.labels=[{names}]"
-        sets = "panel.experts=[]", "models.threads=1", 'consensus.fallback="geometry"', labels
+        labels = f"research.detector_labels=[{names}]"
+        sets = (
+            "panel.experts=[]",
+            "models.threads=1",
+            'research.consensus_fallback="geometry"',
+            labels,
+        )
         return load(None, (*sets, *HM3D.settings))
 
     def see(self, scene: Scene, pose: Pose, frame: Frame) -> Detections:

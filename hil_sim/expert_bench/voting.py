@@ -8,10 +8,10 @@ from typing import Self
 
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from runtime.clock import Deadline, SystemClock
-from runtime.config import EXPERTS, Config, load
+from runtime.config import Config, load
 from runtime.core.types import Missing, Vote
 from runtime.errors import RfNavError
-from runtime.experts.panel import Expert
+from runtime.experts.panel import EXPERTS, Expert
 from runtime.perception.loaded_models import LoadedModels
 
 ALL = f"panel.experts=[{', '.join(repr(name) for name in EXPERTS)}]"

@@ -53,7 +53,7 @@ class Kind:
     settings: tuple[str, ...] = ()
 
 
-BUDGET = ("panel.budget_in_lockstep=true",)
+BUDGET = ("research.budget_in_lockstep=true",)
 """Else a decision in lockstep waits for whatever hangs."""
 KINDS: dict[str, Kind] = {
     "camera-freeze": Kind(

@@ -89,7 +89,7 @@ class Protocol:
     def settings(self) -> tuple[str, ...]:
         """What the runtime must know of this robot, as `--set` values."""
         camera = (f"camera.z_m={self.camera_z_m!r}", f"camera.pitch_rad={self.tilt_rad!r}")
-        return (*camera, 'control.mode="velocity"') if self.base else camera
+        return (*camera, 'research.control_mode="velocity"') if self.base else camera
 
     def sensed(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
         """(H, W) depth, m -> what the sensor reads; 0 outside its range."""

@@ -15,13 +15,13 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
     frame, explored = world.map.frame, world.explored
     tight = explored.resort >= Resort.TIGHT
-    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, cfg.planner, tight)
-    edge = frontiers.boundary(world.map, explored.given_up, cfg.frontiers)
-    parts = frontiers.components(edge, frame, cfg.frontiers.min_cells)
+    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, tight)
+    edge = frontiers.boundary(world.map, explored.given_up)
+    parts = frontiers.components(edge, frame, frontiers.MIN_CELLS)
     if explored.resort >= Resort.AFAR:
         dim = coverage.overlooked(world.map, explored.looked, explored.given_up) & ~edge
-        parts += frontiers.components(dim, frame, cfg.coverage.min_cells)
-    named = frontiers.identify(explored.memory, parts, frame, cfg.frontiers)
+        parts += frontiers.components(dim, frame, coverage.MIN_CELLS)
+    named = frontiers.identify(explored.memory, parts, frame)
     with_distances(world, named)
     return world
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from runtime.core.distances.planner import Field, descend
+from runtime.core.distances.planner import DEAD_END_M, Field, descend
 from runtime.core.geometry import bearing
 from runtime.core.motion import discrete_policy, step_search, velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
@@ -145,12 +145,11 @@ class WholeSteps:
         """After a whole turn in vain nothing is planned any more through what lies beyond where
         whole steps lead; nor through here, when no heading can be driven: then the robot squeezes
         out."""
-        dead_end_m = self.cfg.planner.dead_end_m
         for x_m, y_m in beyond_xy:
-            world.map.close(float(x_m), float(y_m), dead_end_m)
+            world.map.close(float(x_m), float(y_m), DEAD_END_M)
         if action is not None:
             return action
-        world.map.close(world.pose.x_m, world.pose.y_m, dead_end_m)
+        world.map.close(world.pose.x_m, world.pose.y_m, DEAD_END_M)
         return discrete_policy.squeeze(world.terrain, world.pose, self.cfg.control)
 
 

@@ -25,7 +25,7 @@ def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
     body.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
     if local_policy(cfg).blocked(world, obs):
         body.collisions += 1
-        world.map.bump(obs.pose, cfg.robot.radius_m, cfg.map)
+        world.map.bump(obs.pose, cfg.robot.radius_m)
     world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
 
 

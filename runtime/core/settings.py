@@ -2,17 +2,13 @@
 
 from dataclasses import dataclass, field
 
-from runtime.core.distances.planner import PlannerConfig
-from runtime.core.mapping.coverage import CoverageConfig
-from runtime.core.mapping.frontiers import FrontierConfig
+from runtime.core.keys import key
 from runtime.core.mapping.grid import MapConfig
 from runtime.core.mapping.keyframes import KeyframeConfig
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.instances import SemanticsConfig
 from runtime.core.objects.verdict import TargetConfig
-from runtime.core.voting.brief import BriefConfig
 from runtime.core.voting.consensus import ConsensusConfig
-from runtime.core.voting.information_gain import GainConfig
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,7 @@ class ExploreConfig:
 class RobotConfig:
     """[robot]"""
 
-    radius_m: float = 0.18
+    radius_m: float = key(0.18, "Radius of the robot's body, a disc.", "m", positive=True)
 
 
 @dataclass(frozen=True)
@@ -49,13 +45,8 @@ class NavigateConfig:
     robot: RobotConfig = field(default_factory=RobotConfig)
     map: MapConfig = field(default_factory=MapConfig)
     semantics: SemanticsConfig = field(default_factory=SemanticsConfig)
-    frontiers: FrontierConfig = field(default_factory=FrontierConfig)
-    coverage: CoverageConfig = field(default_factory=CoverageConfig)
     keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
-    gain: GainConfig = field(default_factory=GainConfig)
-    brief: BriefConfig = field(default_factory=BriefConfig)
     consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
-    planner: PlannerConfig = field(default_factory=PlannerConfig)
     control: ControlConfig = field(default_factory=ControlConfig)
     target: TargetConfig = field(default_factory=TargetConfig)
     explore: ExploreConfig = field(default_factory=ExploreConfig)

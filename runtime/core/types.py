@@ -8,6 +8,8 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from runtime.core.keys import key
+
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -54,12 +56,14 @@ class Mount:
     """The camera in the base frame (x forward, y left, z up); a level, forward camera has angles 0.
     Positive pitch looks down (right-handed about y)."""
 
-    x_m: float = 0.0
-    y_m: float = 0.0
-    z_m: float = 0.88
-    roll_rad: float = 0.0
-    pitch_rad: float = 0.0
-    yaw_rad: float = 0.0
+    x_m: float = key(0.0, "How far the camera is ahead of the base's middle.", "m")
+    y_m: float = key(0.0, "How far it is to the left of it.", "m")
+    z_m: float = key(0.88, "Its height above the floor.", "m")
+    roll_rad: float = key(
+        0.0, "Its turn about the axis that it looks along; positive leans right.", "rad"
+    )
+    pitch_rad: float = key(0.0, "Its tilt; positive looks down.", "rad")
+    yaw_rad: float = key(0.0, "Its turn about the vertical; positive looks left.", "rad")
 
 
 @dataclass(frozen=True)
@@ -150,7 +154,7 @@ class Vote:
     probabilities: tuple[tuple[int, float], ...]  # (id, p), sorted by id
     reason: str
     rung: str = "local"  # which rung of the ladder answered
-    against: tuple[int, ...] = ()  # frontiers it speaks against; see `consensus.veto`
+    against: tuple[int, ...] = ()  # frontiers it speaks against; see `ConsensusConfig.veto`
 
 
 class Absence(StrEnum):

@@ -208,7 +208,7 @@ class World:
         cfg: MapConfig,
     ) -> "World":
         """A world of which nothing is known but that the robot stands in it."""
-        grid = NavigationMap.around(pose, radius_m, cfg)
+        grid = NavigationMap.around(pose, radius_m)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
         return cls(goal, grid, semantic, pose, Explored(given_up, looked, looks_left=looks))

@@ -55,7 +55,7 @@ class Cloud:
 
     def __init__(self, cfg: CloudConfig, clock: Clock) -> None:
         check(cfg)
-        self._cfg, self._clock = cfg, clock
+        self.cfg, self._clock = cfg, clock
         path = Path(cfg.spending_file) if cfg.spending_file else default_path()
         self._prices = Prices(cfg.price_in_usd, cfg.price_out_usd)
         self._spending = Spending(path, Caps(cfg.cap_goal_usd, cfg.cap_day_usd))
@@ -105,7 +105,7 @@ class Cloud:
         with self._lock:
             goal_usd, day_usd = self._spent
             return {
-                "model": self._cfg.model,
+                "model": self.cfg.model,
                 "calls": self._calls,
                 "goal_usd": round(goal_usd, 6),
                 "day_usd": round(day_usd, 6),
@@ -123,7 +123,7 @@ class Cloud:
                     Absence.UNREACHED,
                     f"left alone after: {self._error}" if resting else "no time",
                 )
-        prompt = prompted_experts.compose(name, brief, self._cfg.sends_images)
+        prompt = prompted_experts.compose(name, brief, self.cfg.sends_images)
         if isinstance(prompt, Missing):
             return prompt
         try:
@@ -136,7 +136,7 @@ class Cloud:
 
     def _call(self, prompt: prompted_experts.Prompt, booking: int, by: Deadline) -> Vote | Missing:
         began_s = self._clock.now_s()
-        within_s = min(self._cfg.timeout_s, by.left_s() - SPARE_S)
+        within_s = min(self.cfg.timeout_s, by.left_s() - SPARE_S)
         cost: int | None = None  # what was reserved, if nothing better is known
         reply = None
         outcome: Vote | Missing
@@ -144,7 +144,7 @@ class Cloud:
             reply = self._endpoint.chat(
                 prompted_experts.chat(prompt.messages),
                 prompted_experts.schema(prompt.ids),
-                self._cfg.reply_tokens,
+                self.cfg.reply_tokens,
                 within_s,
             )
             outcome = prompted_experts.read(reply.text, prompt.expert, prompt.ids, RUNG)
@@ -164,9 +164,9 @@ class Cloud:
         """The most that a call can cost, nano-dollars: a byte of text makes a token at most, and
         the schema may be billed as text."""
         told = prompt.text_bytes + len(str(prompted_experts.schema(prompt.ids)))
-        tokens_in = told + prompt.images * self._cfg.image_tokens
+        tokens_in = told + prompt.images * self.cfg.image_tokens
         tokens_in += MESSAGE_TOKENS * len(prompt.messages)
-        return self._prices.nano(tokens_in, self._cfg.reply_tokens)
+        return self._prices.nano(tokens_in, self.cfg.reply_tokens)
 
     def _settle(self, booking: int, cost: int | None) -> float:
         booked = 0
@@ -215,7 +215,7 @@ class Cloud:
     ) -> None:
         told = outcome.cause if isinstance(outcome, Missing) else "vote"
         tokens = (reply.tokens_in, reply.tokens_out) if reply else (None, None)
-        model = self._cfg.model
+        model = self.cfg.model
         bill = Bill(
             prompt.expert, model, told, round(usd, 9), *tokens, prompt.images, round(took_s, 3)
         )

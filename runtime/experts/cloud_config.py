@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Literal
 from urllib.parse import urlsplit
 
+from runtime.core.keys import key
 from runtime.errors import ConfigError
 
 KEY_CHARS = 4096
@@ -18,23 +19,48 @@ class CloudConfig:
     """[cloud]: a model elsewhere, by an OpenAI-compatible endpoint. Nothing is sent unless
     `enabled`."""
 
-    enabled: bool = False
-    base_url: str = ""  # up to and with /v1, e.g. "https://api.example.com/v1"
-    model: str = ""  # as the endpoint calls it
-    key_file: str = ""  # file that holds the key and that others cannot read
-    credential: str = ""  # or a systemd credential: a file in $CREDENTIALS_DIRECTORY
-    price_in_usd: float = -1.0  # per million tokens; 0 for a server of one's own
-    price_out_usd: float = -1.0
-    cap_goal_usd: float = 0.05
-    cap_day_usd: float = 0.50
-    spending_file: str = ""  # SQLite; "" is one in RF-NAV's state
-    privacy: Literal["text", "full"] = "text"  # "text": no image leaves the robot
-    images: bool = True  # with privacy "full", whether SLE sends its pictures
-    image_tokens: int = 1600  # the most that one image is billed as
-    reply_tokens: int = 300
-    timeout_s: float = 20.0  # of a call, where the decision allows more
-    local_share: float = 0.4  # of a decision's time, that local models have before the cloud
-    on_disagreement: bool = True  # asked too when the local votes do not agree
+    enabled: bool = key(False, "Nothing is sent, and nothing spent, unless this is true.")
+    base_url: str = key(
+        "", 'Where the model is, up to and with /v1, e.g. "https://api.example.com/v1".'
+    )
+    model: str = key("", "The model, as the endpoint calls it.")
+    key_file: str = key("", "File that holds the key alone, and that others cannot read.")
+    credential: str = key("", "Or a systemd credential: a file in $CREDENTIALS_DIRECTORY.")
+    price_in_usd: float = key(
+        -1.0,
+        "Price of a million tokens sent; 0 for a server of one's own; below 0 is not given.",
+        "USD",
+    )
+    price_out_usd: float = key(-1.0, "Price of a million tokens received.", "USD")
+    cap_goal_usd: float = key(0.05, "The most that one goal may cost.", "USD")
+    cap_day_usd: float = key(0.50, "The most that a day, in UTC, may cost.", "USD")
+    privacy: Literal["text", "full"] = key(
+        "text", '"text": no image leaves the robot; "full": SLE may send its pictures.'
+    )
+    timeout_s: float = key(
+        20.0, "The longest that a call may take, where the decision allows more.", "s"
+    )
+    spending_file: str = key(
+        "", "SQLite file of what was spent; \"\" is one in RF-NAV's state.",
+        research="cloud_spending_file",
+    )  # fmt: skip
+    images: bool = key(
+        True, 'With privacy "full", whether SLE sends its pictures.', research="cloud_images"
+    )
+    image_tokens: int = key(
+        1600, "The most that one image is billed as.", "tokens", research="cloud_image_tokens"
+    )
+    reply_tokens: int = key(
+        300, "The longest reply that is asked for.", "tokens", research="cloud_reply_tokens"
+    )
+    local_share: float = key(
+        0.4, "Share of a decision's time that local models have before the cloud.",
+        research="cloud_local_share",
+    )  # fmt: skip
+    on_disagreement: bool = key(
+        True, "Whether the cloud is asked, too, when the local votes do not agree.",
+        research="cloud_on_disagreement",
+    )  # fmt: skip
 
     @property
     def sends_images(self) -> bool:
@@ -70,16 +96,20 @@ def check(cfg: CloudConfig) -> None:
         ("cap_goal_usd", 0, 1e6),
         ("cap_day_usd", 0, 1e6),
         ("timeout_s", 0.1, 600),
-        ("local_share", 0, 1),
-        ("reply_tokens", 16, 100_000),
-        ("image_tokens", 0, 1_000_000),
     ):
-        value = getattr(cfg, name)
-        if not low <= value <= high:
-            raise ConfigError(f"cloud.{name}: is {value}, must be from {low:g} to {high:g}")
+        _within(f"cloud.{name}", getattr(cfg, name), low, high)
+    for name, low, high in (
+        ("local_share", 0, 1), ("reply_tokens", 16, 100_000), ("image_tokens", 0, 1_000_000),
+    ):  # fmt: skip
+        _within(f"research.cloud_{name}", getattr(cfg, name), low, high)
     has_key = bool(cfg.key_file or cfg.credential)
     if has_key and parts.scheme == "http" and parts.hostname not in LOOPBACK:
         raise ConfigError("cloud.base_url: a key is sent over https only, not over http")
+
+
+def _within(name: str, value: float, low: float, high: float) -> None:
+    if not low <= value <= high:
+        raise ConfigError(f"{name}: is {value}, must be from {low:g} to {high:g}")
 
 
 def read_key(cfg: CloudConfig) -> str:

@@ -4,10 +4,10 @@ every choice on the way is looked at again."""
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
-from runtime.config import Config
 from runtime.core.distances import planner
 from runtime.core.types import Decision, Frontier, Vote
 from runtime.core.voting import expert_weights
+from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.voting.expert_weights import Reliance
 from runtime.core.world import World
 
@@ -33,24 +33,20 @@ class Hindsight:
     learned: dict[tuple[str, ...], Reliance] = field(default_factory=dict)  # by who was seated
     configured: dict[tuple[str, ...], dict[str, float]] = field(default_factory=dict)
 
-    def applied(self, config: Config) -> Config:
-        """A search's configuration with the weights of now, where weights count."""
-        rule = config.navigate.consensus
-        self.configured[config.panel.experts] = dict(rule.weights)
-        state = self.learned.get(config.panel.experts)
+    def applied(self, rule: ConsensusConfig, seated: tuple[str, ...]) -> ConsensusConfig:
+        """A search's rule with the weights of now, where weights count."""
+        self.configured[seated] = dict(rule.weights)
+        state = self.learned.get(seated)
         if rule.mode != "weighted" or state is None:
-            return config
-        weights = expert_weights.weights(state, dict(rule.weights))
-        return replace(
-            config,
-            navigate=replace(config.navigate, consensus=replace(rule, weights=weights)),
-        )
+            return rule
+        return replace(rule, weights=expert_weights.weights(state, dict(rule.weights)))
 
-    def learn(self, world: World, choices: Iterable[Choice], config: Config) -> dict[str, object]:
+    def learn(
+        self, world: World, choices: Iterable[Choice], seated: tuple[str, ...]
+    ) -> dict[str, object]:
         """From a search that stands at its target; what is to be journaled. The way on from a
         frontier is that from its goal point over the map as it is known now: where a shorter one
         was never seen, it is too long."""
-        seated = config.panel.experts
         state = self.learned.get(seated) or Reliance.of(seated)
         here = planner.march_from(world.terrain, world.pose.xy, unhurried=False)
         for choice in choices:

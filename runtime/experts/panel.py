@@ -15,18 +15,46 @@ import math
 import threading
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Literal, Self, get_args
 
 from runtime.clock import Clock, Deadline
+from runtime.core.keys import key
 from runtime.core.types import Absence, Ballot, Brief, Missing, Vote
 
 Expert = Callable[[Brief, Deadline], Vote | Missing]
 Settled = Callable[[Sequence[Vote], Collection[str], Brief], bool]
 """Votes in hand, experts still out, the brief -> whether waiting for those is in vain."""
 
+ExpertName = Literal["o2f", "r2f", "sle", "both"]
+EXPERTS: tuple[ExpertName, ...] = get_args(ExpertName)
+"""`both`: one expert asked about objects and rooms together, to compare with."""
+SEATED: tuple[ExpertName, ...] = ("o2f", "r2f", "sle")
+RESERVE_S = 0.1  # of a decision's time, for the election and a thread that wakes late; half at most
 APPEAL_SHARE = 0.5
 """Of the time that a round has: first votes that are out for longer no longer hold up the
 appeals."""
+
+
+@dataclass(frozen=True)
+class PanelConfig:
+    """[panel]: who votes and how long the vote may take."""
+
+    experts: tuple[ExpertName, ...] = key(
+        SEATED, 'Who votes: "o2f" by objects, "r2f" by rooms, "sle" by views.'
+    )
+    decide_budget_s: float = key(
+        2.0, "How long a decision may take; votes that come later are dropped.", "s", positive=True
+    )
+    budget_in_lockstep: bool = key(
+        False,
+        "Whether a decision's budget counts in lockstep; else experts run to completion.",
+        research="budget_in_lockstep",
+    )
+
+    @property
+    def votes_s(self) -> float:
+        """How long votes are waited for, so that the decision is made within its budget."""
+        return max(self.decide_budget_s - RESERVE_S, self.decide_budget_s / 2)
 
 
 @dataclass

@@ -1,13 +1,13 @@
 """Who answers for each expert: the ladder of models under it, and the cloud it may appeal to."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from runtime.clock import Deadline
-from runtime.config import Config
 from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
+from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.cloud import RUNG, Bill, Cloud
 from runtime.experts.fallback import Rung, climb
 from runtime.experts.likelihood import Scored
@@ -80,22 +80,21 @@ class Seats:
         """Calls of the cloud since this was asked last."""
         return self.cloud.bills() if self.cloud is not None else ()
 
-    def experts(self, config: Config) -> dict[str, Expert]:
-        """Those that the configuration seats, by name."""
-        local, below = self._local(config), self.alike.experts(config.experts)
+    def experts(self, names: Sequence[str], cfg: ExpertConfig) -> dict[str, Expert]:
+        """Those of these names, as `cfg` has them vote."""
+        local, below = self._local(cfg), self.alike.experts(cfg)
         below["sle"] = lambda brief, by: likelihood_experts.vote_scene(
-            brief, self.likeness(brief), config.experts
+            brief, self.likeness(brief), cfg
         )
         return {
-            name: self._noting(name, climb(name, self._rungs(name, local, below)))
-            for name in config.panel.experts
+            name: self._noting(name, climb(name, self._rungs(name, local, below))) for name in names
         }
 
-    def appeals(self, config: Config) -> dict[str, Expert]:
+    def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
         """By name: the cloud, for experts that it has not answered for on this brief already."""
-        if self.cloud is None or not config.cloud.on_disagreement:
+        if self.cloud is None or not self.cloud.cfg.on_disagreement:
             return {}
-        return {name: self._appeal(name, self.cloud) for name in config.panel.experts}
+        return {name: self._appeal(name, self.cloud) for name in names}
 
     def _scoring(self) -> list[Scored]:
         """Those that are asked in the background: the lower one only after it was needed."""
@@ -110,9 +109,9 @@ class Seats:
             rungs.append(Rung(RUNG, self.cloud.expert(name), CLOUD_SHARE, self.cloud.ready))
         return [*rungs, Rung(EMBEDDING, below[name])]
 
-    def _local(self, config: Config) -> dict[str, Rung]:
+    def _local(self, cfg: ExpertConfig) -> dict[str, Rung]:
         """The rungs of the language models on the robot."""
-        share = LOCAL_SHARE if self.cloud is None else config.cloud.local_share
+        share = LOCAL_SHARE if self.cloud is None else self.cloud.cfg.local_share
         table: dict[str, Rung] = {}
         if self.scored is not None:
             scorer = self.scored.scorer
@@ -120,13 +119,13 @@ class Seats:
             def ready(by: Deadline) -> bool:
                 return math.isinf(by.at_s) or not scorer.stuck
 
-            for name, ask in self.scored.experts(config.experts).items():
+            for name, ask in self.scored.experts(cfg).items():
                 table[name] = Rung(LOCAL, ask, share, ready)
         if self.reasoner is not None:
             for name in ("o2f", "r2f", "both"):
                 table[name] = Rung(LOCAL, self.reasoner.expert(name), share, self.reasoner.ready)
         if self.eyes is not None:
-            look = self.eyes.look(config.experts)
+            look = self.eyes.look(cfg)
             look = self.eyes.expert("sle") if self.looks_in_words else look
             table["sle"] = Rung(LOCAL, look, share, self.eyes.ready)
         return table

@@ -4,14 +4,13 @@ none is asked for, the next may be rehearsed."""
 import os
 import threading
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from runtime import navigate
 from runtime.clock import Deadline
 from runtime.core.types import Ballot, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting import rehearsal as rehearsing
-from runtime.core.voting.rehearsal import SpeculationConfig
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
 from runtime.navigate import NavigateConfig
@@ -26,7 +25,6 @@ class DecisionRequest:
     panel: Panel
     by: Deadline
     cfg: NavigateConfig
-    tolerance: SpeculationConfig = field(default_factory=SpeculationConfig)
     without: int | None = None  # of a rehearsal: the frontier that is taken to be explored
 
 
@@ -173,7 +171,7 @@ def _apart(rehearsal: DecisionRequest, question: DecisionRequest) -> str:
     if rehearsal.asker is not question.asker or rehearsal.panel is not question.panel:
         return "another search"
     prepared, now = rehearsal.snapshot.brief, question.snapshot.brief
-    return rehearsing.differs(prepared, now, question.tolerance)
+    return rehearsing.differs(prepared, now)
 
 
 def _unfit(ballot: Ballot, question: DecisionRequest) -> str:

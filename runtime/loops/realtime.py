@@ -29,10 +29,11 @@ from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
 from runtime.loops.control_loop import Helm, Plan
 from runtime.loops.decision_worker import Decider, DecisionRequest
-from runtime.loops.search import Search, SearchModels, seen, understand
+from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.robot.bus import Bus, Request
 
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
+FEEDBACK_S = 1.0  # between messages on rfnav/feedback
 LABELS_S = 0.2  # labels of an image, where they come over the bus
 DECIDER_NICE = 10
 OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
@@ -143,7 +144,7 @@ class RealTime:
             if self._drive is not None:
                 self._end(SearchState.PREEMPTED, "preempted")
             before = before or (self._last[0] if self._last else None)
-            search = Search.begin(replace(order, config=self._hindsight.applied(order.config)))
+            search = Search.begin(self._wiser(order))
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         if order.config.goal.keep_map and before is not None and before.world is not None:
@@ -157,6 +158,12 @@ class RealTime:
             "how": order.goal.how,
             "log_dir": str(order.log_dir),
         }
+
+    def _wiser(self, order: Order) -> Order:
+        """An order with what earlier searches taught of the experts."""
+        config, cfg = order.config, order.config.navigate
+        rule = self._hindsight.applied(cfg.consensus, config.panel.experts)
+        return replace(order, config=replace(config, navigate=replace(cfg, consensus=rule)))
 
     def _cancel(self, reason: str) -> dict[str, object]:
         if self._drive is not None:
@@ -176,7 +183,7 @@ class RealTime:
         world = drive.search.world
         if state is SearchState.FOUND and world is not None:
             choices, order = drive.search.choices, drive.search.order
-            facts["reliance"] = self._hindsight.learn(world, choices, order.config)
+            facts["reliance"] = self._hindsight.learn(world, choices, order.config.panel.experts)
         try:
             goal = drive.search.goal.text
             self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
@@ -232,8 +239,8 @@ class RealTime:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first, cfg.navigate)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
-        panel, tolerance = search.order.panel, cfg.speculation
-        self._decider.ask(DecisionRequest(search, snap, panel, by, cfg.navigate, tolerance))
+        panel = search.order.panel
+        self._decider.ask(DecisionRequest(search, snap, panel, by, cfg.navigate))
 
     def _rehearse(self, search: Search, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
@@ -242,8 +249,8 @@ class RealTime:
         if standing is None or not self._decider.idle:
             return
         now_s = self._clock.now_s()
-        rested = now_s - self._rehearsed_s >= cfg.speculation.every_s
-        if not rested or not rehearsal.worthwhile(standing.ballot, cfg.speculation):
+        rested = now_s - self._rehearsed_s >= rehearsal.EVERY_S
+        if not rested or not rehearsal.worthwhile(standing.ballot):
             return
         aim = consensus.successor(standing, world.frontiers, cfg.navigate.consensus.rank)
         if aim is None:
@@ -255,8 +262,7 @@ class RealTime:
             return  # nothing to choose
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel, snap = search.order.panel, replace(snap, brief=brief)
-        tolerance = cfg.speculation
-        question = DecisionRequest(search, snap, panel, by, cfg.navigate, tolerance, without=aim)
+        question = DecisionRequest(search, snap, panel, by, cfg.navigate, without=aim)
         self._decider.rehearse(question)
 
     def _follow(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
@@ -287,7 +293,7 @@ class RealTime:
         now_s, world = self._clock.now_s(), drive.search.world
         command = world.body.last if world else None
         told = state, command.mode if command else "", command.toward_xy if command else None
-        rested = now_s - drive.told_s >= drive.search.config.realtime.feedback_s
+        rested = now_s - drive.told_s >= FEEDBACK_S
         if not (always or rested or told[:2] != drive.told[:2]):
             return
         drive.told, drive.told_s = told, now_s

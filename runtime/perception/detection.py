@@ -18,6 +18,7 @@ from runtime.config import Config, DetectorConfig
 from runtime.core.types import F32, F64, U8, Detections
 from runtime.perception.goal_words import Goal
 
+MIN_SCORE = 0.2  # weaker detections are not looked at
 Classes = tuple[tuple[str, ...], ...]
 
 
@@ -68,7 +69,7 @@ class SeekingDetector:
     def detect(self, rgb: U8) -> Detections:
         """(H, W, 3) -> what is seen surely enough."""
         raw = self._remembered(rgb)
-        keep = raw.scores >= self._config.min_score
+        keep = raw.scores >= MIN_SCORE
         return Detections(
             raw.boxes_px[keep],
             raw.scores[keep],

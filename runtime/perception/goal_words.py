@@ -11,6 +11,7 @@ from runtime.core.word_senses import Meaning, Senses, meaning
 from runtime.errors import ConfigError
 
 LONGEST = 80  # characters of a goal
+SAME_AS_SIMILARITY = 0.65  # MiniLM cosine from which a goal is taken for a known class
 KIN = 0.05  # of cosine, that being of a kind is worth
 ARTICLE = re.compile(r"^(the|a|an|my|our|your|some)\s(?=.)")
 
@@ -63,7 +64,7 @@ def check(text: str) -> str:
     return goal
 
 
-def understand(text: str, words: Words, embed: Embed, same_as: float) -> Goal:
+def understand(text: str, words: Words, embed: Embed) -> Goal:
     """A goal is looked for as the class whose name it is, or that people also call so, and as the
     kinds of that class, too; else, by the dictionary, as one that means the same or that it is a
     kind of, or as a class of its own that all its kinds belong to; else as one that is nearly the
@@ -88,7 +89,7 @@ def understand(text: str, words: Words, embed: Embed, same_as: float) -> Goal:
         return _own(goal, word, classes, means)
     head = word.rpartition(" ")[2]
     kin = _of_kind(head, classes, senses, embed) if head != word else ()
-    alike = _alike(goal, word, classes, kin, embed, same_as)
+    alike = _alike(goal, word, classes, kin, embed)
     if alike is not None:
         return alike
     for names in kin:
@@ -129,7 +130,6 @@ def _spelt(word: str) -> str:
 
 def _alike(
     goal: str, word: str, classes: Sequence[Class], kin: Sequence[Class], embed: Embed,
-    same_as: float,
 ) -> Goal | None:  # fmt: skip
     """The class with the most similar name, where that is similar enough; of nearly equals one of
     `kin`. What a name only begins with does not count: a toy box is no toy, and a salad is no
@@ -144,7 +144,7 @@ def _alike(
         return None
     cosine = np.asarray(embed([name for name, _ in told])) @ np.asarray(embed([word]))[0]
     akin = np.array([known in kin for _, known in told])
-    enough = cosine >= same_as
+    enough = cosine >= SAME_AS_SIMILARITY
     if not enough.any():
         return None
     best = int(np.argmax(np.where(enough, cosine + KIN * akin, -1.0)))

@@ -29,6 +29,8 @@ from runtime.perception.detection import SeekingDetector, located
 from runtime.perception.goal_words import Goal, Words, understand
 from runtime.perception.model_errors import models_told
 
+TEXT_MODEL = "minilm"  # it embeds words and pictures' prompts; all classes are measured with it
+REPLY_TOKENS = 200  # of a model that reasons: a set of frontiers and a sentence are 60
 GGUF = ".gguf"  # how a model's file ends; a name from the manifest may have dots, too
 
 
@@ -46,7 +48,7 @@ class LoadedModels:
         self._seats: Seats | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
-        self._encoder = TextEncoder(_directory(models.text), threads)
+        self._encoder = TextEncoder(_directory(TEXT_MODEL), threads)
         also, kinds = vocabulary.also, vocabulary.kinds
         self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
@@ -76,7 +78,7 @@ class LoadedModels:
         known = {name for names in self._words.classes for name in names}
         others = tuple((name,) for name in config.detector.labels if name not in known)
         words = replace(self._words, classes=(*self._words.classes, *others))
-        understood = understand(goal, words, self._encoder.embed, config.goal.same_as_similarity)
+        understood = understand(goal, words, self._encoder.embed)
         seats = self._open_seats() if config.panel.experts else None
         told = self._detector.seek(understood, config)
         understood = replace(understood, how=understood.how + told)
@@ -94,7 +96,7 @@ class LoadedModels:
         def agreed(ballot: Ballot) -> bool:
             return consensus.agreed(ballot, rule)
 
-        appeals = seats.appeals(config) if seats else {}
+        appeals = seats.appeals(config.panel.experts) if seats else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         return understood, self._panel
 
@@ -136,7 +138,7 @@ class LoadedModels:
         return scorer
 
     def _reason(self, model: ReasoningModel, sees: bool) -> Reasoner:
-        return Reasoner(model, self._clock, self._models.reply_tokens, sees)
+        return Reasoner(model, self._clock, REPLY_TOKENS, sees)
 
     @models_told()
     def detect(self, rgb: U8) -> Detections:
@@ -177,7 +179,8 @@ class LoadedModels:
     @models_told()
     def seated(self, config: Config) -> dict[str, Expert]:
         """Those that the configuration seats, by name; they may be asked without a panel too."""
-        return self._open_seats().experts(config) if config.panel.experts else {}
+        names = config.panel.experts
+        return self._open_seats().experts(names, config.experts) if names else {}
 
     def _likeness(self, brief: Brief) -> dict[int, float]:
         """Cosine of each frontier's view with the goal's room prompt: the rung below a

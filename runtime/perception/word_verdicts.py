@@ -9,7 +9,6 @@ from models.evaluation.truth import NameLists
 from models.words.senses import Senses
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
-from runtime.config import GoalConfig
 from runtime.perception.goal_words import Goal, Words, understand
 
 Understanding = Callable[[str], Goal]
@@ -38,8 +37,7 @@ def by_default(
         known = replace(known, also=vocabulary.also, kinds=vocabulary.kinds)
     if senses:
         known = replace(known, senses=Senses())
-    similar = GoalConfig().same_as_similarity
-    return lambda text: understand(text, known, encoder.embed, similar)
+    return lambda text: understand(text, known, encoder.embed)
 
 
 def word_verdicts(

@@ -18,7 +18,7 @@ from runtime.errors import SensorError
 from runtime.robot import wire
 from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
-from runtime.robot.session import BusConfig, TopicsConfig, open_session
+from runtime.robot.session import DETECTIONS, OWN_TOPICS, BusConfig, TopicsConfig, open_session
 from runtime.robot.streams import SensorStreams, StreamHealth
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
@@ -43,10 +43,10 @@ class Bus:
         self._out = Publications(self._session, config, lockstep)
         for stream, topic in self._streams.topics.items():
             self._subscribe(topic, partial(self._streams.file, stream))
-        labels = config.topics.detections
+        labels = DETECTIONS
         self._subscribe(labels, partial(self._streams.file_labels, labels))
         for kind in QUERIES:
-            self._serve(kind, getattr(config.topics, kind))
+            self._serve(kind, OWN_TOPICS[kind])
 
     def __enter__(self) -> Self:
         return self

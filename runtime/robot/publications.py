@@ -9,7 +9,7 @@ from runtime.core.types import Action, Twist
 from runtime.errors import BusError
 from runtime.journal import plain
 from runtime.robot import wire
-from runtime.robot.session import BusConfig
+from runtime.robot.session import OWN_TOPICS, BusConfig
 
 __all__ = ["Publications"]
 
@@ -71,7 +71,7 @@ class Publications:
         # In lockstep one priority for all: what was published first arrives first.
         urgent = command and not lockstep
         return session.declare_publisher(
-            self._config.key(getattr(self._config.topics, name)),
+            self._config.key(OWN_TOPICS.get(name, self._config.topics.cmd_vel)),
             congestion_control=zenoh.CongestionControl.BLOCK
             if command or lockstep
             else zenoh.CongestionControl.DROP,

@@ -6,43 +6,52 @@ from typing import Literal
 
 import zenoh
 
+from runtime.core.keys import key
 from runtime.errors import BusError
+
+ACTION = "rfnav/action"  # our own names on the bus, the same on every robot
+STATE = "rfnav/state"
+DECISION = "rfnav/decision"
+FEEDBACK = "rfnav/feedback"
+DETECTIONS = "rfnav/detections"  # read when `research.detector_source` is "topic"
+GOAL = "rfnav/goal"
+CANCEL = "rfnav/cancel"
+STATUS = "rfnav/status"
+OWN_TOPICS = {
+    "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
+    "detections": DETECTIONS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class TopicsConfig:
-    """Names on the bus, without leading slash. A colour topic that ends in /compressed is one."""
+    """Names on the bus, without leading slash."""
 
-    color: str = "camera/color/image_raw"
-    depth: str = "camera/depth/image_raw"
-    camera_info: str = "camera/color/camera_info"
-    odom: str = "odom"
-    pose: str = ""  # geometry_msgs/PoseStamped of a SLAM; used in place of odom when set
-    cmd_vel: str = "cmd_vel"
-    action: str = "rfnav/action"
-    state: str = "rfnav/state"
-    decision: str = "rfnav/decision"
-    feedback: str = "rfnav/feedback"
-    detections: str = "rfnav/detections"  # read when detector.source is "topic"
-    goal: str = "rfnav/goal"
-    cancel: str = "rfnav/cancel"
-    status: str = "rfnav/status"
+    color: str = key(
+        "camera/color/image_raw", "Colour images; one that ends in /compressed is compressed."
+    )
+    depth: str = key("camera/depth/image_raw", "Depth images, aligned with colour.")
+    camera_info: str = key("camera/color/camera_info", "The camera's intrinsics.")
+    odom: str = key("odom", "nav_msgs/Odometry of the base.")
+    pose: str = key("", "geometry_msgs/PoseStamped of a SLAM, used in place of odom when set.")
+    cmd_vel: str = key("cmd_vel", "Where velocities are commanded.")
 
 
 @dataclass(frozen=True)
 class BusConfig:
     """Where the bus is and what runs on it. Scouting is off as soon as an endpoint is given."""
 
-    mode: str = "peer"  # or "client" (of a router or bridge)
-    connect: tuple[str, ...] = ()  # e.g. "tcp/127.0.0.1:7447"
-    listen: tuple[str, ...] = ()
-    prefix: str = ""  # the robot's ROS namespace
+    mode: Literal["peer", "client"] = key(
+        "peer", '"peer", or "client" of a router or bridge such as zenoh-bridge-ros2dds.'
+    )
+    connect: tuple[str, ...] = key((), 'Endpoints to connect to, e.g. "tcp/127.0.0.1:7447".')
+    listen: tuple[str, ...] = key((), "Endpoints to listen on.")
+    prefix: str = key("", "The robot's ROS namespace.")
+    cmd_vel_type: Literal["Twist", "TwistStamped"] = key(
+        "Twist", '"TwistStamped" is what newer ROS 2 bases want.'
+    )
+    cmd_vel_frame: str = key("base_link", "Frame of a TwistStamped.")
     topics: TopicsConfig = field(default_factory=TopicsConfig)
-    pair_tolerance_s: float = 0.02  # between a colour image and its depth image
-    odometry_gap_s: float = 0.25  # longest span that is interpolated over
-    sensor_timeout_s: float = 5.0  # how long a stream may stay away before the first frame
-    cmd_vel_type: Literal["Twist", "TwistStamped"] = "Twist"
-    cmd_vel_frame: str = "base_link"  # of a TwistStamped
 
     def key(self, topic: str) -> str:
         """Zenoh key of a topic, in the ros2dds dialect."""

@@ -14,6 +14,10 @@ from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 
 __all__ = ["SensorStreams", "StreamHealth"]
 
+PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
+ODOMETRY_GAP_S = 0.25  # longest span that is interpolated over
+SENSOR_TIMEOUT_S = 5.0  # how long a stream may stay away before the first frame
+
 
 @dataclass
 class StreamHealth:
@@ -38,9 +42,7 @@ class SensorStreams:
         self._config = config
         self._clock = clock
         self._changed = changed
-        self._rings = Rings(
-            int(config.pair_tolerance_s * 1e9), int(config.odometry_gap_s * 1e9), lockstep
-        )
+        self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._camera_info: RawMessage | None = None  # newest, not decoded yet
         self._intrinsics: Intrinsics | None = None
         self._intrinsics_error: SensorError | None = None
@@ -198,12 +200,12 @@ class SensorStreams:
             raise self._intrinsics_error
         if self._frame_without_info_s is None:
             self._frame_without_info_s = self._clock.now_s()
-        until_s = self._frame_without_info_s + self._config.sensor_timeout_s
+        until_s = self._frame_without_info_s + SENSOR_TIMEOUT_S
         if self._clock.now_s() >= until_s:
             self._frame_without_info_s = None
             raise SensorError(
                 f"{self._config.topics.camera_info}: no intrinsics received in "
-                f"{self._config.sensor_timeout_s:g} s although images come: publish camera_info"
+                f"{SENSOR_TIMEOUT_S:g} s although images come: publish camera_info"
             )
         return until_s
 

@@ -17,7 +17,7 @@ from runtime.core.types import Intrinsics, Pose
 from runtime.loops.lockstep import Lockstep
 from runtime.robot import wire
 from runtime.robot.bus import Bus
-from runtime.robot.session import BusConfig, open_session
+from runtime.robot.session import ACTION, BusConfig, open_session
 
 
 class Peer:
@@ -28,7 +28,7 @@ class Peer:
         self.actions: dict[int, str] = {}
         self.answers: list[dict] = []
         self.heard = threading.Condition()
-        self._declared = session.declare_subscriber(self.topics.action, self._hear)
+        self._declared = session.declare_subscriber(ACTION, self._hear)
 
     def _hear(self, sample: zenoh.Sample) -> None:
         body = wire.decode_json(sample.payload.to_bytes(), "action")

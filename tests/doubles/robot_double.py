@@ -12,7 +12,7 @@ import zenoh
 
 from runtime.core.types import Pose, Twist
 from runtime.robot import wire
-from runtime.robot.session import BusConfig, open_session
+from runtime.robot.session import DECISION, FEEDBACK, STATE, BusConfig, open_session
 
 WATCHDOG_S = 0.5
 STEP_S = 0.02
@@ -37,13 +37,9 @@ class RobotDouble:
         topics = self.topics
         self._declared = [
             self.session.declare_subscriber(topics.cmd_vel, self._obey),
-            self.session.declare_subscriber(topics.state, self._hear(self.states, topics.state)),
-            self.session.declare_subscriber(
-                topics.decision, self._hear(self.decisions, topics.decision)
-            ),
-            self.session.declare_subscriber(
-                topics.feedback, self._hear(self.feedback, topics.feedback)
-            ),
+            self.session.declare_subscriber(STATE, self._hear(self.states, STATE)),
+            self.session.declare_subscriber(DECISION, self._hear(self.decisions, DECISION)),
+            self.session.declare_subscriber(FEEDBACK, self._hear(self.feedback, FEEDBACK)),
         ]
         self._threads = [threading.Thread(target=f) for f in (self._drive, self._film)]
 

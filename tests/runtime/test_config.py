@@ -4,7 +4,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from places import ROOT
 
 from runtime.config import Config, load
 from runtime.errors import ConfigError
@@ -16,29 +15,40 @@ def test_no_file_is_the_defaults():
 
 def test_a_file_reaches_its_module_and_settings_win(tmp_path: Path):
     path = tmp_path / "robot.toml"
-    path.write_text('[map]\nside_m = 30\n[panel]\nexperts = ["o2f"]\n[bus]\nprefix = "rosie"\n')
-    config = load(path, ["panel.decide_budget_s=0.5", "consensus.mode=lenient"])
-    assert config.navigate.map.side_m == 30.0
+    path.write_text(
+        '[map]\nmax_depth_m = 3\n[panel]\nexperts = ["o2f"]\n[bus]\nprefix = "rosie"\n'
+        '[research]\nconsensus_mode = "weighted"\nconsensus_weights = [["o2f", 2.0]]\n'
+    )
+    config = load(path, ["panel.decide_budget_s=0.5", "research.consensus_mode=lenient"])
+    assert config.navigate.map.max_depth_m == 3.0
     assert config.panel.experts == ("o2f",)
     assert config.panel.decide_budget_s == 0.5
     assert config.navigate.consensus.mode == "lenient"
+    assert config.navigate.consensus.weights == (("o2f", 2.0),)
     assert config.bus.prefix == "rosie"
 
 
 @pytest.mark.parametrize(
     ("setting", "message"),
     [
-        ("map.resolutoin_m=0.1", "map.resolutoin_m: unknown; did you mean resolution_m?"),
+        ("map.max_detph_m=0.1", "map.max_detph_m: unknown; did you mean max_depth_m?"),
         ("mpa.stride=1", "mpa: unknown; did you mean map?"),
         ("bus.topics.colour='x'", "bus.topics.colour: unknown; did you mean color?"),
-        ("map.stride=2.5", "map.stride: is 2.5, must be of type int"),
-        ("map.side_m=true", "map.side_m: is True, must be of type float"),
+        ("planner.speed=1", "planner: unknown; "),
+        ("research.consensus=1", "research.consensus: unknown; did you mean consensus_"),
+        ("models.threads=2.5", "models.threads: is 2.5, must be of type int"),
+        ("map.max_depth_m=true", "map.max_depth_m: is True, must be of type float"),
+        ("map.max_depth_m.x=1", "map.max_depth_m: is {'x': 1}, must be of type float"),
         ("map=3", "map: must be a table"),
         ("panel.experts=['o2f','r2d2']", "panel.experts: unknown; did you mean r2f?"),
-        ("consensus.rank=first", "consensus.rank: unknown"),
-        ("consensus.detour_m=-0.1", "consensus.detour_m: is -0.1, must be 0 or more"),
-        ("consensus.detour_m=nan", "consensus.detour_m: is nan, must be 0 or more"),
-        ("map.resolution_m=0.0", "map.resolution_m: is 0.0, must be more than 0"),
+        ("bus.mode=boss", "bus.mode: unknown; known are client, peer"),
+        ("bus.mode=3", "bus.mode: is 3, must be of type str"),
+        ("research.consensus_rank=first", "research.consensus_rank: unknown"),
+        ("research.consensus_weights=[3]", "research.consensus_weights: "),
+        ("research.consensus_detour_m=-0.1", "consensus_detour_m: is -0.1, must be 0 or more"),
+        ("research.consensus_detour_m=nan", "consensus_detour_m: is nan, must be 0 or more"),
+        ("robot.radius_m=0.0", "robot.radius_m: is 0.0, must be more than 0"),
+        ("safety.odom_jump_m=-1.0", "safety.odom_jump_m: is -1.0, must be more than 0"),
         ("nonsense", "must be KEY=VALUE"),
     ],
 )
@@ -57,7 +67,9 @@ def test_files_that_cannot_be_used_are_named(tmp_path: Path):
         load(tmp_path / "broken.toml")
 
 
-def test_the_example_for_robots_is_the_defaults_but_for_its_bus():
-    config = load(ROOT / "deploy" / "robot.toml")
-    assert config.bus.mode == "client"
-    assert replace(config, bus=Config().bus) == Config()
+def test_shares_of_a_cloud_that_is_asked_are_looked_at():
+    cloud = ['cloud.base_url="https://a.example/v1"', 'cloud.model="m"', "cloud.price_in_usd=0.1"]
+    given = [*cloud, "cloud.price_out_usd=0.1", "research.cloud_local_share=1.5"]
+    assert load(None, given) == replace(load(None), cloud=load(None, given).cloud)  # not asked
+    with pytest.raises(ConfigError, match=r"research\.cloud_local_share: is 1\.5, must be from 0"):
+        load(None, [*given, "cloud.enabled=true"])

@@ -9,10 +9,10 @@ import pytest
 
 from runtime import navigate
 from runtime.core.approach import approach_target
-from runtime.core.distances.planner import PlannerConfig, look_around, march_from, survey
+from runtime.core.distances.planner import look_around, march_from, survey
 from runtime.core.exploration import with_frontiers
 from runtime.core.local_policy import local_policy
-from runtime.core.mapping.coverage import CoverageConfig, look, overlooked
+from runtime.core.mapping.coverage import look, overlooked
 from runtime.core.mapping.grid import MapConfig, NavigationMap
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.standpoints import standpoints
@@ -28,7 +28,7 @@ VASE_XY = np.array([[1.525, 0.025]])
 
 def floor(half_m: float = 3.0) -> NavigationMap:
     """A square of free floor around the robot."""
-    grid = NavigationMap.around(POSE, RADIUS_M, MapConfig())
+    grid = NavigationMap.around(POSE, RADIUS_M)
     x, y = axes(grid)
     grid.evidence[(np.abs(x) < half_m) & (np.abs(y) < half_m)] = -10
     grid.changed()
@@ -57,10 +57,10 @@ def area_m2(arrival: np.ndarray) -> float:
 
 
 def test_a_wedged_robot_is_let_through_a_gap_a_cell_too_tight():
-    grid, cfg = walled_in(0.34), PlannerConfig()
-    plain = march_from(survey(grid, POSE, RADIUS_M, cfg), POSE.xy, unhurried=False)
+    grid = walled_in(0.34)
+    plain = march_from(survey(grid, POSE, RADIUS_M), POSE.xy, unhurried=False)
     assert area_m2(plain.arrival_m) < 1.5
-    _, reach = look_around(grid, POSE, RADIUS_M, cfg)
+    _, reach = look_around(grid, POSE, RADIUS_M)
     assert area_m2(reach.arrival_m) > 10.0
 
 
@@ -72,7 +72,7 @@ def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
     grid.evidence[ring & ~((x < 0) & (np.abs(y) < 0.11))] = 10
     grid.changed()
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
-    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
+    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
     world.pursuit.aim = Aim(AimKind.FRONTIER, 1)
     actions = []
@@ -103,7 +103,7 @@ def test_a_way_that_no_step_leads_along_is_planned_no_more_until_all_is_tried_ag
     world.map = grid
 
     def left_m(pose: Pose) -> float:
-        world.pose, world.seen = pose, look_around(grid, pose, RADIUS_M, cfg.planner)
+        world.pose, world.seen = pose, look_around(grid, pose, RADIUS_M)
         field = march_from(world.terrain, np.array([1.2, 0.0]), unhurried=False)
         return field.at(pose.x_m, pose.y_m)
 
@@ -128,13 +128,13 @@ def test_a_way_that_no_step_leads_along_is_planned_no_more_until_all_is_tried_ag
 def test_as_a_last_resort_gaps_may_be_a_little_too_tight_everywhere():
     """In a wall 2 m ahead of a robot that is not wedged; it is 0.36 m wide."""
     for gap_m, let_through in ((0.39, True), (0.29, False)):
-        grid, cfg = floor(), PlannerConfig()
+        grid = floor()
         x, y = axes(grid)
         grid.evidence[(np.abs(x - 2.0) < 0.06) & ~(np.abs(y) < gap_m / 2)] = 10
         grid.changed()
         beyond_m2 = []
         for tight in (False, True):
-            terrain, reach = look_around(grid, POSE, RADIUS_M, cfg, tight)
+            terrain, reach = look_around(grid, POSE, RADIUS_M, tight)
             xs = terrain.frame.x0_m + (np.arange(terrain.frame.cols) + 0.5) * 0.05
             beyond_m2.append(area_m2(reach.arrival_m[:, xs > 2.1]))
         assert beyond_m2[0] == 0.0
@@ -142,14 +142,14 @@ def test_as_a_last_resort_gaps_may_be_a_little_too_tight_everywhere():
 
 
 def test_it_is_not_let_through_a_gap_it_cannot_fit():
-    _, reach = look_around(walled_in(0.15), POSE, RADIUS_M, PlannerConfig())
+    _, reach = look_around(walled_in(0.15), POSE, RADIUS_M)
     assert area_m2(reach.arrival_m) < 1.5
 
 
 def test_free_ground_is_planned_over_as_always():
-    grid, cfg = floor(), PlannerConfig()
-    terrain, reach = look_around(grid, POSE, RADIUS_M, cfg)
-    plain = survey(grid, POSE, RADIUS_M, cfg)
+    grid = floor()
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
+    plain = survey(grid, POSE, RADIUS_M)
     assert terrain.speed.tolist() == plain.speed.tolist()
     assert area_m2(reach.arrival_m) > 20.0
 
@@ -159,7 +159,7 @@ def test_a_vase_amid_a_table_can_be_stood_before():
     x, y = axes(grid)
     grid.evidence[(np.abs(x - 1.5) < 0.5) & (np.abs(y) < 0.8)] = 10  # the table top
     grid.changed()
-    terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
     vase = Instance(
         1, {"vase": Evidence(4.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
     )
@@ -176,7 +176,7 @@ def test_nothing_is_looked_at_through_a_wall():
     x, y = axes(grid)
     grid.evidence[(np.abs(x - 1.0) < 0.05) & (y < 1.0)] = 10
     grid.changed()
-    terrain, reach = look_around(grid, POSE, RADIUS_M, PlannerConfig())
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
     cells = np.array([[1.075, 0.025], [1.125, -0.025], [1.175, 0.025], [1.275, 0.025]])
     seen_from = Pose(1.2, 1.5, -1.5)
     toilet = Instance(1, {"toilet": Evidence(4.0)}, (1.25, 0.0), 0.4, cells, views=[seen_from])
@@ -188,10 +188,10 @@ def test_nothing_is_looked_at_through_a_wall():
 
 
 def test_what_is_out_of_near_range_stays_overlooked():
-    grid, cfg = floor(), CoverageConfig()
+    grid = floor()
     looked = np.zeros(grid.frame.shape, bool)
     outline = np.array([[-2.0, 0.0], [2.9, -1.0], [2.9, 1.0]])  # from the left, nearly 5 m deep
-    look(looked, grid.frame, outline, cfg)
+    look(looked, grid.frame, outline)
     left = overlooked(grid, looked, np.zeros(grid.frame.shape, bool))
     near, far = grid.frame.cell(-0.5, 0.0), grid.frame.cell(1.5, 0.0)
     assert looked[near]
@@ -260,7 +260,7 @@ def test_what_was_given_up_is_tried_from_the_start():
 def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
     cfg = NavigateConfig()
     smooth = replace(cfg, control=replace(cfg.control, mode="velocity"))
-    terrain, reach = look_around(floor(), POSE, RADIUS_M, PlannerConfig())
+    terrain, reach = look_around(floor(), POSE, RADIUS_M)
     for away_m, yaw_rad, there in ((0.1, 3.0, True), (0.2, 0.0, False), (0.3, 3.0, False)):
         world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
         world.pose, world.seen = Pose(0.0, 0.0, yaw_rad), (terrain, reach)
@@ -297,7 +297,7 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
 def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
     cfg = NavigateConfig()
     world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
-    world.map, world.seen = floor(), look_around(floor(), POSE, RADIUS_M, cfg.planner)
+    world.map, world.seen = floor(), look_around(floor(), POSE, RADIUS_M)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
     here, there = Aim(AimKind.FRONTIER, 1), Aim(AimKind.FRONTIER, 2)
     assert not stalled(world, here, field, cfg)
@@ -319,7 +319,7 @@ def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
     grid.changed()
     before, behind = (np.stack([x[at], y[at]], 1) for at in (table, sofa))
     world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, 0, RADIUS_M, cfg.map)
-    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M, cfg.planner)
+    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M)
     both = np.concatenate([before, behind])
     views = [POSE, Pose(1.9, -2.0, 1.5)]
     believed = {"sofa": Evidence(4.0, backing=views, near_m=1.0)}

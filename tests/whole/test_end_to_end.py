@@ -73,7 +73,7 @@ def test_a_mistake_is_one_line_and_exit_2(arguments: tuple[str, ...], message: s
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (("map.resolutoin_m=1",), "map.resolutoin_m: unknown; did you mean resolution_m?"),
+        (("map.max_detph_m=1",), "map.max_detph_m: unknown; did you mean max_depth_m?"),
         (("models.language='/nowhere/x.gguf'",), "/nowhere/x.gguf: no such model file"),
         (("models.detector='/nowhere/x.onnx'",), "/nowhere/x.onnx"),
     ],

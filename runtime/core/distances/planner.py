@@ -16,19 +16,15 @@ _BEYOND_M = 0.75  # of arrival beyond the robot's own, that choosing its next st
 _WINDING = 1.25  # arrival for distance, as it mostly is
 
 
-@dataclass(frozen=True)
-class PlannerConfig:
-    """[planner]"""
-
-    margin_m: float = 0.02  # added to the radius: cells are 5 cm wide
-    comfort_m: float = 0.20  # further clearance that planning pays for, without insisting on it
-    slowest: float = 0.25  # relative speed right at an obstacle
-    escape_m: float = 0.35  # around the robot, cells that are free pass as traversable
-    dead_end_m: float = 0.10  # around a place from which no step led on, closed from outside
-    pocket_m2: float = 1.5  # a robot that can reach no more than this is wedged
-    squeeze_m: tuple[float, ...] = (0.7, 1.2)  # around a wedged robot, in turn,
-    squeeze_slack_m: float = 0.07  # gaps may be this much too tight: maps err by a cell
-    resort_slack_m: float = 0.04  # the same everywhere, when else nothing is left to go to
+MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
+COMFORT_M = 0.20  # further clearance that planning pays for, without insisting on it
+SLOWEST = 0.25  # relative speed right at an obstacle
+ESCAPE_M = 0.35  # around the robot, cells that are free pass as traversable
+DEAD_END_M = 0.10  # around a place from which no step led on, closed from outside
+POCKET_M2 = 1.5  # a robot that can reach no more than this is wedged
+SQUEEZE_M = (0.7, 1.2)  # around a wedged robot, in turn,
+SQUEEZE_SLACK_M = 0.07  # gaps may be this much too tight: maps err by a cell
+RESORT_SLACK_M = 0.04  # the same everywhere, when else nothing is left to go to
 
 
 @dataclass(frozen=True)
@@ -65,26 +61,26 @@ class Field:
 
 
 def look_around(
-    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig, tight: bool = False
+    grid: NavigationMap, pose: Pose, radius_m: float, tight: bool = False
 ) -> tuple[Terrain, Field]:
     """The terrain, and the geodesic distance from the robot. A wedged robot, to which nearly
     nothing is reachable, is let through gaps close to it that look a little too tight; with `tight`
     through such gaps everywhere."""
-    everywhere = math.inf, cfg.resort_slack_m
-    terrain = survey(grid, pose, radius_m, cfg, *(everywhere if tight else ()))
+    everywhere = math.inf, RESORT_SLACK_M
+    terrain = survey(grid, pose, radius_m, *(everywhere if tight else ()))
     reach = march_from(terrain, pose.xy, unhurried=False)
-    for squeeze_m in cfg.squeeze_m:
+    for squeeze_m in SQUEEZE_M:
         cells = int(np.isfinite(reach.arrival_m).sum())
-        small = cells * terrain.frame.resolution_m**2 < cfg.pocket_m2
+        small = cells * terrain.frame.resolution_m**2 < POCKET_M2
         if not small or 3 * cells > int(terrain.traversable.sum()):
             break
-        terrain = survey(grid, pose, radius_m, cfg, squeeze_m, cfg.squeeze_slack_m)
+        terrain = survey(grid, pose, radius_m, squeeze_m, SQUEEZE_SLACK_M)
         reach = march_from(terrain, pose.xy, unhurried=False)
     return terrain, reach
 
 
 def survey(
-    grid: NavigationMap, pose: Pose, radius_m: float, cfg: PlannerConfig,
+    grid: NavigationMap, pose: Pose, radius_m: float,
     squeeze_m: float = 0.0, slack_m: float = 0.0,
 ) -> Terrain:  # fmt: skip
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
@@ -103,7 +99,7 @@ def survey(
     free, occupied = grid.free[rows, cols], grid.occupied[rows, cols]
     distance = cv2.distanceTransform((~occupied).view(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5)
     clearance = np.minimum(distance * np.float32(r) - np.float32(r / 2), np.float32(10.0))
-    hard = radius_m + cfg.margin_m
+    hard = radius_m + MARGIN_M
     proven = free & (grid.driven[rows, cols] > 0)
     np.maximum(clearance, np.float32(hard), out=clearance, where=proven)
     if squeeze_m > 0:
@@ -112,13 +108,13 @@ def survey(
         tight = near & free[window] & (patch >= radius_m - slack_m)
         np.maximum(patch, np.float32(hard), out=patch, where=tight)
     passable = free & (clearance >= hard)
-    window, near = _near(frame, pose, cfg.escape_m)
+    window, near = _near(frame, pose, ESCAPE_M)
     passable[window] |= near & free[window]
     passable &= ~grid.dead_end[rows, cols]
-    window, near = _near(frame, pose, cfg.dead_end_m + frame.resolution_m)
+    window, near = _near(frame, pose, DEAD_END_M + frame.resolution_m)
     passable[window] |= near & free[window]
-    ease = np.clip((clearance - hard) / cfg.comfort_m, 0.0, 1.0)
-    speed = np.float32(cfg.slowest) + np.float32(1 - cfg.slowest) * ease
+    ease = np.clip((clearance - hard) / COMFORT_M, 0.0, 1.0)
+    speed = np.float32(SLOWEST) + np.float32(1 - SLOWEST) * ease
     speed[~passable] = 0
     return Terrain(frame, clearance, passable, speed)
 

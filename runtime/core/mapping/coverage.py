@@ -3,28 +3,21 @@
 When no frontier is left, the robot looks for what it saw only from afar.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap, polygon_patch
 from runtime.core.types import F64, Mask
 
-
-@dataclass(frozen=True)
-class CoverageConfig:
-    """[coverage]"""
-
-    near_m: float = 2.2  # what is closer to the camera has been looked at
-    min_cells: int = 120  # of a place that is worth going to
+NEAR_M = 2.2  # what is closer to the camera has been looked at
+MIN_CELLS = 120  # of a place that is worth going to
 
 
-def look(looked: Mask, frame: GridFrame, outline: F64, cfg: CoverageConfig) -> None:
+def look(looked: Mask, frame: GridFrame, outline: F64) -> None:
     """Mark what a view shows from near, in place. `outline` (V, 2) m begins with the camera."""
     offset = outline - outline[0]
     reach = np.hypot(*offset.T)
-    scale = np.minimum(1.0, cfg.near_m / np.maximum(reach, 1e-6))
+    scale = np.minimum(1.0, NEAR_M / np.maximum(reach, 1e-6))
     patch, window = polygon_patch(frame, outline[0] + offset * scale[:, None])
     looked[window] |= patch
 

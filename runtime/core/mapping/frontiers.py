@@ -14,14 +14,10 @@ from runtime.core.types import F64, I32, Mask
 _EIGHT = np.ones((3, 3), np.uint8)
 
 
-@dataclass(frozen=True)
-class FrontierConfig:
-    """[frontiers]"""
-
-    min_cells: int = 7  # narrower than the robot's body: nothing to drive into
-    inherit_dilation_cells: int = 2
-    inherit_share: float = 0.3  # of the smaller of two frontiers, to be the same one
-    wall_gap_cells: int = 1  # free cells this close to an obstacle are not frontier
+MIN_CELLS = 7  # narrower than the robot's body: nothing to drive into
+INHERIT_DILATION_CELLS = 2
+INHERIT_SHARE = 0.3  # of the smaller of two frontiers, to be the same one
+WALL_GAP_CELLS = 1  # free cells this close to an obstacle are not frontier
 
 
 @dataclass
@@ -32,13 +28,13 @@ class FrontierMemory:
     cells_xy: dict[int, F64] = field(default_factory=dict)  # id -> (N, 2) m
 
 
-def boundary(grid: NavigationMap, given_up: Mask, cfg: FrontierConfig) -> Mask:
+def boundary(grid: NavigationMap, given_up: Mask) -> Mask:
     """(R, C) free cells that touch unknown (8-neighbourhood), away from obstacles and from what was
     given up."""
     rows, cols = grid.known_window(margin=2)
     free = grid.free[rows, cols]
     unknown = cv2.dilate(grid.unknown[rows, cols].view(np.uint8), _EIGHT)
-    size = 2 * cfg.wall_gap_cells + 1
+    size = 2 * WALL_GAP_CELLS + 1
     walls = cv2.dilate(grid.occupied[rows, cols].view(np.uint8), np.ones((size, size), np.uint8))
     edge = np.zeros(grid.frame.shape, bool)
     edge[rows, cols] = free & (unknown > 0) & (walls == 0) & ~given_up[rows, cols]
@@ -63,15 +59,13 @@ def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
     return [xy[end - n : end] for n, end in zip(sizes, ends, strict=True) if n >= min_cells]
 
 
-def identify(
-    memory: FrontierMemory, parts: list[F64], frame: GridFrame, cfg: FrontierConfig
-) -> dict[int, F64]:
+def identify(memory: FrontierMemory, parts: list[F64], frame: GridFrame) -> dict[int, F64]:
     """Give each part an id, inherited from the earlier frontier it continues. In a split the larger
     part keeps the id, in a merge the older id wins; an id is never used twice."""
-    overlap = _overlaps(memory, parts, frame, cfg.inherit_dilation_cells)
+    overlap = _overlaps(memory, parts, frame, INHERIT_DILATION_CELLS)
     keeper: dict[int, tuple[int, int, int]] = {}  # old id -> (overlap, size, -part), the best
     for part, old, shared in overlap:
-        if shared < cfg.inherit_share * min(len(parts[part]), len(memory.cells_xy[old])):
+        if shared < INHERIT_SHARE * min(len(parts[part]), len(memory.cells_xy[old])):
             continue
         claim = (shared, len(parts[part]), -part)
         keeper[old] = max(keeper.get(old, claim), claim)

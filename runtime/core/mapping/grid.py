@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame, Rays, rays
+from runtime.core.keys import key
 from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
 
 _GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
@@ -20,21 +21,23 @@ _GAP_REACH = 4  # cells, across which closing such gaps is felt
 Window = tuple[slice, slice]  # of rows and of columns
 
 
+RESOLUTION_M = 0.05  # side of a cell; a camera's depth is good to about as much at 5 m
+SIDE_M = 24.0  # of the first grid; it grows when the robot leaves it
+STRIDE = 2  # every n-th pixel of the depth image is used
+FLOOR_BELOW_M = 0.07  # points under this height are floor
+CLEAR_ABOVE_M = 1.0  # points over this height do not block the robot
+HIT = 4  # evidence of a frame with obstacle points in a cell
+MISS = 2  # evidence of a frame that shows floor in a cell
+HITS_NEEDED = 2  # obstacle points in a cell that make a hit
+OCCUPIED_AT = 4  # evidence from which a cell holds an obstacle: a single hit
+EVIDENCE_MAX = 20  # either way, so that what has moved away is unlearned in ten frames
+
+
 @dataclass(frozen=True)
 class MapConfig:
     """[map]"""
 
-    resolution_m: float = 0.05
-    side_m: float = 24.0  # of the first grid; it grows when the robot leaves it
-    stride: int = 2  # every n-th pixel of the depth image is used
-    floor_below_m: float = 0.07  # points under this height are floor
-    clear_above_m: float = 1.0  # points over this height do not block the robot
-    max_depth_m: float = 5.0
-    hit: int = 4  # evidence of a frame with obstacle points in a cell
-    miss: int = 2  # evidence of a frame that shows floor in a cell
-    hits_needed: int = 2  # obstacle points in a cell that make a hit
-    occupied_at: int = 4
-    evidence_max: int = 20
+    max_depth_m: float = key(5.0, "Depth beyond this is not used.", "m", positive=True)
 
 
 @dataclass
@@ -60,22 +63,20 @@ class NavigationMap:
     _known: Window | None = field(default=None, repr=False)  # that holds all known cells
 
     @classmethod
-    def around(cls, pose: Pose, radius_m: float, cfg: MapConfig) -> "NavigationMap":
+    def around(cls, pose: Pose, radius_m: float) -> "NavigationMap":
         """An unknown map centred on the pose, with the body's disc known to be free."""
-        n = math.ceil(cfg.side_m / cfg.resolution_m)
-        frame = GridFrame(
-            pose.x_m - cfg.side_m / 2, pose.y_m - cfg.side_m / 2, cfg.resolution_m, n, n
-        )
+        n = math.ceil(SIDE_M / RESOLUTION_M)
+        frame = GridFrame(pose.x_m - SIDE_M / 2, pose.y_m - SIDE_M / 2, RESOLUTION_M, n, n)
         grid = cls(
             frame,
-            cfg.occupied_at,
+            OCCUPIED_AT,
             np.zeros((n, n), np.int16),
             np.zeros((n, n), bool),
             np.zeros((n, n), bool),
             np.zeros((n, n), np.uint8),
             np.zeros((n, n), bool),
         )
-        grid.drive_over(pose, radius_m, cfg)
+        grid.drive_over(pose, radius_m)
         return grid
 
     @property
@@ -139,11 +140,11 @@ class NavigationMap:
         self._view("unknown")
         return widened(self._known or self._whole(), margin, self.frame)
 
-    def drive_over(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
+    def drive_over(self, pose: Pose, radius_m: float) -> None:
         """The cells under the body are free: it stands there."""
         disc, window = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
         evidence = self.evidence[window]
-        evidence[disc] = np.minimum(evidence[disc], -cfg.miss)
+        evidence[disc] = np.minimum(evidence[disc], -MISS)
         self.bumped[window][disc] = False
         here = self.frame.cell(pose.x_m, pose.y_m)
         near = self.last_xy and math.dist(self.last_xy, (pose.x_m, pose.y_m)) < 0.5
@@ -153,9 +154,9 @@ class NavigationMap:
         self.swept[window] |= disc
         self.changed(window)
 
-    def bump(self, pose: Pose, radius_m: float, cfg: MapConfig) -> None:
+    def bump(self, pose: Pose, radius_m: float) -> None:
         """A step forward was blocked: something low or thin stands just ahead of the body."""
-        reach = radius_m + 1.5 * cfg.resolution_m
+        reach = radius_m + 1.5 * RESOLUTION_M
         for side in (-0.06, 0.0, 0.06):
             x = pose.x_m + reach * math.cos(pose.yaw_rad) - side * math.sin(pose.yaw_rad)
             y = pose.y_m + reach * math.sin(pose.yaw_rad) + side * math.cos(pose.yaw_rad)
@@ -195,22 +196,22 @@ class NavigationMap:
 
 
 def integrate(
-    grid: NavigationMap, obs: Observation, mount: Mount, radius_m: float, cfg: MapConfig
+    grid: NavigationMap, obs: Observation, mount: Mount, radius_m: float, max_depth_m: float
 ) -> F64:
     """Add one depth image. Returns the view's outline, (V, 2) m in the map frame: the camera and
     the free range along each azimuth. The grid must already reach as far as the camera sees."""
-    table, half = rays(obs.intrinsics, mount, cfg.stride), cfg.stride // 2
-    depth = np.ascontiguousarray(obs.depth_m[half :: cfg.stride, half :: cfg.stride])
-    depth = np.where((depth > 0) & (depth <= cfg.max_depth_m), depth, np.float32(0))
+    table, half = rays(obs.intrinsics, mount, STRIDE), STRIDE // 2
+    depth = np.ascontiguousarray(obs.depth_m[half::STRIDE, half::STRIDE])
+    depth = np.where((depth > 0) & (depth <= max_depth_m), depth, np.float32(0))
     height = depth * table.up + np.float32(mount.z_m)
     valid = depth > 0
-    floor = valid & (np.abs(height) < cfg.floor_below_m)
-    obstacle = valid & (height >= cfg.floor_below_m) & (height <= cfg.clear_above_m)
+    floor = valid & (np.abs(height) < FLOOR_BELOW_M)
+    obstacle = valid & (height >= FLOOR_BELOW_M) & (height <= CLEAR_ABOVE_M)
     outline = _outline(table, depth * table.reach, floor, obstacle, obs.pose, mount)
     cells, window = _cells(grid.frame, depth * table.forward, depth * table.left, obs.pose, mount)
-    _count(grid, window, cells.ravel()[floor.ravel()], cells.ravel()[obstacle.ravel()], cfg)
+    _count(grid, window, cells.ravel()[floor.ravel()], cells.ravel()[obstacle.ravel()])
     _sweep(grid, outline)
-    grid.drive_over(obs.pose, radius_m, cfg)
+    grid.drive_over(obs.pose, radius_m)
     return outline
 
 
@@ -234,18 +235,18 @@ def _cells(
     return (row - np.int32(low[0])) * width + (col - np.int32(low[1])), window
 
 
-def _count(grid: NavigationMap, window: Window, floor: I32, obstacle: I32, cfg: MapConfig) -> None:
+def _count(grid: NavigationMap, window: Window, floor: I32, obstacle: I32) -> None:
     """Book what was seen in cells of the window, by their flat indices in it."""
     evidence = grid.evidence[window]
     flat = evidence.ravel()
     hits = np.bincount(obstacle, minlength=flat.size)
-    hit = np.flatnonzero(hits >= cfg.hits_needed)
-    flat[hit] = np.minimum(flat[hit] + cfg.hit, cfg.evidence_max)
+    hit = np.flatnonzero(hits >= HITS_NEEDED)
+    flat[hit] = np.minimum(flat[hit] + HIT, EVIDENCE_MAX)
     seen = np.zeros(flat.size, bool)
     seen[floor] = True
     seen[obstacle] = False
     miss = np.flatnonzero(seen)
-    flat[miss] = np.maximum(flat[miss] - cfg.miss, -cfg.evidence_max)
+    flat[miss] = np.maximum(flat[miss] - MISS, -EVIDENCE_MAX)
     evidence[:] = flat.reshape(evidence.shape)
     grid.changed(window)
 

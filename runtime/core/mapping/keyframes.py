@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from runtime.core.geometry import map_to_optical, project, wrap_angle
+from runtime.core.keys import key
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.types import (
     F32,
@@ -22,18 +23,21 @@ from runtime.core.types import (
     Pose,
 )
 
+KEYFRAMES_KEPT = 200  # the oldest are forgotten
+MOVED_M = 0.3  # from every other, to be worth keeping
+TURNED_RAD = math.radians(25.0)  # or turned so far
+RANGE_M = (0.4, 5.0)  # to the frontier cells it shows
+HALF_VIEW_RAD = math.radians(34.0)  # they are well inside the image
+BLURRED = 0.6  # share of the older one's sharpness below which the older is kept
+
 
 @dataclass(frozen=True)
 class KeyframeConfig:
     """[keyframes]"""
 
-    kept: int = 200  # the oldest are forgotten
-    moved_m: float = 0.3  # from every other, to be worth keeping
-    turned_rad: float = math.radians(25.0)
-    range_m: tuple[float, float] = (0.4, 5.0)  # to the frontier cells it shows
-    half_view_rad: float = math.radians(34.0)  # they are well inside the image
-    blurred: float = 0.6  # share of the older one's sharpness below which the older is kept
-    image_width_px: int = 0  # of the images kept for a model that sees; 0 keeps none
+    image_width_px: int = key(
+        0, "Width of the images kept for a model that sees, e.g. 320; 0 keeps none.", "px"
+    )
 
 
 CELLS = 12  # of a frontier that are looked for in each image
@@ -62,43 +66,41 @@ class KeyframeView(NamedTuple):
     jpeg: bytes = b""
 
 
-def take(obs: Observation, detections: Detections, mount: Mount, cfg: KeyframeConfig) -> Keyframe:
-    """The observation as a keyframe."""
+def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
+    """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is."""
     small = cv2.resize(obs.rgb, (160, 120), interpolation=cv2.INTER_AREA)
     edges = cv2.Laplacian(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), cv2.CV_16S)
     sharpness = float(np.abs(edges).mean())
-    if not cfg.image_width_px:
+    if not image_width_px:
         return Keyframe(obs.pose, detections.scene, sharpness)
     k = obs.intrinsics
-    scale = cfg.image_width_px / k.width
-    size = cfg.image_width_px, round(k.height * scale)
+    scale = image_width_px / k.width
+    size = image_width_px, round(k.height * scale)
     image = np.asarray(cv2.resize(obs.rgb, size, interpolation=cv2.INTER_AREA), np.uint8)
     shrunk = Intrinsics(k.fx * scale, k.fy * scale, k.cx * scale, k.cy * scale, *size)
     return Keyframe(obs.pose, detections.scene, sharpness, image, shrunk, mount)
 
 
-def keep(frames: list[Keyframe], frame: Keyframe, cfg: KeyframeConfig) -> None:
+def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
     them."""
-    same = [f for f in frames if _alike(f.pose, frame.pose, cfg)]
-    if any(frame.sharpness < cfg.blurred * old.sharpness for old in same):
+    same = [f for f in frames if _alike(f.pose, frame.pose)]
+    if any(frame.sharpness < BLURRED * old.sharpness for old in same):
         return
     for old in same:
         frames.remove(old)
     frames.append(frame)
-    del frames[: -cfg.kept]
+    del frames[:-KEYFRAMES_KEPT]
 
 
-def best_view(
-    frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap, cfg: KeyframeConfig
-) -> KeyframeView:
+def best_view(frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap) -> KeyframeView:
     """The keyframe that shows most of a frontier's cells (N, 2) m, the nearer the better, with
     nothing known in between; an empty view when none shows any."""
     if not frames:
         return KeyframeView()
     cells = cells_xy[np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)]
     poses = np.array([(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in frames])
-    worth = _worth(poses, cells, cfg)
+    worth = _worth(poses, cells)
     ranked = np.argsort(-worth.sum(axis=1), kind="stable")[:TRIED]
     best, found = 0.0, -1
     for n in ranked:
@@ -114,16 +116,16 @@ def best_view(
     )
 
 
-def _worth(poses: F64, cells: F64, cfg: KeyframeConfig) -> F64:
+def _worth(poses: F64, cells: F64) -> F64:
     """(N, 3) poses, (M, 2) cells -> (N, M) how well each is placed in each view: 0 out of sight,
     less when far or off the middle."""
     gap = cells[None] - poses[:, None, :2]
     range_m = np.hypot(gap[..., 0], gap[..., 1])
     off = np.arctan2(gap[..., 1], gap[..., 0]) - poses[:, None, 2]
     off = np.abs((off + math.pi) % (2 * math.pi) - math.pi)
-    near, far = cfg.range_m
-    inside = (off <= cfg.half_view_rad) & (range_m >= near) & (range_m <= far)
-    worth: F64 = inside / (1.0 + range_m) / (1.0 + off / cfg.half_view_rad)
+    near, far = RANGE_M
+    inside = (off <= HALF_VIEW_RAD) & (range_m >= near) & (range_m <= far)
+    worth: F64 = inside / (1.0 + range_m) / (1.0 + off / HALF_VIEW_RAD)
     return worth
 
 
@@ -156,6 +158,6 @@ def _marked(frame: Keyframe, cells_xy: F64) -> bytes:
     return data.tobytes() if ok else b""
 
 
-def _alike(a: Pose, b: Pose, cfg: KeyframeConfig) -> bool:
+def _alike(a: Pose, b: Pose) -> bool:
     moved = math.hypot(a.x_m - b.x_m, a.y_m - b.y_m)
-    return moved < cfg.moved_m and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < cfg.turned_rad
+    return moved < MOVED_M and abs(wrap_angle(a.yaw_rad - b.yaw_rad)) < TURNED_RAD

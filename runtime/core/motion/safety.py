@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from runtime.core.geometry import wrap_angle
+from runtime.core.keys import key
 from runtime.core.types import Pose
 
 
@@ -13,11 +14,30 @@ from runtime.core.types import Pose
 class SafetyConfig:
     """[safety]: what a moving robot does not drive on without."""
 
-    odom_stale_s: float = 0.3  # no newer odometry for so long
-    frame_stale_s: float = 1.0  # no matched colour and depth for so long
-    plan_stale_s: float = 2.0  # since the frame that the followed plan was made of
-    odom_jump_m: float = 0.3  # between two odometry messages
-    odom_jump_rad: float = 0.8
+    odom_stale_s: float = key(
+        0.3,
+        "Without newer odometry for so long the base is held, until there is some.",
+        "s",
+        positive=True,
+    )
+    frame_stale_s: float = key(
+        1.0, "The same without matched colour and depth.", "s", positive=True
+    )
+    plan_stale_s: float = key(
+        2.0,
+        "The same so long after the frame that the followed plan was made of.",
+        "s",
+        positive=True,
+    )
+    odom_jump_m: float = key(
+        0.3,
+        "Two odometry messages that are further apart are a jump, which holds the base.",
+        "m",
+        positive=True,
+    )
+    odom_jump_rad: float = key(
+        0.8, "The same when they are turned further from each other.", "rad", positive=True
+    )
 
 
 @dataclass(frozen=True)

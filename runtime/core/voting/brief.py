@@ -28,17 +28,13 @@ _CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 _SQUARE = np.ones((3, 3), np.uint8)
 
 
-@dataclass(frozen=True)
-class BriefConfig:
-    """[brief]"""
-
-    object_range_m: float = 3.5  # objects further on foot are not mentioned
-    object_confidence: float = 0.6  # less certain ones are not mentioned
-    room_range_m: float = 1.5  # around the frontier, where room evidence is averaged
-    room_weight_min: float = 1.0  # mean evidence, in views, below which no room type is told
-    doorway_m: tuple[float, float] = (0.5, 1.4)  # width of a gap that is taken for a doorway
-    jamb_m: float = 0.25  # from both its ends to something occupied
-    unknown_depth_m: float = 2.0  # how far into the unknown a frontier is credited
+OBJECT_RANGE_M = 3.5  # objects further on foot are not mentioned
+OBJECT_CONFIDENCE = 0.6  # less certain ones are not mentioned
+ROOM_RANGE_M = 1.5  # around the frontier, where room evidence is averaged
+ROOM_WEIGHT_MIN = 1.0  # mean evidence, in views, below which no room type is told
+DOORWAY_M = (0.5, 1.4)  # width of a gap that is taken for a doorway
+JAMB_M = 0.25  # from both its ends to something occupied
+UNKNOWN_DEPTH_M = 2.0  # how far into the unknown a frontier is credited
 
 
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
@@ -73,13 +69,12 @@ def compose(
     semantic: SemanticMap,
     frontiers: Iterable[Frontier],
     views: Mapping[int, KeyframeView],
-    cfg: BriefConfig,
 ) -> Brief:
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
-    things = _Things.of(semantic, grid.frame, cfg)
+    things = _Things.of(semantic, grid.frame)
     told = [
-        _frontier_brief(f, grid, semantic, things, views.get(f.id, KeyframeView()), cfg)
+        _frontier_brief(f, grid, semantic, things, views.get(f.id, KeyframeView()))
         for f in reachable
     ]
     return Brief(goal, stamp_ns, tuple(told))
@@ -91,19 +86,18 @@ def _frontier_brief(
     semantic: SemanticMap,
     things: "_Things",
     view: KeyframeView,
-    cfg: BriefConfig,
 ) -> FrontierBrief:
-    margin_m = max(cfg.object_range_m, cfg.unknown_depth_m) + 0.5
+    margin_m = max(OBJECT_RANGE_M, UNKNOWN_DEPTH_M) + 0.5
     window, origin = _window(grid.frame, frontier.cells_xy, margin_m)
     seeds = np.zeros((window[0].stop - window[0].start, window[1].stop - window[1].start), bool)
     seeds[tuple((grid.frame.cells(frontier.cells_xy) - origin).T)] = True
     resolution = grid.frame.resolution_m
-    steps = walking_distances(grid.free[window], seeds, math.ceil(cfg.object_range_m / resolution))
+    steps = walking_distances(grid.free[window], seeds, math.ceil(OBJECT_RANGE_M / resolution))
     walk_m = steps * np.float32(resolution)
-    unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution, cfg)
-    rooms = _rooms(semantic, window, walk_m <= cfg.room_range_m, cfg)
-    objects = _objects(things, origin, walk_m, cfg)
-    door = doorway(frontier.cells_xy, grid, cfg)
+    unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution)
+    rooms = _rooms(semantic, window, walk_m <= ROOM_RANGE_M)
+    objects = _objects(things, origin, walk_m)
+    door = doorway(frontier.cells_xy, grid)
     return FrontierBrief(
         frontier.id,
         frontier.distance_m,
@@ -116,9 +110,9 @@ def _frontier_brief(
     )
 
 
-def _unknown_m2(unknown: Mask, seeds: Mask, resolution_m: float, cfg: BriefConfig) -> float:
+def _unknown_m2(unknown: Mask, seeds: Mask, resolution_m: float) -> float:
     """Unknown area that could be walked to from a frontier's cells, as far as the walls go."""
-    steps = walking_distances(unknown, seeds, math.ceil(cfg.unknown_depth_m / resolution_m))
+    steps = walking_distances(unknown, seeds, math.ceil(UNKNOWN_DEPTH_M / resolution_m))
     return float(np.isfinite(steps[~seeds]).sum()) * resolution_m**2
 
 
@@ -129,15 +123,15 @@ def worthwhile(brief: Brief, least_m2: float) -> Brief:
     return replace(brief, frontiers=kept) if kept else brief
 
 
-def doorway(cells_xy: F64, grid: NavigationMap, cfg: BriefConfig) -> bool:
+def doorway(cells_xy: F64, grid: NavigationMap) -> bool:
     """Whether cells (N, 2) m span a door's width and have something standing at both ends."""
     middle = cells_xy.mean(axis=0)
     axis = np.linalg.svd(cells_xy - middle, full_matrices=False)[2][0]
     along = (cells_xy - middle) @ axis
     width = float(np.ptp(along)) + grid.frame.resolution_m
-    if not cfg.doorway_m[0] <= width <= cfg.doorway_m[1]:
+    if not DOORWAY_M[0] <= width <= DOORWAY_M[1]:
         return False
-    reach = math.ceil(cfg.jamb_m / grid.frame.resolution_m)
+    reach = math.ceil(JAMB_M / grid.frame.resolution_m)
     ends = grid.frame.cells(cells_xy[[int(along.argmin()), int(along.argmax())]])
     return all(
         bool(
@@ -158,17 +152,15 @@ class _Things:
     starts: NDArray[np.intp]
 
     @classmethod
-    def of(cls, semantic: SemanticMap, frame: GridFrame, cfg: BriefConfig) -> "_Things":
-        sure = [i for i in semantic.instances.values() if i.confidence >= cfg.object_confidence]
+    def of(cls, semantic: SemanticMap, frame: GridFrame) -> "_Things":
+        sure = [i for i in semantic.instances.values() if i.confidence >= OBJECT_CONFIDENCE]
         cells = [frame.cells(i.cells_xy) for i in sure]
         starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
         flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])
         return cls(tuple(sure), flat, starts)
 
 
-def _objects(
-    things: _Things, origin: np.ndarray, walk_m: F32, cfg: BriefConfig
-) -> tuple[NearbyObject, ...]:
+def _objects(things: _Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyObject, ...]:
     """Objects whose footprint can be walked up to; 0.2 m around it counts as touching it."""
     if not things.instances:
         return ()
@@ -181,19 +173,19 @@ def _objects(
     near = [
         NearbyObject(instance.name, round(instance.confidence, 3), float(distance))
         for instance, distance in zip(things.instances, nearest, strict=True)
-        if distance <= cfg.object_range_m
+        if distance <= OBJECT_RANGE_M
     ]
     return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
 
 
 def _rooms(
-    semantic: SemanticMap, window: tuple[slice, slice], near: Mask, cfg: BriefConfig
+    semantic: SemanticMap, window: tuple[slice, slice], near: Mask
 ) -> tuple[tuple[str, float], ...]:
     if not semantic.room_names or not near.any():
         return ()
     evidence = semantic.rooms[:, *window][:, near].mean(axis=1).astype(float)
     total = float(evidence.sum())
-    if total < cfg.room_weight_min:
+    if total < ROOM_WEIGHT_MIN:
         return ()
     return tuple(
         (name, round(float(e) / total, 4))

@@ -6,33 +6,57 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Protocol
+from typing import Literal, Protocol
 
+from runtime.core.keys import key
 from runtime.core.types import Ballot, Decision, Vote
+
+Rank = Literal["nearest", "farthest"]
+Mode = Literal["strict", "lenient", "weighted", "best", "majority-3", "majority-5"]
+Fallback = Literal["closest", "geometry"]
 
 
 @dataclass(frozen=True)
 class ConsensusConfig:
-    """[consensus]"""
+    """How votes elect a frontier; all of it to compare with."""
 
-    rank: str = "nearest"  # within the chosen set; "farthest" is Algorithm 1's literal argmax
-    mode: str = "strict"
-    """"strict": two must agree. "lenient": a lone vote counts. To compare with: "weighted" trades
-    evidence for way, by `weights`; "best" takes what one is surest of, "majority-K" the most
-    frequent of K samples of the first vote."""
-    fallback: str = "geometry"
-    """When nobody agrees: by information gain against distance; "closest" is the paper's."""
-    weights: tuple[tuple[str, float], ...] = ()
-    """For "weighted": by expert, how many metres of way a nat of its evidence is worth. Experts
-    that abstain where nothing is above the bar say nothing here: set `experts.bar` to 0."""
-    detour_m: float = math.inf
-    """No vote can win a frontier that is so much farther away than the fallback's. With weak models
-    1.0 costs least a decision (docs/experts.md); the paper's rule has no bound."""
-    veto: int = 0  # frontiers that so many experts vote against are out; 0: none is
-    seed: int = 0  # of the samples
+    rank: Rank = key(
+        "nearest", 'Which of the chosen set wins; "farthest" is Algorithm 1\'s literal argmax.',
+        research="consensus_rank",
+    )  # fmt: skip
+    mode: Mode = key(
+        "strict",
+        '"strict": two must agree; "lenient": a lone vote counts; "weighted": evidence against '
+        'way, by the weights; "best": what one is surest of; "majority-K": the most frequent of K '
+        "samples of the first vote.",
+        research="consensus_mode",
+    )
+    fallback: Fallback = key(
+        "geometry",
+        'What decides when nobody agrees: "geometry" is information gain against distance, '
+        '"closest" is the paper\'s.',
+        research="consensus_fallback",
+    )
+    weights: tuple[tuple[str, float], ...] = key(
+        (),
+        'For mode "weighted": [expert, metres of way that a nat of its evidence is worth]; set '
+        "`experts_bar` to 0 then, as experts that abstain where nothing is above the bar say "
+        "nothing.",
+        research="consensus_weights",
+    )
+    detour_m: float = key(
+        math.inf,
+        "No vote wins a frontier that is so much farther than the fallback's; 1.0 costs least a "
+        "decision with weak models (docs/experts.md), the paper has no bound.",
+        "m",
+        research="consensus_detour_m",
+    )
+    veto: int = key(
+        0, "Frontiers that so many experts vote against are out; 0: none is.",
+        research="consensus_veto",
+    )  # fmt: skip
+    seed: int = key(0, "Of the samples that a majority is drawn from.", research="consensus_seed")
 
-
-MODES = ("strict", "lenient", "weighted", "best", "majority-3", "majority-5")
 
 PULL = 2.0  # nats of one expert at most, either way
 
@@ -95,7 +119,7 @@ class _Field:
         return replace(self, distance_m={i: d for i, d in self.distance_m.items() if d <= most})
 
     def ranked(self, ids: Collection[int], rank: str) -> list[int]:
-        """The best of `ids` first, as `consensus.rank` has it."""
+        """The best of `ids` first, as `research.consensus_rank` has it."""
         sign = -1 if rank == "farthest" else 1
         return sorted(ids, key=lambda i: (sign * self.distance_m[i], i))
 

@@ -3,7 +3,7 @@
 When a search ends at its target, the map tells what every earlier choice would have cost: the way
 on from each frontier to where the target was found. Regressed on what the experts said of those
 frontiers, that gives the metres of way that a nat of each one's evidence was worth: the weights of
-`consensus.mode = "weighted"`. They are drawn toward those in the configuration until there is much
+consensus mode "weighted". They are drawn toward those in the configuration until there is much
 to learn from, and never negative: an expert that misleads is not listened to, not turned around.
 """
 

@@ -7,7 +7,6 @@ those in the room where the robot is.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -15,15 +14,10 @@ import numpy as np
 from runtime.core.distances.planner import Terrain
 from runtime.core.types import Frontier, Mask, Pose
 
-
-@dataclass(frozen=True)
-class GainConfig:
-    """[gain]"""
-
-    discount_per_m: float = 0.35  # exponential, of the way there
-    keep_bonus: float = 1.3  # of the frontier under way
-    room_bonus: float = 2.0  # of a frontier in the robot's own room
-    doorway_m: float = 0.5  # clearance below which a place separates rooms
+DISCOUNT_PER_M = 0.35  # exponential, of the way there
+KEEP_BONUS = 1.3  # of the frontier under way
+ROOM_BONUS = 2.0  # of a frontier in the robot's own room
+DOORWAY_M = 0.5  # clearance below which a place separates rooms
 
 
 def ranked(
@@ -32,33 +26,32 @@ def ranked(
     current: int | None,
     terrain: Terrain,
     pose: Pose,
-    cfg: GainConfig,
 ) -> tuple[int, ...]:
     """Ids of the frontiers in `unknown_m2` (the area behind each), best first; ties go to the
     nearer, then the older."""
-    here = room_of(terrain, pose, cfg)
+    here = room_of(terrain, pose)
     scored = []
     for frontier in frontiers:
         if frontier.id not in unknown_m2:
             continue
         value = unknown_m2[frontier.id]
-        value *= math.exp(-cfg.discount_per_m * frontier.distance_m)
+        value *= math.exp(-DISCOUNT_PER_M * frontier.distance_m)
         if frontier.id == current:
-            value *= cfg.keep_bonus
+            value *= KEEP_BONUS
         row, col = terrain.frame.cell(*frontier.goal_xy)
         if terrain.frame.contains(row, col) and here[row, col]:
-            value *= cfg.room_bonus
+            value *= ROOM_BONUS
         scored.append((-value, frontier.distance_m, frontier.id))
     return tuple(id for _, _, id in sorted(scored))
 
 
-def room_of(terrain: Terrain, pose: Pose, cfg: GainConfig) -> Mask:
+def room_of(terrain: Terrain, pose: Pose) -> Mask:
     """(r, c) cells of the robot's room: what is connected without passing a doorway's width, and
     the margin that was taken off for that."""
-    wide = (terrain.clearance_m >= cfg.doorway_m) & terrain.traversable
+    wide = (terrain.clearance_m >= DOORWAY_M) & terrain.traversable
     _, labels = cv2.connectedComponents(wide.view(np.uint8), connectivity=4)
     row, col = terrain.frame.cell(pose.x_m, pose.y_m)
-    n = math.ceil(1.2 * cfg.doorway_m / terrain.frame.resolution_m)
+    n = math.ceil(1.2 * DOORWAY_M / terrain.frame.resolution_m)
     near = labels[max(0, row - n) : row + n + 1, max(0, col - n) : col + n + 1]
     found = np.bincount(near[near > 0]) if (near > 0).any() else np.zeros(0, np.int64)
     if not found.size:

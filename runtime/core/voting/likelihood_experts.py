@@ -11,22 +11,37 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
+from runtime.core.keys import key
 from runtime.core.types import Absence, Brief, Missing, Vote
+
+OBJECT_RANGE_M = 1.5  # distance at which an object's weight has fallen to 1 / e
+OBJECTS_HEARD = 5  # around a frontier, the nearest; of many the average says nothing
+PRIOR_WEIGHT = 0.3  # of "nothing known", in objects right at the frontier
+VIEW_SCALE = 8.0  # nats per unit of cosine between a view and the goal
+UNKNOWN_WEIGHT = 0.5  # exponent of the unknown area behind a frontier, in its prior
+DOOR_WEIGHT = 0.7  # of what a doorway seems to lead to, against the room it is seen from
 
 
 @dataclass(frozen=True)
 class ExpertConfig:
-    """[experts]"""
+    """How experts that weigh words vote; all of it to compare with."""
 
-    temperature: float = 0.6  # of the softmax over frontiers, in nats of evidence
-    bar: float = 1.5  # a frontier is recommended when p >= bar / n
-    doubt: float = 0.0  # and voted against when p <= doubt / n; see `consensus.veto`
-    object_range_m: float = 1.5  # distance at which an object's weight has fallen to 1 / e
-    objects_heard: int = 5  # around a frontier, the nearest; of many the average says nothing
-    prior_weight: float = 0.3  # of "nothing known", in objects right at the frontier
-    view_scale: float = 8.0  # nats per unit of cosine between a view and the goal
-    unknown_weight: float = 0.5  # exponent of the unknown area behind a frontier, in its prior
-    door_weight: float = 0.7  # of what a doorway seems to lead to, against the room it is seen from
+    temperature: float = key(
+        0.6,
+        "Temperature of the softmax over frontiers.",
+        "nats",
+        research="experts_temperature",
+        positive=True,
+    )
+    bar: float = key(
+        1.5,
+        "A frontier of n is recommended when its probability is bar / n or more.",
+        research="experts_bar",
+    )
+    doubt: float = key(
+        0.0, "A frontier of n is voted against when it is doubt / n or less; see `consensus_veto`.",
+        research="experts_doubt",
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,34 +146,32 @@ def behind(rooms: Sequence[str], answers: Mapping[LikelihoodQuestion, float]) ->
 
 def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
     """O2F: which frontiers do the objects near them recommend?"""
-    return _vote("o2f", brief, object_evidence(brief, affinity, cfg), cfg)
+    return _vote("o2f", brief, object_evidence(brief, affinity), cfg)
 
 
 def vote_rooms(
     brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig, doors: Doors = NO_DOORS
 ) -> Vote | Missing:
     """R2F: which frontiers do their room types, and what doors seem to lead to, recommend?"""
-    return _vote("r2f", brief, room_evidence(brief, affinity, doors, cfg), cfg)
+    return _vote("r2f", brief, room_evidence(brief, affinity, doors), cfg)
 
 
-def object_evidence(
-    brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig
-) -> dict[int, tuple[float, str]]:
+def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tuple[float, str]]:
     """Nats and the objects behind them, by frontier. The goal is with one of the objects nearest to
     it or with none (`prior_weight`): a mixture, so that one telling object is not drowned by many
     that say nothing. Weights fall with the distance on foot and rise with confidence."""
     evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
         weights = [
-            (o.confidence * math.exp(-o.distance_m / cfg.object_range_m), o.name)
+            (o.confidence * math.exp(-o.distance_m / OBJECT_RANGE_M), o.name)
             for o in frontier.objects
             if o.name in affinity and o.name != brief.goal
         ]
         if not weights:
             continue
-        heard = sorted(weights, reverse=True)[: cfg.objects_heard]
-        total = sum(w for w, _ in heard) + cfg.prior_weight
-        likely = sum(w * math.exp(affinity[name]) for w, name in heard) + cfg.prior_weight
+        heard = sorted(weights, reverse=True)[:OBJECTS_HEARD]
+        total = sum(w for w, _ in heard) + PRIOR_WEIGHT
+        likely = sum(w * math.exp(affinity[name]) for w, name in heard) + PRIOR_WEIGHT
         strongest = sorted(heard, key=lambda w: (-w[0] * affinity[w[1]], w[1]))
         told = ", ".join(dict.fromkeys(n for _, n in strongest[:3]))
         evidence[frontier.id] = math.log(likely / total), told
@@ -166,7 +179,7 @@ def object_evidence(
 
 
 def room_evidence(
-    brief: Brief, affinity: Mapping[str, float], doors: Doors, cfg: ExpertConfig
+    brief: Brief, affinity: Mapping[str, float], doors: Doors
 ) -> dict[int, tuple[float, str]]:
     """Nats and the likeliest room type, by frontier; a doorway also has what is behind it."""
     beyond = {
@@ -185,7 +198,7 @@ def room_evidence(
         told = max(known)[2]
         if frontier.doorway and all(room in beyond for _, room, _ in known):
             behind_it = sum(p * beyond[room] for p, room, _ in known) / total
-            nats += cfg.door_weight * (behind_it - nats)
+            nats += DOOR_WEIGHT * (behind_it - nats)
             told = f"door of {told}"
         evidence[frontier.id] = nats, told
     return evidence
@@ -194,7 +207,7 @@ def room_evidence(
 def vote_scene(brief: Brief, likeness: Mapping[int, float], cfg: ExpertConfig) -> Vote | Missing:
     """SLE without a vision-language model: which frontiers' views are like the goal's place?
     `likeness` is a cosine by frontier."""
-    evidence = {i: cfg.view_scale * cosine for i, cosine in likeness.items()}
+    evidence = {i: VIEW_SCALE * cosine for i, cosine in likeness.items()}
     return recommend("sle", brief, evidence, dict.fromkeys(evidence, "the view toward it"), cfg)
 
 
@@ -206,8 +219,8 @@ def vote_both(
     doors: Doors = NO_DOORS,
 ) -> Vote | Missing:
     """One expert in place of two, to compare with: objects' and rooms' evidence added up."""
-    near = object_evidence(brief, by_object, cfg)
-    around = room_evidence(brief, by_room, doors, cfg)
+    near = object_evidence(brief, by_object)
+    around = room_evidence(brief, by_room, doors)
     ids = sorted({*near, *around})
     evidence = {i: near.get(i, (0.0, ""))[0] + around.get(i, (0.0, ""))[0] for i in ids}
     told = {i: ", ".join(v[i][1] for v in (near, around) if i in v) for i in ids}
@@ -228,7 +241,7 @@ def recommend(
         return Missing(expert, Absence.NO_EVIDENCE)
     ids = sorted(evidence)
     top = max(evidence.values())
-    area = {f.id: (f.unknown_m2 + LEAST_M2) ** cfg.unknown_weight for f in brief.frontiers}
+    area = {f.id: (f.unknown_m2 + LEAST_M2) ** UNKNOWN_WEIGHT for f in brief.frontiers}
     weights = [area[i] * math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
     total = math.fsum(weights)
     p = {i: w / total for i, w in zip(ids, weights, strict=True)}

@@ -7,29 +7,24 @@ How far the robot is from each does not matter: votes are not about it, the elec
 distances of now.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from runtime.core.types import F32, Ballot, Brief, FrontierBrief
 
-
-@dataclass(frozen=True)
-class SpeculationConfig:
-    """[speculation], in real time only."""
-
-    slow_s: float = 0.1  # only when the votes before took so long, or were late
-    every_s: float = 1.0  # at most so often
-    confidence: float = 0.1  # an object's may differ so much
-    distance_m: float = 0.5  # and its distance from the frontier
-    rooms: float = 0.1  # total variation of two distributions over room types
-    view: float = 0.05  # one minus the cosine of two views
-    unknown_m2: float = 0.5  # unknown area behind a frontier
+SLOW_S = 0.1  # only when the votes before took so long, or were late
+EVERY_S = 1.0  # at most so often
+CONFIDENCE_SLACK = 0.1  # an object's may differ so much
+DISTANCE_SLACK_M = 0.5  # and its distance from the frontier
+ROOMS_SLACK = 0.1  # total variation of two distributions over room types
+VIEW_SLACK = 0.05  # one minus the cosine of two views
+UNKNOWN_SLACK_M2 = 0.5  # unknown area behind a frontier
 
 
-def worthwhile(ballot: Ballot, cfg: SpeculationConfig) -> bool:
+def worthwhile(ballot: Ballot) -> bool:
     """Whether votes are slow enough to be prepared."""
     if any(not absent.why.is_answer for absent in ballot.missing):
         return True
-    return max(ballot.latency_s.values(), default=0.0) >= cfg.slow_s
+    return max(ballot.latency_s.values(), default=0.0) >= SLOW_S
 
 
 def complete(ballot: Ballot) -> bool:
@@ -42,7 +37,7 @@ def expected(brief: Brief, aim: int) -> Brief:
     return replace(brief, frontiers=tuple(f for f in brief.frontiers if f.id != aim))
 
 
-def differs(prepared: Brief, now: Brief, cfg: SpeculationConfig) -> str:
+def differs(prepared: Brief, now: Brief) -> str:
     """The first thing that experts would be told otherwise now; "" when there is none."""
     if prepared.goal != now.goal:
         return "another goal"
@@ -51,39 +46,39 @@ def differs(prepared: Brief, now: Brief, cfg: SpeculationConfig) -> str:
     for id in sorted(before.keys() ^ after.keys()):
         return f"frontier {id} is {'new' if id in after else 'gone'}"
     for id, frontier in after.items():
-        what = _differ(before[id], frontier, cfg)
+        what = _differ(before[id], frontier)
         if what:
             return f"other {what} at frontier {id}"
     return ""
 
 
-def _differ(a: FrontierBrief, b: FrontierBrief, cfg: SpeculationConfig) -> str:
-    if not _same_objects(a, b, cfg):
+def _differ(a: FrontierBrief, b: FrontierBrief) -> str:
+    if not _same_objects(a, b):
         return "objects"
     p, q = dict(a.rooms), dict(b.rooms)
     apart = sum(abs(p.get(name, 0.0) - q.get(name, 0.0)) for name in p.keys() | q.keys()) / 2
-    if bool(p) != bool(q) or apart > cfg.rooms:
+    if bool(p) != bool(q) or apart > ROOMS_SLACK:
         return "rooms"
     if a.doorway != b.doorway:
         return "doorway"
-    if abs(a.unknown_m2 - b.unknown_m2) > cfg.unknown_m2:
+    if abs(a.unknown_m2 - b.unknown_m2) > UNKNOWN_SLACK_M2:
         return "unknown area"
-    return "" if _same_view(a.view, b.view, cfg) else "view"
+    return "" if _same_view(a.view, b.view) else "view"
 
 
-def _same_objects(a: FrontierBrief, b: FrontierBrief, cfg: SpeculationConfig) -> bool:
+def _same_objects(a: FrontierBrief, b: FrontierBrief) -> bool:
     """The same names, and those of one name pair by pair from the nearest on."""
     before = sorted(a.objects, key=lambda o: (o.name, o.distance_m, o.confidence))
     after = sorted(b.objects, key=lambda o: (o.name, o.distance_m, o.confidence))
     return len(before) == len(after) and all(
         x.name == y.name
-        and abs(x.distance_m - y.distance_m) <= cfg.distance_m
-        and abs(x.confidence - y.confidence) <= cfg.confidence
+        and abs(x.distance_m - y.distance_m) <= DISTANCE_SLACK_M
+        and abs(x.confidence - y.confidence) <= CONFIDENCE_SLACK
         for x, y in zip(before, after, strict=True)
     )
 
 
-def _same_view(a: F32, b: F32, cfg: SpeculationConfig) -> bool:
+def _same_view(a: F32, b: F32) -> bool:
     if a.size != b.size:
         return False
-    return not a.size or 1.0 - float(a @ b) <= cfg.view
+    return not a.size or 1.0 - float(a @ b) <= VIEW_SLACK

@@ -12,9 +12,9 @@ from hil_sim.expert_bench import voting
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, write_home
 from hil_sim.expert_bench.make import make_bank, plan_of
 from runtime.clock import Deadline, ManualClock
-from runtime.config import EXPERTS
 from runtime.core.types import Absence, Missing
 from runtime.errors import RfNavError
+from runtime.experts.panel import EXPERTS
 
 
 class Mute:

@@ -8,9 +8,13 @@ import pytest
 from hil_sim.evaluation.compare import main
 
 
-def folder(path: Path, steps: int = 9, wall: float = 1.0, x: float = 0.5, rows: int = 2) -> str:
+def folder(
+    path: Path, steps: int = 9, wall: float = 1.0, x: float = 0.5, rows: int = 2,
+    settings: tuple[str, ...] = (),
+) -> str:  # fmt: skip
     path.mkdir()
-    (path / "run.json").write_text(json.dumps({"suite": "val", "seed": 0}))
+    told = {"suite": "val", "seed": 0, "settings": settings}
+    (path / "run.json").write_text(json.dumps(told))
     lines = []
     for i in range(rows):
         wall_times = {"total": wall}
@@ -30,6 +34,14 @@ def test_only_wall_times_and_order_may_differ(
     one, two = folder(tmp_path / "a"), folder(tmp_path / "b", wall=2.0)
     assert main([one, two]) == 0
     assert capsys.readouterr().out == "equal: 2 episodes\n"
+
+
+def test_a_key_that_was_renamed_since_is_the_same_key(tmp_path: Path) -> None:
+    one = folder(tmp_path / "a", settings=("experts.bar=1.3", "models.threads=1"))
+    two = folder(tmp_path / "b", settings=("research.experts_bar=1.3", "models.threads=1"))
+    other = folder(tmp_path / "c", settings=("research.experts_bar=1.4", "models.threads=1"))
+    assert main([one, two]) == 0
+    assert main([one, other]) == 1
 
 
 @pytest.mark.parametrize(

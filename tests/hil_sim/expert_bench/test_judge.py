@@ -14,9 +14,10 @@ from hil_sim.expert_bench.judge import CONDITIONS, METHODS, NEAR, RANDOM, Table,
 from hil_sim.expert_bench.statistics import Resampling
 from hil_sim.expert_bench.voting import Votes, at_random
 from runtime.clock import Deadline, ManualClock
-from runtime.config import EXPERTS, Config
+from runtime.config import Config
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError
+from runtime.experts.panel import EXPERTS
 
 Cast = Callable[[str, Brief], Vote | Missing]
 
@@ -151,17 +152,19 @@ def test_evidence_is_compared_with_the_way_on() -> None:
 
 def test_settings_reach_the_experts_and_unknown_ones_are_refused() -> None:
     given = Given(lambda expert, brief: vote(expert, [3]))
-    judge(bank(), ("experts.bar=1.3",), given)
+    judge(bank(), ("research.experts_bar=1.3",), given)
     assert set(given.asked_for) == {1.3, 0.0}
-    with pytest.raises(ConfigError, match=r"experts\.baar: unknown; did you mean bar"):
-        judge(bank(), ("experts.baar=1.3",), given)
+    with pytest.raises(
+        ConfigError, match=r"research\.experts_baar: unknown; did you mean experts_bar"
+    ):
+        judge(bank(), ("research.experts_baar=1.3",), given)
 
 
 def test_the_report_says_what_the_table_holds() -> None:
     table = judged(lambda expert, brief: vote(expert, [3]), CONDITIONS)
     plan = {"wrong": 0.2, "missing": 0.3}
-    text = report.section(bank(), table, "test", ("experts.bar=1.3",), plan, 0)
-    assert "Side `test`: 4 questions, 4 homes of 4 layouts, with `experts.bar=1.3`" in text
+    text = report.section(bank(), table, "test", ("research.experts_bar=1.3",), plan, 0)
+    assert "Side `test`: 4 questions, 4 homes of 4 layouts, with `research.experts_bar=1.3`" in text
     line = next(row for row in text.splitlines() if row.startswith("| closest |"))
     assert line == (
         "| closest | 6.00 [6.00, 6.00] | **6.00 [6.00, 6.00]** | 0.0 [0.0, 0.0] | "
@@ -186,7 +189,7 @@ def test_evidence_is_weighed_where_there_are_weights() -> None:
     assert "weighted" not in judge(bank(), (), given).rows
     costs = []
     for metres in (0.5, 5.0):
-        table = judge(bank(), (f'consensus.weights=[["o2f", {metres}]]',), given)
+        table = judge(bank(), (f'research.consensus_weights=[["o2f", {metres}]]',), given)
         costs.append(regret(table, "weighted"))
     # log 0.7 - log 0.1 is 1.9 nats: 2 m further on is worth it at 5 m a nat, not at 0.5
     assert costs == [6.0, 0.0]

@@ -204,7 +204,7 @@ def test_a_model_at_fault_is_another_command() -> None:
     command, settings = model_fault(parse_faults(["llm-hang"]))
     assert command is not None
     assert command[1:] == ["-m", "hil_sim.driving.faulty_runtime", "hang", "run", "--lockstep"]
-    assert settings == ("panel.budget_in_lockstep=true",)
+    assert settings == ("research.budget_in_lockstep=true",)
     assert model_fault(parse_faults(["llm-nonsense"]), ())[0][-2:] == ["nonsense", "run"]  # type: ignore[index]
     command, settings = model_fault(parse_faults(["cloud-down"]))
     assert command is not None
@@ -215,7 +215,7 @@ def test_a_model_at_fault_is_another_command() -> None:
         "run",
         "--lockstep",
     ]
-    assert settings == ("panel.budget_in_lockstep=true",)
+    assert settings == ("research.budget_in_lockstep=true",)
 
 
 def test_a_cloud_that_is_down_refuses_or_never_answers(tmp_path: Path) -> None:

@@ -11,18 +11,20 @@ import pytest
 from cloud_double import Server, answer, completion
 
 from runtime.clock import Clock, Deadline, ManualClock, SystemClock
-from runtime.config import Config, PanelConfig
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
+from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.likelihood import Scored
-from runtime.experts.panel import Panel
+from runtime.experts.panel import SEATED, Panel
 from runtime.experts.reasoner import Reasoner
 from runtime.experts.scorer import Scorer
 from runtime.experts.seating import Seats
 
 PATIENCE_S = 20.0
+CFG = ExpertConfig()
 ROOMS = ("bathroom", "bedroom", "kitchen")
 SINK, LAMP = NearbyObject("sink", 0.9, 0.2), NearbyObject("lamp", 0.9, 0.2)
 BRIEF = Brief(
@@ -99,19 +101,19 @@ def voted(outcome: Vote | Missing) -> tuple[tuple[int, ...], str]:
 
 def test_the_model_on_the_robot_answers_first(stack: ExitStack) -> None:
     seats = seated(stack, Likes("sink"))
-    table = seats.experts(Config())
+    table = seats.experts(SEATED, CFG)
     assert voted(table["o2f"](BRIEF, never())) == ((1,), "local")
     assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
     assert table["sle"](BRIEF, never()) == Missing("sle", Absence.NO_EVIDENCE)
     assert seats.rung() == "small"
     assert not seats.alike.used
-    assert seats.appeals(Config()) == {}
+    assert seats.appeals(SEATED) == {}
     assert seats.health() == {"rungs": {"o2f": "local", "r2f": "local"}, "errors": []}
 
 
 def test_a_broken_model_leaves_its_place_to_the_text_encoder(stack: ExitStack) -> None:
     seats = seated(stack, Broken())
-    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((2,), "embedding")
+    assert voted(seats.experts(SEATED, CFG)["o2f"](BRIEF, never())) == ((2,), "embedding")
     assert seats.rung() == "embedding"
     assert seats.health()["errors"] == ["small: no memory"]
 
@@ -119,11 +121,11 @@ def test_a_broken_model_leaves_its_place_to_the_text_encoder(stack: ExitStack) -
 def test_without_a_model_that_answers_the_cloud_is_asked(stack: ExitStack, tmp_path: Path) -> None:
     server = stack.enter_context(Server())
     seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
-    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((1,), "cloud")
+    assert voted(seats.experts(SEATED, CFG)["o2f"](BRIEF, never())) == ((1,), "cloud")
     assert seats.rung() == "cloud"
     assert [bill.outcome for bill in seats.bills()] == ["vote"]
     server.behave = "break"
-    assert voted(seats.experts(Config())["o2f"](BRIEF, never())) == ((2,), "embedding")
+    assert voted(seats.experts(SEATED, CFG)["o2f"](BRIEF, never())) == ((2,), "embedding")
     status = seats.health()["cloud"]
     assert isinstance(status, dict)
     assert "connection broke" in str(status["error"])
@@ -132,7 +134,7 @@ def test_without_a_model_that_answers_the_cloud_is_asked(stack: ExitStack, tmp_p
 def test_while_the_model_answers_the_cloud_is_not_asked(stack: ExitStack, tmp_path: Path) -> None:
     server = stack.enter_context(Server())
     seats = seated(stack, Likes("sink"), cloud_at(stack, tmp_path, server))
-    table = seats.experts(Config())
+    table = seats.experts(SEATED, CFG)
     for name in ("o2f", "r2f"):
         assert voted(table[name](BRIEF, never())) == ((1,), "local")
     none = Brief("toilet", 8, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2)))
@@ -145,7 +147,7 @@ def test_a_model_that_hangs_is_stepped_over(stack: ExitStack) -> None:
     model = Likes("sink", gate)
     seats = seated(stack, model, clock=clock)
     got: list[Vote | Missing] = []
-    ask = seats.experts(Config())["o2f"]
+    ask = seats.experts(SEATED, CFG)["o2f"]
     asker = threading.Thread(target=lambda: got.append(ask(BRIEF, Deadline.after(2.0, clock))))
     asker.start()
     assert model.begun.wait(PATIENCE_S)
@@ -164,21 +166,20 @@ def test_the_cloud_is_appealed_to_when_experts_disagree(stack: ExitStack, tmp_pa
     server = stack.enter_context(Server(lambda body: (200, completion(answer([1])))))
     cloud = cloud_at(stack, tmp_path, server)
     seats = seated(stack, Likes("lamp"), cloud)  # o2f: by the lamp, 2; r2f: the bathroom, 1
-    config = replace(Config(), panel=PanelConfig(experts=("o2f", "r2f")))
-    rule = config.navigate.consensus
+    names, rule = ("o2f", "r2f"), ConsensusConfig()
 
     def agreed(ballot: Ballot) -> bool:
         return consensus.agreed(ballot, rule)
 
     clock = SystemClock()
-    panel = Panel(seats.experts(config), clock, seats.appeals(config), agreed)
+    panel = Panel(seats.experts(names, CFG), clock, seats.appeals(names), agreed)
     with stack.enter_context(panel):
         ballot = panel.ask(BRIEF, Deadline.never(clock))
     assert [voted(v) for v in ballot.votes] == [((1,), "cloud"), ((1,), "cloud")]
     assert len(server.requests) == 2
     assert seats.rung() == "cloud"
-    off = replace(config, cloud=replace(config.cloud, on_disagreement=False))
-    assert seats.appeals(off) == {}
+    cloud.cfg = replace(cloud.cfg, on_disagreement=False)
+    assert seats.appeals(names) == {}
 
 
 def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
@@ -186,8 +187,8 @@ def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
 ) -> None:
     server = stack.enter_context(Server())
     seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
-    seats.experts(Config())["o2f"](BRIEF, never())
-    appeal = seats.appeals(Config())["o2f"]
+    seats.experts(SEATED, CFG)["o2f"](BRIEF, never())
+    appeal = seats.appeals(SEATED)["o2f"]
     assert appeal(BRIEF, never()) == Missing("o2f", Absence.UNREACHED, "the cloud has voted")
     assert isinstance(appeal(replace(BRIEF, stamp_ns=8), never()), Vote)
     assert len(server.requests) == 2
@@ -210,15 +211,15 @@ def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
     seats.eyes = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=True))
     for in_words in (False, True):
         seats.looks_in_words = in_words
-        assert voted(seats.experts(Config())["sle"](BRIEF, never())) == ((2,), "local")
+        assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "local")
     blind = Brief("toilet", 9, tuple(replace(f, image=b"") for f in BRIEF.frontiers))
-    assert seats.experts(Config())["sle"](blind, never()) == Missing("sle", Absence.NO_EVIDENCE)
+    assert seats.experts(SEATED, CFG)["sle"](blind, never()) == Missing("sle", Absence.NO_EVIDENCE)
 
 
 def test_a_large_model_reasons_for_the_experts_of_words(stack: ExitStack) -> None:
     seats = seated(stack)
     seats.reasoner = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=False))
-    table = seats.experts(Config())
+    table = seats.experts(SEATED, CFG)
     assert voted(table["o2f"](BRIEF, never())) == ((1,), "local")
     assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
 
@@ -227,6 +228,6 @@ def test_with_privacy_text_sle_stays_on_the_robot(stack: ExitStack, tmp_path: Pa
     server = stack.enter_context(Server())
     seats = seated(stack, Likes("sink"), cloud_at(stack, tmp_path, server))
     seats.likeness = lambda brief: {1: 0.1, 2: 0.9}
-    assert voted(seats.experts(Config())["sle"](BRIEF, never())) == ((2,), "embedding")
-    assert isinstance(seats.appeals(Config())["sle"](BRIEF, never()), Missing)
+    assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "embedding")
+    assert isinstance(seats.appeals(SEATED)["sle"](BRIEF, never()), Missing)
     assert server.requests == []

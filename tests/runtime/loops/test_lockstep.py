@@ -5,6 +5,7 @@ import threading
 from collections.abc import Sequence
 from pathlib import Path
 
+import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, Wordy, broken, farthest
 from lockstep_double import Peer, begin, home, running
@@ -72,7 +73,7 @@ def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
         release.wait(30.0)
         return farthest(brief, by)
 
-    budget = ("panel.budget_in_lockstep=true", "panel.decide_budget_s=1.0")
+    budget = ("research.budget_in_lockstep=true", "panel.decide_budget_s=1.0")
     models = FakeModels(there, o2f=farthest, r2f=hanging, sle=farthest)
     with running(models, *budget) as (peer, ended):
         begin(peer, tmp_path)
@@ -194,9 +195,12 @@ def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
     assert not ended
 
 
-def test_a_camera_without_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
+def test_a_camera_without_intrinsics_ends_the_run_with_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.2)
     there = home()
-    with running(FakeModels(there), "bus.sensor_timeout_s=0.2") as (peer, ended):
+    with running(FakeModels(there)) as (peer, ended):
         begin(peer, tmp_path)
         peer.show(there, None, ended)
     assert isinstance(ended[0], SensorError)
@@ -226,7 +230,7 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
             {
                 "goal": "toilet",
                 "log_dir": str(tmp_path),
-                "settings": ["consensus.mode=lenient", "explore.first_looks=2"],
+                "settings": ["research.consensus_mode=lenient", "explore.first_looks=2"],
             },
         )["accepted"]
         for _ in range(4):
@@ -242,7 +246,7 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
 
 def test_in_velocity_mode_the_answer_is_a_twist(tmp_path: Path):
     there = home()
-    with running(FakeModels(there), 'control.mode="velocity"') as (peer, ended):
+    with running(FakeModels(there), 'research.control_mode="velocity"') as (peer, ended):
         begin(peer, tmp_path)
         for _ in range(3):
             assert peer.show(there) == "turn_left"

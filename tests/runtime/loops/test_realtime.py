@@ -39,7 +39,7 @@ def running(
     """The loop and its helm, and a robot linked to them."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     robot = RobotDouble(models.home, BusConfig(listen=(endpoint,)))
-    given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'control.mode="velocity"')
+    given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'research.control_mode="velocity"')
     config, clock = load(None, given), SystemClock()
     ending, ended = threading.Event(), []
     bus = Bus(config.bus, clock)
@@ -144,7 +144,8 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
     assert robot.decisions[0]["rule"] == "all"
 
 
-def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path):
+def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("runtime.core.voting.rehearsal.SLOW_S", 0.0)
     models = FakeModels(home(4.0, 3.0), o2f=farthest, r2f=farthest)
     rehearse, rehearsed = models.panel.rehearse, []
 
@@ -153,7 +154,7 @@ def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path):
         return rehearse(brief, by, wanted)
 
     models.panel.rehearse = spied  # type: ignore[method-assign]
-    with running(models, *PATIENT, "speculation.slow_s=0.0") as (robot, ended):
+    with running(models, *PATIENT) as (robot, ended):
         begin(robot, tmp_path)
         robot.until(lambda: rehearsed or ended)
         summary = robot.ask("cancel")

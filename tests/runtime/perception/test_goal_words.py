@@ -21,29 +21,29 @@ def embed(texts: Sequence[str]) -> np.ndarray:
 
 
 def test_a_class_or_its_other_name_is_known():
-    assert understand("Toilet", Words(CLASSES), embed, 0.65).name == "toilet"
-    assert understand("potted plant", Words(CLASSES), embed, 0.65).name == "plant"
-    assert understand("couch", Words(CLASSES), embed, 0.65).classes == CLASSES
+    assert understand("Toilet", Words(CLASSES), embed).name == "toilet"
+    assert understand("potted plant", Words(CLASSES), embed).name == "plant"
+    assert understand("couch", Words(CLASSES), embed).classes == CLASSES
 
 
 def test_what_people_also_call_a_class_is_looked_for_as_it():
     also = {"toilet": ("loo", "water closet")}
     for text in ("loo", "The Loo", "my water-closet", "loos"):
-        goal = understand(text, Words(CLASSES, also=also), embed, 0.65)
+        goal = understand(text, Words(CLASSES, also=also), embed)
         assert goal.name == "toilet"
         assert goal.classes == CLASSES  # the detector is asked for nothing more
         assert "another word for toilet" in goal.how
-    assert understand("a", Words(CLASSES, also=also), embed, 0.65).name == "a"
+    assert understand("a", Words(CLASSES, also=also), embed).name == "a"
 
 
 def test_who_asks_for_a_lamp_is_served_by_any():
     classes = (("lamp", "light"), ("desk lamp", "table lamp"), ("sofa",))
     kinds = {"lamp": ("desk lamp",)}
-    goal = understand("light", Words(classes, kinds=kinds), embed, 0.65)
+    goal = understand("light", Words(classes, kinds=kinds), embed)
     assert goal.name == "lamp"
     assert goal.classes == (("lamp", "light", "desk lamp", "table lamp"), *classes[1:])
     assert "of its kind: desk lamp" in goal.how
-    assert understand("table lamp", Words(classes, kinds=kinds), embed, 0.65).classes == classes
+    assert understand("table lamp", Words(classes, kinds=kinds), embed).classes == classes
 
 
 def test_of_names_alike_enough_one_of_its_kind_wins():
@@ -54,11 +54,11 @@ def test_of_names_alike_enough_one_of_its_kind_wins():
         return np.array([(like.get(t, 1.0), 0.0) for t in texts], np.float32)
 
     # With what its kind is worth, "hamper" is nearest, but not near enough by itself.
-    assert understand("odd hamper", Words(classes), near, 0.65).name == "laundry basket"
+    assert understand("odd hamper", Words(classes), near).name == "laundry basket"
 
 
 def test_a_synonym_joins_the_class_it_means():
-    goal = understand("settee", Words(CLASSES), embed, 0.65)
+    goal = understand("settee", Words(CLASSES), embed)
     assert goal.name == "sofa"
     assert ("sofa", "couch", "settee") in goal.classes
     assert len(goal.classes) == len(CLASSES)
@@ -66,7 +66,7 @@ def test_a_synonym_joins_the_class_it_means():
 
 
 def test_anything_else_becomes_a_class_of_its_own():
-    goal = understand("Red  umbrella", Words(CLASSES), embed, 0.65)
+    goal = understand("Red  umbrella", Words(CLASSES), embed)
     assert goal.name == "red umbrella"
     assert goal.classes == (*CLASSES, ("red umbrella",))
 

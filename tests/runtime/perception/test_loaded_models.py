@@ -58,7 +58,7 @@ BRIEF = Brief(
 
 
 def configured(tmp_path: Path, *settings: str) -> Config:
-    return load(None, (f"cloud.spending_file='{tmp_path}/spending.sqlite'", *settings))
+    return load(None, (f"research.cloud_spending_file='{tmp_path}/spending.sqlite'", *settings))
 
 
 def never() -> Deadline:
@@ -85,7 +85,7 @@ def test_a_model_that_sees_needs_images_to_be_kept(tmp_path: Path) -> None:
     for settings in (("models.vision='x.gguf'",), (*CLOUD, "cloud.privacy='full'")):
         with pytest.raises(ConfigError, match=r"^keyframes\.image_width_px: is 0"):
             configured(tmp_path, *settings)
-    configured(tmp_path, *CLOUD, "cloud.privacy='full'", "cloud.images=false")
+    configured(tmp_path, *CLOUD, "cloud.privacy='full'", "research.cloud_images=false")
 
 
 def test_a_goal_cannot_send_the_key_elsewhere(tmp_path: Path) -> None:
@@ -223,9 +223,9 @@ def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> N
     ("goal", "settings", "said"),
     [
         ("umbrella", (), "looked at twice, for: umbrella"),
-        ("umbrella", ("detector.second_looks=0",), ""),
-        ("umbrella", ("models.second_look=''",), ""),
-        ("umbrella", ("detector.source='topic'",), ""),
+        ("umbrella", ("research.second_looks=0",), ""),
+        ("umbrella", ("research.second_look=''",), ""),
+        ("umbrella", ("research.detector_source='topic'",), ""),
         ("toilet", (), ""),
         ("zxcvb", (), "it will hardly be recognised"),
     ],
@@ -262,8 +262,8 @@ def test_a_second_look_is_of_its_goal_alone(
         lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
     )
     nobody = "models.language='/nowhere/x.gguf'"
-    plain = ("panel.experts=[]", "detector.memo_frames=8", nobody)
-    listed = configured(tmp_path, *plain, "detector.labels=['umbrella']")
+    plain = ("panel.experts=[]", "research.detector_memo_frames=8", nobody)
+    listed = configured(tmp_path, *plain, "research.detector_labels=['umbrella']")
     config = configured(tmp_path, *plain)
     image = np.random.default_rng(0).integers(0, 255, (480, 640, 3), np.uint8)
     with LoadedModels(config, SystemClock()) as models:
@@ -279,7 +279,7 @@ def test_a_second_look_is_of_its_goal_alone(
         models.accept("umbrella", config)
         with pytest.raises(ModelError):
             models.accept(
-                "x" * 70, configured(tmp_path, *plain, f"detector.labels=['{'y' * 101}']")
+                "x" * 70, configured(tmp_path, *plain, f"research.detector_labels=['{'y' * 101}']")
             )
         with pytest.raises(ModelError, match="no such model file"):
             models.accept("toilet", configured(tmp_path, nobody))

@@ -132,8 +132,9 @@ def lockstep() -> Iterator[tuple[Robot, Bus]]:
 
 
 @pytest.fixture
-def realtime() -> Iterator[tuple[Robot, Bus]]:
-    robot, bus = pair(lockstep=False, sensor_timeout_s=0.15, prefix="/robot1/")
+def realtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Robot, Bus]]:
+    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.15)
+    robot, bus = pair(lockstep=False, prefix="/robot1/")
     yield robot, bus
     bus.close()
     robot.session.close()

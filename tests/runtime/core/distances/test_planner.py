@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.core.distances.planner import (
-    PlannerConfig,
     Terrain,
     approach,
     cells_at,
@@ -17,19 +16,25 @@ from runtime.core.distances.planner import (
     march_from,
     survey,
 )
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.motion.discrete_policy import face, follow
 from runtime.core.types import Action, Pose
 
 RADIUS = 0.18
-PLAN = PlannerConfig()
 CONTROL = ControlConfig()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def small_map():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.mapping.grid.SIDE_M", 8.0)
+        yield
 
 
 def terrain(obstacles: list[tuple[float, float, float, float]], pose: Pose) -> Terrain:
     """A 6 m x 6 m free square around the origin with boxes x0, y0, x1, y1 in it."""
-    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS, MapConfig(side_m=8.0))
+    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS)
     f = grid.frame
     rows, cols = np.indices(f.shape)
     xy = f.centres(np.stack([rows, cols], axis=-1).astype(np.int32))
@@ -38,7 +43,7 @@ def terrain(obstacles: list[tuple[float, float, float, float]], pose: Pose) -> T
     for x0, y0, x1, y1 in obstacles:
         grid.evidence[(x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)] = 9
     grid.changed()
-    return survey(grid, pose, RADIUS, PLAN)
+    return survey(grid, pose, RADIUS)
 
 
 START = Pose(-2.0, 0.0, 0.0)
@@ -85,22 +90,22 @@ def test_the_robot_can_leave_a_spot_too_tight_for_it():
 
 
 def test_where_the_body_has_been_stays_a_way_back():
-    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS, MapConfig(side_m=8.0))
+    grid = NavigationMap.around(Pose(0, 0, 0), RADIUS)
     f = grid.frame
     rows, cols = np.indices(f.shape)
     x, y = np.moveaxis(f.centres(np.stack([rows, cols], axis=-1).astype(np.int32)), -1, 0)
     grid.swept[(np.abs(x) < 3) & (np.abs(y) < 3)] = True
     for n in range(13):
-        grid.drive_over(Pose(-1.5 + 0.25 * n, 0.0, 0.0), RADIUS, MapConfig())
+        grid.drive_over(Pose(-1.5 + 0.25 * n, 0.0, 0.0), RADIUS)
     grid.evidence[(np.abs(x) < 0.5) & (np.abs(y) > 0.15)] = 9  # closer than was thought
     grid.changed()
     pose = Pose(1.5, 0.0, math.pi)
-    t = survey(grid, pose, RADIUS, PLAN)
+    t = survey(grid, pose, RADIUS)
     field = march_from(t, np.array([-1.5, 0.0]))
     assert field.at(1.5, 0.0) < math.inf
     assert follow(t, field, pose, RADIUS, CONTROL) is Action.MOVE_FORWARD
-    grid.bump(Pose(0.4, 0.0, math.pi), RADIUS, MapConfig())
-    t = survey(grid, pose, RADIUS, PLAN)
+    grid.bump(Pose(0.4, 0.0, math.pi), RADIUS)
+    t = survey(grid, pose, RADIUS)
     assert march_from(t, np.array([-1.5, 0.0])).at(1.5, 0.0) == math.inf
 
 

@@ -1,26 +1,32 @@
 """Frontiers of drawn maps, and ids that outlive splits, merges and growth."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.frontiers import (
-    FrontierConfig,
     FrontierMemory,
     boundary,
     components,
     identify,
 )
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.types import Pose
 
-CFG = FrontierConfig(min_cells=3)
 FRAME = GridFrame(-3.0, -3.0, 0.05, 120, 120)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def small_map():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.mapping.grid.SIDE_M", 6.0)
+        yield
+
+
 def drawn(free: np.ndarray, occupied: np.ndarray) -> NavigationMap:
-    grid = NavigationMap.around(Pose(0, 0, 0), 0.01, MapConfig(side_m=6.0))
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.01)
     grid.swept[:] = free
     grid.evidence[:] = np.where(occupied, 9, 0)
     grid.changed()
@@ -41,8 +47,8 @@ def test_the_open_side_of_a_walled_room_is_its_only_frontier():
     free = patch(slice(40, 80), slice(40, 80))
     walls = patch(slice(38, 82), slice(38, 82)) & ~patch(slice(40, 80), slice(40, 82))
     grid = drawn(free, walls)
-    edge = boundary(grid, np.zeros(FRAME.shape, bool), CFG)
-    parts = components(edge, grid.frame, CFG.min_cells)
+    edge = boundary(grid, np.zeros(FRAME.shape, bool))
+    parts = components(edge, grid.frame, 3)
     assert len(parts) == 1
     cells = grid.frame.cells(parts[0])
     assert set(cells[:, 1]) == {79}  # the column that touches unknown
@@ -53,14 +59,14 @@ def test_the_open_side_of_a_walled_room_is_its_only_frontier():
 def test_a_closed_room_has_none():
     free = patch(slice(40, 80), slice(40, 80))
     grid = drawn(free, patch(slice(38, 82), slice(38, 82)) & ~free)
-    assert not boundary(grid, np.zeros(FRAME.shape, bool), CFG).any()
+    assert not boundary(grid, np.zeros(FRAME.shape, bool)).any()
 
 
 def test_what_was_given_up_is_no_frontier():
     free = patch(slice(40, 80), slice(40, 80))
     grid = drawn(free, np.zeros(FRAME.shape, bool))
-    assert boundary(grid, np.zeros(FRAME.shape, bool), CFG).any()
-    assert not boundary(grid, np.ones(FRAME.shape, bool), CFG).any()
+    assert boundary(grid, np.zeros(FRAME.shape, bool)).any()
+    assert not boundary(grid, np.ones(FRAME.shape, bool)).any()
 
 
 @settings(max_examples=30, deadline=None)
@@ -70,7 +76,7 @@ def test_every_frontier_cell_is_free_and_touches_unknown(seed: int):
     coarse = rng.integers(0, 3, (12, 12))
     state = np.kron(coarse, np.ones((10, 10), int))
     grid = drawn(state == 1, state == 2)
-    edge = boundary(grid, np.zeros(FRAME.shape, bool), CFG)
+    edge = boundary(grid, np.zeros(FRAME.shape, bool))
     unknown = np.pad(grid.unknown, 1)
     beside = np.any(
         [np.roll(unknown, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)], axis=0
@@ -90,30 +96,30 @@ def test_components_follow_eight_neighbours_and_drop_small_ones():
 
 def test_a_frontier_that_moves_a_little_keeps_its_id():
     memory = FrontierMemory()
-    assert list(identify(memory, [line(40, 20, 40)], FRAME, CFG)) == [1]
-    assert list(identify(memory, [line(42, 20, 40)], FRAME, CFG)) == [1]
-    assert list(identify(memory, [line(60, 20, 40)], FRAME, CFG)) == [2]
+    assert list(identify(memory, [line(40, 20, 40)], FRAME)) == [1]
+    assert list(identify(memory, [line(42, 20, 40)], FRAME)) == [1]
+    assert list(identify(memory, [line(60, 20, 40)], FRAME)) == [2]
 
 
 def test_in_a_split_the_larger_part_keeps_the_id():
     memory = FrontierMemory()
-    identify(memory, [line(40, 20, 60)], FRAME, CFG)
-    named = identify(memory, [line(40, 20, 30), line(40, 33, 60)], FRAME, CFG)
+    identify(memory, [line(40, 20, 60)], FRAME)
+    named = identify(memory, [line(40, 20, 30), line(40, 33, 60)], FRAME)
     assert {id: len(cells) for id, cells in named.items()} == {1: 27, 2: 10}
 
 
 def test_in_a_merge_the_older_id_wins():
     memory = FrontierMemory()
-    identify(memory, [line(40, 20, 30)], FRAME, CFG)
-    identify(memory, [line(40, 20, 30), line(40, 40, 80)], FRAME, CFG)
-    assert list(identify(memory, [line(40, 20, 80)], FRAME, CFG)) == [1]
+    identify(memory, [line(40, 20, 30)], FRAME)
+    identify(memory, [line(40, 20, 30), line(40, 40, 80)], FRAME)
+    assert list(identify(memory, [line(40, 20, 80)], FRAME)) == [1]
 
 
 def test_ids_are_never_used_again():
     memory = FrontierMemory()
     seen: set[int] = set()
     for row in range(10, 100, 8):
-        named = identify(memory, [line(row, 20, 40)], FRAME, CFG)
+        named = identify(memory, [line(row, 20, 40)], FRAME)
         assert not seen & set(named)
         seen |= set(named)
 
@@ -121,13 +127,13 @@ def test_ids_are_never_used_again():
 def test_ids_survive_a_larger_grid():
     memory = FrontierMemory()
     cells = line(40, 20, 40)
-    identify(memory, [cells], FRAME, CFG)
+    identify(memory, [cells], FRAME)
     wider = GridFrame(-9.4, -9.4, 0.05, 376, 376)
-    assert list(identify(memory, [cells], wider, CFG)) == [1]
+    assert list(identify(memory, [cells], wider)) == [1]
 
 
 def test_a_touch_is_not_enough_to_inherit():
     memory = FrontierMemory()
-    identify(memory, [line(40, 20, 60)], FRAME, CFG)
-    named = identify(memory, [line(40, 60, 100)], FRAME, CFG)
+    identify(memory, [line(40, 20, 60)], FRAME)
+    named = identify(memory, [line(40, 60, 100)], FRAME)
     assert list(named) == [2]

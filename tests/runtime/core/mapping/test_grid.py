@@ -4,12 +4,16 @@ import math
 
 import cv2
 import numpy as np
+import pytest
 from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.core.mapping.grid import (
-    MapConfig,
+    EVIDENCE_MAX,
+    HIT,
+    OCCUPIED_AT,
+    RESOLUTION_M,
     NavigationMap,
     integrate,
     polygon_mask,
@@ -17,17 +21,24 @@ from runtime.core.mapping.grid import (
 )
 from runtime.core.types import Observation, Pose
 
-CFG = MapConfig(stride=1)
+DEPTH_M = 5.0
 RADIUS = 0.18
 START = Pose(3.0, 3.6, 0.0)
 
 
+@pytest.fixture(autouse=True, scope="module")
+def every_pixel_is_used():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.mapping.grid.STRIDE", 1)
+        yield
+
+
 def mapped(pose: Pose = START, turns: int = 12) -> tuple[NavigationMap, Apartment]:
     home = Apartment.of(TWO_ROOMS, pose)
-    grid = NavigationMap.around(pose, RADIUS, CFG)
+    grid = NavigationMap.around(pose, RADIUS)
     for n in range(turns):
         home.pose = Pose(pose.x_m, pose.y_m, n * math.pi / 6)
-        integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+        integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
     return grid, home
 
 
@@ -70,7 +81,7 @@ def test_every_cell_is_exactly_one_of_three():
 def test_a_ray_that_passes_over_does_not_clear_an_obstacle():
     grid, _ = mapped(turns=0)
     row, col = grid.frame.cell(4.0, 3.6)
-    grid.evidence[row, col] = CFG.hit
+    grid.evidence[row, col] = HIT
     grid.swept[row, col] = True
     grid.changed()
     assert grid.occupied[row, col]
@@ -80,28 +91,28 @@ def test_a_ray_that_passes_over_does_not_clear_an_obstacle():
 def test_seen_floor_clears_what_went_away():
     grid, home = mapped(turns=1)
     row, col = grid.frame.cell(5.0, 3.6)
-    grid.evidence[row, col] = CFG.occupied_at
+    grid.evidence[row, col] = OCCUPIED_AT
     grid.changed()
     for _ in range(3):
-        integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+        integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
     assert grid.free[row, col]
 
 
 def test_a_bump_stays_until_the_body_has_been_there():
     grid, home = mapped(turns=1)
     pose = START
-    grid.bump(pose, RADIUS, CFG)
+    grid.bump(pose, RADIUS)
     cell = grid.frame.cell(START.x_m + RADIUS + 0.075, START.y_m)
-    integrate(grid, home.observe(), MOUNT, RADIUS, CFG)
+    integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
     assert grid.occupied[cell]
-    grid.drive_over(Pose(START.x_m + 0.2, START.y_m, 0.0), RADIUS, CFG)
+    grid.drive_over(Pose(START.x_m + 0.2, START.y_m, 0.0), RADIUS)
     assert grid.free[cell]
 
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(-40, 40), st.floats(-40, 40))
 def test_growing_keeps_every_cell_in_its_place(x: float, y: float):
-    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS)
     marks = np.array([[1.02, 2.02], [-3.02, 0.52]])  # inside their cells
     grid.evidence[tuple(grid.frame.cells(marks).T)] = 9
     grid.grow(np.array([x, y]), 6.0)
@@ -119,25 +130,25 @@ def test_no_depth_image_breaks_the_map(seed: int, x: float, y: float, yaw: float
     depth = rng.uniform(-1, 9, (120, 160)).astype(np.float32)
     depth[rng.random(depth.shape) < 0.2] = rng.choice([np.nan, np.inf, -np.inf, 0.0])
     rgb = np.zeros((120, 160, 3), np.uint8)
-    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS)
     obs = Observation(0, rgb, depth, Pose(x, y, yaw), INTRINSICS)
-    outline = integrate(grid, obs, MOUNT, RADIUS, CFG)
+    outline = integrate(grid, obs, MOUNT, RADIUS, DEPTH_M)
     assert np.isfinite(outline).all()
-    assert np.abs(grid.evidence).max() <= CFG.evidence_max
+    assert np.abs(grid.evidence).max() <= EVIDENCE_MAX
     assert grid.free[grid.frame.cell(x, y)]  # the body stands there
 
 
 def test_nothing_seen_changes_nothing():
-    grid = NavigationMap.around(START, RADIUS, CFG)
+    grid = NavigationMap.around(START, RADIUS)
     before = grid.free.copy()
     rgb = np.zeros((120, 160, 3), np.uint8)
     obs = Observation(0, rgb, np.zeros((120, 160), np.float32), START, INTRINSICS)
-    integrate(grid, obs, MOUNT, RADIUS, CFG)
+    integrate(grid, obs, MOUNT, RADIUS, DEPTH_M)
     assert (grid.free == before).all()
 
 
 def test_a_polygon_covers_its_cells():
-    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS, CFG)
+    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     assert abs(polygon_mask(grid.frame, square).sum() * 0.0025 - 1.0) < 0.15
 
@@ -145,10 +156,10 @@ def test_a_polygon_covers_its_cells():
 @settings(max_examples=25, deadline=None)
 @given(st.lists(st.tuples(st.floats(-14, 14), st.floats(-14, 14)), min_size=3, max_size=8))
 def test_a_patch_is_the_part_of_the_mask_that_holds_the_polygon(corners: list[tuple[float, float]]):
-    grid, outline = NavigationMap.around(START, RADIUS, CFG), np.array(corners)
+    grid, outline = NavigationMap.around(START, RADIUS), np.array(corners)
     patch, window = polygon_patch(grid.frame, outline)
     whole = np.zeros(grid.frame.shape, np.uint8)
-    scaled = ((outline - (grid.frame.x0_m, grid.frame.y0_m)) / CFG.resolution_m - 0.5) * 16
+    scaled = ((outline - (grid.frame.x0_m, grid.frame.y0_m)) / RESOLUTION_M - 0.5) * 16
     cv2.fillPoly(whole, [np.round(scaled).astype(np.int32)], 1, shift=4)
     assert (patch == whole[window].astype(bool)).all()
     assert patch.sum() == whole.sum()
@@ -158,14 +169,14 @@ def test_a_patch_is_the_part_of_the_mask_that_holds_the_polygon(corners: list[tu
 @given(st.lists(st.tuples(st.floats(1, 9), st.floats(1, 4.5), st.floats(-3, 3)), max_size=5))
 def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tuple[float, ...]]):
     there = Apartment.of(TWO_ROOMS, START)
-    grid = NavigationMap.around(START, RADIUS, CFG)
+    grid = NavigationMap.around(START, RADIUS)
     for n, pose in enumerate(poses):
         there.pose = Pose(*pose)
         before = grid.free
         kept = before.copy()
-        integrate(grid, there.observe(), MOUNT, RADIUS, CFG)
+        integrate(grid, there.observe(), MOUNT, RADIUS, DEPTH_M)
         if n % 2:
-            grid.bump(there.pose, RADIUS, CFG)
+            grid.bump(there.pose, RADIUS)
         derived = [grid.occupied, grid.free, grid.unknown]
         assert (before == kept).all()  # what was handed out does not change
     derived = [grid.occupied, grid.free, grid.unknown]

@@ -7,11 +7,16 @@ import cv2
 import numpy as np
 import pytest
 
-from runtime.core.mapping.grid import MapConfig, NavigationMap
-from runtime.core.mapping.keyframes import Keyframe, KeyframeConfig, best_view, keep, take
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.keyframes import Keyframe, best_view, keep, take
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
 
-CFG = KeyframeConfig(kept=3)
+
+@pytest.fixture(autouse=True, scope="module")
+def few_are_kept():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.mapping.keyframes.KEYFRAMES_KEPT", 3)
+        yield
 
 
 def at(x: float, y: float) -> np.ndarray:
@@ -23,14 +28,14 @@ def frame(x: float, y: float, degrees: float, mark: float) -> Keyframe:
 
 
 def empty() -> NavigationMap:
-    grid = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig())
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
     grid.grow(np.array([0.0, 0.0]), 6.0)
     return grid
 
 
 def test_the_nearest_that_faces_it_is_chosen():
     frames = [frame(0, 0, 0, 1), frame(1, 0, 0, 2), frame(1.5, 0, 180, 3)]
-    assert best_view(frames, at(3.0, 0.0), empty(), CFG).embedding.tolist() == [2.0]
+    assert best_view(frames, at(3.0, 0.0), empty()).embedding.tolist() == [2.0]
 
 
 def test_behind_a_wall_nothing_is_seen():
@@ -38,31 +43,31 @@ def test_behind_a_wall_nothing_is_seen():
     rows, cols = grid.frame.cells(np.stack([np.full(40, 2.0), np.linspace(-1, 1, 40)], 1)).T
     grid.evidence[rows, cols] = 10
     grid.changed()
-    assert best_view([frame(0, 0, 0, 1)], at(3.0, 0.0), grid, CFG).embedding.size == 0
-    assert best_view([frame(0, 0, 0, 1)], at(1.5, 0.0), grid, CFG).embedding.tolist() == [1.0]
+    assert best_view([frame(0, 0, 0, 1)], at(3.0, 0.0), grid).embedding.size == 0
+    assert best_view([frame(0, 0, 0, 1)], at(1.5, 0.0), grid).embedding.tolist() == [1.0]
 
 
 def test_one_from_the_same_pose_is_replaced_and_the_oldest_are_forgotten():
     frames: list[Keyframe] = []
-    keep(frames, frame(0, 0, 0, 1), CFG)
-    keep(frames, frame(0.1, 0, 5, 2), CFG)
+    keep(frames, frame(0, 0, 0, 1))
+    keep(frames, frame(0.1, 0, 5, 2))
     assert [f.embedding[0] for f in frames] == [2.0]
     for n in range(4):
-        keep(frames, frame(2.0 + n, 0, 0, 10 + n), CFG)
+        keep(frames, frame(2.0 + n, 0, 0, 10 + n))
     assert [f.embedding[0] for f in frames] == [11.0, 12.0, 13.0]
 
 
 def test_one_that_shows_more_of_a_frontier_is_preferred_to_a_nearer_one_that_shows_its_end():
     cells = np.stack([np.full(20, 4.0), np.linspace(-1.5, 1.5, 20)], axis=1)
     frames = [frame(1, 0, 0, 1), frame(3.2, -1.0, -70, 2)]
-    assert best_view(frames, cells, empty(), CFG).embedding.tolist() == [1.0]
+    assert best_view(frames, cells, empty()).embedding.tolist() == [1.0]
 
 
 def test_a_blurred_one_does_not_replace_a_sharp_one():
     frames: list[Keyframe] = []
     sharp, blurred = (replace(frame(0, 0, 0, m), sharpness=s) for m, s in ((1, 10.0), (2, 5.0)))
-    keep(frames, sharp, CFG)
-    keep(frames, blurred, CFG)
+    keep(frames, sharp)
+    keep(frames, blurred)
     assert [f.embedding[0] for f in frames] == [1.0]
 
 
@@ -72,10 +77,10 @@ def test_images_are_kept_when_asked_for_and_marked_where_the_frontier_is():
     obs = Observation(1, grey, np.ones((480, 640), np.float32), Pose(0, 0, 0), k)
     none = np.zeros((0, 4), np.float32)
     seen = Detections(none, none[:, 0], none[:, 0].astype(np.int32), none, none[:, 0])
-    assert take(obs, seen, Mount(), CFG).image.size == 0
-    kept = take(obs, seen, Mount(), replace(CFG, image_width_px=320))
+    assert take(obs, seen, Mount(), 0).image.size == 0
+    kept = take(obs, seen, Mount(), 320)
     assert kept.image.shape == (240, 320, 3)
-    view = best_view([kept], at(2.0, 0.5), empty(), CFG)
+    view = best_view([kept], at(2.0, 0.5), empty())
     drawn = cv2.imdecode(np.frombuffer(view.jpeg, np.uint8), cv2.IMREAD_COLOR)
     red = np.argwhere((drawn[..., 2] > 180) & (drawn[..., 1] < 90))
     # 2 m ahead, 0.5 m to the left, on the floor 0.88 m below the camera

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from runtime.core.distances.planner import (
+    MARGIN_M,
     Field,
-    PlannerConfig,
     Terrain,
     clearance_between,
     march_from,
@@ -32,7 +32,7 @@ def hall(gap_m: float, middle_m: float) -> tuple[Terrain, Field]:
     along = np.abs(x) - 0.2
     wall_m = np.hypot(np.maximum(-aside, 0), np.maximum(along, 0))
     clearance = np.where((aside > 0) & (along < 0), 0.0, wall_m).astype(np.float32)
-    fits = clearance >= RADIUS_M + PlannerConfig().margin_m
+    fits = clearance >= RADIUS_M + MARGIN_M
     terrain = Terrain(FRAME, clearance, fits, np.where(fits, 1.0, 0.0).astype(np.float32))
     return terrain, march_from(terrain, GOAL)
 

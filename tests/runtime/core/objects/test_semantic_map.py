@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance, SemanticsConfig
 from runtime.core.objects.semantic_map import SemanticMap, place
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
@@ -33,7 +33,7 @@ def seen(pose: Pose, depth_m: float, known: float | None = None, core: float | N
 
 
 def mapped(*views) -> Instance:
-    grid = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig())
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
     semantic = SemanticMap.empty(("chair",), (), grid.frame)
     for obs, detections in views:
         place(semantic, grid, obs, detections, OUTLINE, Mount(), CFG)
@@ -87,7 +87,7 @@ def test_a_box_at_a_side_of_the_image_is_a_part_of_something(left: float, whole:
 
 
 def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing():
-    grid = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig())
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
     semantic = SemanticMap.empty(("mug", "cup", "pot"), (), grid.frame)
     names = (("mug", 0), ("cup", 1), ("pot", 2))
 

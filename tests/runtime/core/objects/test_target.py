@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime import navigate
-from runtime.core.distances.planner import PlannerConfig, look_around
+from runtime.core.distances.planner import look_around
 from runtime.core.geometry import seen_from_m
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.candidates import apart, on_foot_m, ranked
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.semantic_map import SemanticMap
@@ -127,7 +127,7 @@ def test_a_view_that_misses_it_does_not_turn_the_robot_round():
 
 def test_how_far_it_is_on_foot_is_to_where_it_is_within_reach():
     grid, pose = open_floor()
-    _, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    _, reach = look_around(grid, pose, 0.18)
     there = bed(at(0, 1))
     assert on_foot_m(reach, CFG, there) == pytest.approx(max(0, 2.0 - CFG.reach_m), abs=0.6)
     there.xy = (400.0, -400.0)
@@ -218,7 +218,7 @@ def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
 
 def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
     grid, pose = open_floor()
-    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    terrain, reach = look_around(grid, pose, 0.18)
     ball = bed(Pose(0.0, 0.0, 0.0))
     lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
     for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
@@ -288,7 +288,7 @@ def test_three_looks_always_end_it(odds: float, second_side: list[bool]):
 
 
 def open_floor() -> tuple[NavigationMap, Pose]:
-    grid, pose = NavigationMap.around(Pose(0, 0, 0), 0.18, MapConfig()), Pose(0.0, 0.0, 0.0)
+    grid, pose = NavigationMap.around(Pose(0, 0, 0), 0.18), Pose(0.0, 0.0, 0.0)
     low, high = grid.frame.cells(np.array([[-1.0, -3.0], [5.0, 3.0]]))
     grid.evidence[low[0] : high[0], low[1] : high[1]] = -10
     row, col = grid.frame.cell(*SPOT)
@@ -300,7 +300,7 @@ def open_floor() -> tuple[NavigationMap, Pose]:
 @given(st.floats(math.pi - 1.2, math.pi + 1.2))
 def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
     grid, pose = open_floor()
-    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    terrain, reach = look_around(grid, pose, 0.18)
     thing = bed(at(bearing, 1.2))
     thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
     thing.looks.append(at(bearing + 0.2, 1.0))
@@ -317,7 +317,7 @@ def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
 
 def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
     grid, pose = open_floor()
-    terrain, reach = look_around(grid, pose, 0.18, PlannerConfig())
+    terrain, reach = look_around(grid, pose, 0.18)
     thing = bed(at(math.pi, 2.0))
     thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
     spot = look_from(grid, terrain, reach, thing, CFG)

@@ -3,15 +3,15 @@
 import math
 
 import numpy as np
+import pytest
 
-from runtime.core.distances.planner import PlannerConfig, survey
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.distances.planner import survey
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import Frontier, Pose
-from runtime.core.voting.brief import BriefConfig, compose, worthwhile
-from runtime.core.voting.information_gain import GainConfig, ranked, room_of
+from runtime.core.voting.brief import compose, worthwhile
+from runtime.core.voting.information_gain import ranked, room_of
 
-CFG = GainConfig()
 AREA = {1: 4.0, 2: 4.0}
 POSE = Pose(0.0, 0.0, 0.0)
 RADIUS_M = 0.18
@@ -20,7 +20,7 @@ RADIUS_M = 0.18
 def two_rooms(door_m: float = 0.8) -> NavigationMap:
     """Known free: x -1.9..1.9 by y -1.4..1.4 and, beyond a wall at x = 2, x 2.1..4 by the same.
     A door in the wall; nothing else is known, but walls all round except at the far right."""
-    grid = NavigationMap.around(POSE, RADIUS_M, MapConfig())
+    grid = NavigationMap.around(POSE, RADIUS_M)
     grid.grow(np.array([4.0, 0.0]), 6.0)
     rows, cols = np.indices(grid.frame.shape)
     xy = grid.frame.centres(np.stack([rows.ravel(), cols.ravel()], 1).astype(np.int32))
@@ -46,8 +46,8 @@ def edge(id: int, x: float, grid: NavigationMap, distance_m: float) -> Frontier:
 
 def test_a_room_ends_at_its_doorway():
     grid = two_rooms()
-    terrain = survey(grid, POSE, RADIUS_M, PlannerConfig())
-    room = room_of(terrain, POSE, CFG)
+    terrain = survey(grid, POSE, RADIUS_M)
+    room = room_of(terrain, POSE)
     here, there = terrain.frame.cell(-1.0, 0.5), terrain.frame.cell(3.3, 0.5)
     assert room[here]
     assert not room[there]
@@ -55,14 +55,15 @@ def test_a_room_ends_at_its_doorway():
 
 def test_a_wide_opening_joins_what_it_opens_into():
     grid = two_rooms(door_m=2.8)
-    terrain = survey(grid, POSE, RADIUS_M, PlannerConfig())
-    assert room_of(terrain, POSE, CFG)[terrain.frame.cell(3.3, 0.5)]
+    terrain = survey(grid, POSE, RADIUS_M)
+    assert room_of(terrain, POSE)[terrain.frame.cell(3.3, 0.5)]
 
 
 def behind(frontier: Frontier, grid: NavigationMap, depth_m: float) -> float:
-    cfg = BriefConfig(unknown_depth_m=depth_m)
     semantic = SemanticMap.empty((), (), grid.frame)
-    told = compose("toilet", 0, grid, semantic, [frontier], {}, cfg)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.voting.brief.UNKNOWN_DEPTH_M", depth_m)
+        told = compose("toilet", 0, grid, semantic, [frontier], {})
     return told.frontiers[0].unknown_m2
 
 
@@ -78,7 +79,6 @@ def test_gain_is_the_unknown_behind_the_frontier_and_no_more():
         SemanticMap.empty((), (), grid.frame),
         [open_end, enclosed],
         {},
-        BriefConfig(),
     )
     assert [f.id for f in worthwhile(told, 0.1).frontiers] == [1]
     assert worthwhile(told, 1e6) == told
@@ -86,9 +86,9 @@ def test_gain_is_the_unknown_behind_the_frontier_and_no_more():
 
 def test_the_nearer_of_equals_wins_and_the_one_under_way_is_kept():
     grid = two_rooms()
-    terrain = survey(grid, POSE, RADIUS_M, PlannerConfig())
+    terrain = survey(grid, POSE, RADIUS_M)
     near, far = edge(1, 3.98, grid, 4.0), edge(2, 3.98, grid, 4.5)
-    assert ranked([far, near], AREA, None, terrain, POSE, CFG) == (1, 2)
-    assert ranked([far, near], AREA, 2, terrain, POSE, CFG) == (2, 1)
+    assert ranked([far, near], AREA, None, terrain, POSE) == (1, 2)
+    assert ranked([far, near], AREA, 2, terrain, POSE) == (2, 1)
     gone = Frontier(3, near.cells_xy, near.goal_xy, math.inf)
-    assert ranked([gone, near], {1: 4.0}, None, terrain, POSE, CFG) == (1,)
+    assert ranked([gone, near], {1: 4.0}, None, terrain, POSE) == (1,)

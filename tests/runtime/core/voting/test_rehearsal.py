@@ -8,9 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject
-from runtime.core.voting.rehearsal import SpeculationConfig, complete, differs, expected, worthwhile
+from runtime.core.voting.rehearsal import (
+    CONFIDENCE_SLACK,
+    DISTANCE_SLACK_M,
+    complete,
+    differs,
+    expected,
+    worthwhile,
+)
 
-CFG = SpeculationConfig()
 VIEW = np.array([1.0, 0.0], np.float32)
 
 
@@ -46,7 +52,7 @@ def test_time_the_robots_place_and_the_order_of_objects_do_not_matter(brief, sta
         return replace(f, distance_m=far, objects=tuple(rng.sample(f.objects, len(f.objects))))
 
     after = Brief(brief.goal, stamp, tuple(later(f) for f in brief.frontiers))
-    assert differs(brief, after, CFG) == ""
+    assert differs(brief, after) == ""
 
 
 @given(briefs(), st.data())
@@ -54,9 +60,9 @@ def test_the_explored_frontier_is_all_that_may_be_missing(brief: Brief, data):
     aim = data.draw(st.sampled_from([f.id for f in brief.frontiers]))
     prepared = expected(brief, aim)
     assert [f for f in brief.frontiers if f.id != aim] == list(prepared.frontiers)
-    assert differs(prepared, expected(brief, aim), CFG) == ""
-    assert differs(prepared, brief, CFG) == f"frontier {aim} is new"
-    assert differs(brief, prepared, CFG) == f"frontier {aim} is gone"
+    assert differs(prepared, expected(brief, aim)) == ""
+    assert differs(prepared, brief) == f"frontier {aim} is new"
+    assert differs(brief, prepared) == f"frontier {aim} is gone"
 
 
 @given(briefs(), st.floats(-1.0, 1.0), st.floats(-0.3, 0.3))
@@ -66,10 +72,10 @@ def test_an_object_may_be_off_by_the_tolerances(brief: Brief, metres: float, sur
     moved = NearbyObject("toaster", 0.8 + sure, 2.0 + metres)
     now = with_first(brief, objects=(moved,))
     within = (
-        abs(moved.distance_m - one.distance_m) <= CFG.distance_m
-        and abs(moved.confidence - one.confidence) <= CFG.confidence
+        abs(moved.distance_m - one.distance_m) <= DISTANCE_SLACK_M
+        and abs(moved.confidence - one.confidence) <= CONFIDENCE_SLACK
     )
-    assert (differs(prepared, now, CFG) == "") is within
+    assert (differs(prepared, now) == "") is within
 
 
 @given(briefs())
@@ -84,12 +90,12 @@ def test_other_evidence_is_named(brief: Brief):
         "view": with_first(bare, view=np.array([0.0, 1.0], np.float32)),
     }
     for what, now in told.items():
-        assert differs(bare, now, CFG) == f"other {what} at frontier {id}"
-    assert differs(bare, with_first(bare, rooms=()), CFG) == f"other rooms at frontier {id}"
-    assert differs(bare, with_first(bare, view=VIEW[:0]), CFG) == f"other view at frontier {id}"
-    assert differs(bare, replace(bare, goal="bed"), CFG) == "another goal"
+        assert differs(bare, now) == f"other {what} at frontier {id}"
+    assert differs(bare, with_first(bare, rooms=())) == f"other rooms at frontier {id}"
+    assert differs(bare, with_first(bare, view=VIEW[:0])) == f"other view at frontier {id}"
+    assert differs(bare, replace(bare, goal="bed")) == "another goal"
     small = with_first(bare, rooms=(("bathroom", 0.95), ("kitchen", 0.05)))
-    assert differs(bare, small, CFG) == ""
+    assert differs(bare, small) == ""
 
 
 @pytest.mark.parametrize(
@@ -106,5 +112,5 @@ def test_other_evidence_is_named(brief: Brief):
     ],
 )
 def test_slow_votes_are_worth_preparing_and_only_whole_ballots_stand(ballot, slow, whole):
-    assert worthwhile(ballot, CFG) is slow
+    assert worthwhile(ballot) is slow
     assert complete(ballot) is whole

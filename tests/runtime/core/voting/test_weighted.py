@@ -108,5 +108,8 @@ def test_agreement_counts_what_is_left_after_the_veto():
 
 
 def test_weights_come_from_the_configuration():
-    settings = ['consensus.mode="weighted"', 'consensus.weights=[["r2f", 0.5], ["o2f", 1.0]]']
+    settings = [
+        'research.consensus_mode="weighted"',
+        'research.consensus_weights=[["r2f", 0.5], ["o2f", 1.0]]',
+    ]
     assert load(None, settings).navigate.consensus.weights == (("r2f", 0.5), ("o2f", 1.0))
