@@ -212,12 +212,18 @@ def _tell(name: str, successor: str) -> None:
 
 def _stranger(name: str, known: Iterable[str]) -> str:
     """What is said of a key that there never was: the nearest of those beside it."""
-    table = name.rpartition(".")[0]
+    table, _, last = name.rpartition(".")
     inside = f"{table}." if table else ""
     beside = {n.removeprefix(inside).split(".")[0] for n in known if n.startswith(inside)}
-    if not beside:  # of a table that has gone with all of its keys
+    if beside:
+        return f"{name}: {_unknown(last, beside)}"
+    # of a table that has gone with all of its keys
+    former = [n.removeprefix(inside) for n in FORMER if n.startswith(inside)]
+    near = difflib.get_close_matches(last, former, n=1, cutoff=0.5)
+    if not near:
         return _stranger(table, known)
-    return f"{name}: {_unknown(name.removeprefix(inside), beside)}"
+    meant = inside + near[0]
+    return f"{name}: unknown; did you mean {renamed(meant) or meant}?"
 
 
 def _parsed(setting: str) -> dict[str, Any]:

@@ -159,7 +159,7 @@ def test_the_brief_tells_objects_by_walking_distance_not_through_walls():
     there = home(4.0, 3.0)
     there.things = {"bed": (7.2, 4.2, 0.3)}
     world, _, _ = search(there, "toilet", limit=40)
-    told = compose("toilet", 0, world.map, world.semantic, world.frontiers, {}, CFG.brief)
+    told = compose("toilet", 0, world.map, world.semantic, world.frontiers, {})
     assert [f.id for f in told.frontiers] == sorted(f.id for f in told.frontiers)
     for frontier in told.frontiers:
         assert all(o.distance_m <= CFG.brief.object_range_m for o in frontier.objects)
