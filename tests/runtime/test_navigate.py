@@ -10,7 +10,7 @@ from apartment import MOUNT, TWO_ROOMS, Apartment
 from runtime import navigate
 from runtime.core.objects import standpoints
 from runtime.core.types import Action, Ballot, Brief, Decision, Pose, Vote
-from runtime.core.voting.brief import compose, walking_distances
+from runtime.core.voting.brief import OBJECT_RANGE_M, compose, walking_distances
 from runtime.core.world import Command, World
 
 NAMES = ("toilet", "sofa", "bed")
@@ -162,7 +162,7 @@ def test_the_brief_tells_objects_by_walking_distance_not_through_walls():
     told = compose("toilet", 0, world.map, world.semantic, world.frontiers, {})
     assert [f.id for f in told.frontiers] == sorted(f.id for f in told.frontiers)
     for frontier in told.frontiers:
-        assert all(o.distance_m <= CFG.brief.object_range_m for o in frontier.objects)
+        assert all(o.distance_m <= OBJECT_RANGE_M for o in frontier.objects)
 
 
 def test_walking_distance_goes_around_walls():
