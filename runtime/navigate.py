@@ -29,6 +29,9 @@ from runtime.core.types import (
 from runtime.core.voting import brief, consensus, information_gain
 from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision, World
 
+WORTH_M2 = 0.1  # unknown behind a frontier; those with less are gone to last
+WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore
+FAINT_LOG_ODDS = -3.0  # and at the very last
 Deadline = TypeVar("Deadline", contravariant=True)
 
 
@@ -48,7 +51,7 @@ def perceive(
     world.grow(cfg.map.max_depth_m + 1.0)
     outline = grid.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map.max_depth_m)
     coverage.look(world.explored.looked, world.map.frame, outline)
-    semantic_map.place(world.semantic, world.map, obs, detections, outline, mount, cfg.semantics)
+    semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     if detections.scene.size or cfg.keyframes.image_width_px:
         frame = keyframes.take(obs, detections, mount, cfg.keyframes.image_width_px)
         keyframes.keep(world.keyframes, frame)
@@ -70,7 +73,7 @@ def due(world: World, cfg: NavigateConfig) -> str:
     if aim is None and any(math.isfinite(f.distance_m) for f in world.frontiers):
         return "a frontier appeared"
     rested = local_policy(cfg).rested(world)
-    return "new evidence" if rested and _evidence(world, cfg) != world.standing.evidence else ""
+    return "new evidence" if rested and _evidence(world) != world.standing.evidence else ""
 
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
@@ -79,7 +82,7 @@ def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
     views = {f.id: keyframes.best_view(frames, f.cells_xy, world.map) for f in candidates}
     told = brief.compose(world.goal, world.stamp_ns, world.map, world.semantic, candidates, views)
-    told = brief.worthwhile(told, cfg.explore.worth_m2)
+    told = brief.worthwhile(told, WORTH_M2)
     unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
     order: tuple[int, ...] = ()
     if cfg.consensus.fallback == "geometry":
@@ -98,10 +101,10 @@ def decide(snap: Snapshot, panel: Experts[Deadline], by: Deadline, cfg: Navigate
     )
 
 
-def adopt(world: World, decision: Decision, cfg: NavigateConfig) -> None:
+def adopt(world: World, decision: Decision) -> None:
     """Make the decision the standing one."""
     body = world.body
-    world.standing = StandingDecision(decision, body.step, body.elapsed_s, _evidence(world, cfg))
+    world.standing = StandingDecision(decision, body.step, body.elapsed_s, _evidence(world))
 
 
 def act(world: World, cfg: NavigateConfig) -> Command:
@@ -133,9 +136,9 @@ def _look_around(world: World, cfg: NavigateConfig) -> Command | None:
 def _finish(world: World, cfg: NavigateConfig) -> Command:
     """No frontier is left: look at weak candidates, then take the next of the last resorts; after
     them stop."""
-    explored, explore = world.explored, cfg.explore
+    explored = world.explored
     last = explored.resort is Resort.FAINT
-    weak = approach_target(world, cfg, explore.faint_log_odds if last else explore.weak_log_odds)
+    weak = approach_target(world, cfg, FAINT_LOG_ODDS if last else WEAK_LOG_ODDS)
     if weak is not None:
         return weak
     resort = explored.resort.next()
@@ -150,7 +153,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
 
 
-def _evidence(world: World, cfg: NavigateConfig) -> tuple[object, ...]:
+def _evidence(world: World) -> tuple[object, ...]:
     """What makes a decision worth repeating when it changes: the confirmed objects, and the room
     type around each reachable frontier."""
     objects = tuple(

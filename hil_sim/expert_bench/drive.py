@@ -140,7 +140,7 @@ def stops(
         obs = Observation(stamp_ns, frame.rgb, depth_m, odometry, HM3D.intrinsics)
         if known is None:
             known = Known.begin(NOTHING, eyes.names, eyes.models.rooms, odometry,
-                                cfg.explore.first_looks, cfg.robot.radius_m, cfg.map)  # fmt: skip
+                                cfg.robot.radius_m)  # fmt: skip
         seen = eyes.see(world.scene, at, frame)
         navigate.perceive(known, obs, seen, eyes.config.camera, cfg)
         why = navigate.due(known, cfg)
@@ -174,7 +174,7 @@ def _decide(known: Known, why: str, rng: random.Random, wander: float, eyes: Ben
     if standing not in ids:
         standing = rng.choice(ids) if ids and rng.random() < wander else closest
     made = Decision(standing, "drawn", (), closest, Ballot(), known.stamp_ns, why)
-    navigate.adopt(known, made, eyes.config.navigate)
+    navigate.adopt(known, made)
 
 
 def frozen(

@@ -35,8 +35,8 @@ def approach_target(
         reached, command = _toward(world, candidate, cfg)
         if command is not None:
             return command
-        outcome = verdict(thing, goal, reached, cfg.target)
-        settle(thing, goal, outcome, world.pose, cfg.target)
+        outcome = verdict(thing, goal, reached)
+        settle(thing, goal, outcome, world.pose)
         if outcome is Verdict.FOUND:
             what, found = f"found {_named(thing, goal)}", SearchState.FOUND
             return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)
@@ -47,17 +47,15 @@ def _candidate(world: World, cfg: NavigateConfig, least: float | None) -> _Candi
     """The candidate that is gone to first, of those that can be faced from somewhere."""
     aim, goal = world.pursuit.aim, world.goal
     after = aim.kind in (AimKind.TARGET, AimKind.SIDE, AimKind.FACE)
-    away = functools.partial(candidates.on_foot_m, world.reach, cfg.target)
-    ranked = candidates.ranked(
-        world.semantic, goal, away, cfg.target, least, aim.id if after else None
-    )
+    away = functools.partial(candidates.on_foot_m, world.reach)
+    ranked = candidates.ranked(world.semantic, goal, away, least, aim.id if after else None)
     for thing in ranked:
-        alone = candidates.apart(thing, world.semantic, cfg.target)
-        place = world.map, world.terrain, world.reach, alone, goal, cfg.target
+        alone = candidates.apart(thing, world.semantic)
+        place = world.map, world.terrain, world.reach, alone, goal
         stands = standpoints.standpoints(*place, world.seen_from_m(thing.high_m))
         if not stands.any():
             continue
-        again = verdict(thing, goal, Reached.ON_THE_WAY, cfg.target) is Verdict.OTHER_SIDE
+        again = verdict(thing, goal, Reached.ON_THE_WAY) is Verdict.OTHER_SIDE
         return _Candidate(thing, standpoints.other_sides(*place) if again else stands, again)
     return None
 
@@ -81,7 +79,7 @@ def _toward(
     aim = Aim(AimKind.SIDE if again else AimKind.TARGET, thing.id)
     if progress.stalled(world, aim, field, cfg):
         return Reached.HELD_UP, None
-    verb = "approach" if confirmed(thing, world.goal, cfg.target) else "inspect"
+    verb = "approach" if confirmed(thing, world.goal) else "inspect"
     why = f"{verb} {what}{' from another side' if again else ''}"
     action, course = policy.drive(world, field)
     command = Command(action, Mode.TARGET, thing.xy, why, course=course)

@@ -10,6 +10,9 @@ from runtime.core.types import Frontier
 from runtime.core.voting import consensus
 from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward, with_distances
 
+ARRIVED_M = 0.25  # from a frontier's goal point
+SEEN_RANGE_M = 2.0  # frontier cells this close were looked at once the robot faced them
+
 
 def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
@@ -44,10 +47,10 @@ def _to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Comma
     """The step toward a frontier; None when it was given up instead."""
     policy, aim = local_policy(cfg), Aim(AimKind.FRONTIER, frontier.id)
     goal_xy, label = frontier.goal_xy, f"frontier {frontier.id}"
-    if frontier.distance_m <= cfg.explore.arrived_m:
+    if frontier.distance_m <= ARRIVED_M:
         turn = policy.turn(world, frontier.centre_xy)
         if turn is None or progress.stalled(world, aim, None, cfg):
-            world.give_up(frontier.cells_xy, cfg.explore.seen_range_m)
+            world.give_up(frontier.cells_xy, SEEN_RANGE_M)
             return None
         facing = Toward(frontier.centre_xy)
         return Command(turn, Mode.FRONTIER, goal_xy, f"face {label}", course=facing)

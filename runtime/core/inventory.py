@@ -2,20 +2,19 @@
 
 from runtime.core.objects.instances import Instance, shares, size_m
 from runtime.core.objects.standpoints import look_from
-from runtime.core.settings import NavigateConfig
 from runtime.core.world import World
 
 
-def inventory(world: World, cfg: NavigateConfig) -> list[dict[str, object]]:
+def inventory(world: World) -> list[dict[str, object]]:
     """Every object: its name and others that it was called, how surely, where and how large, and
     from where it can be looked at (None: no way leads there)."""
-    return [_told(i, world, cfg) for i in world.semantic.instances.values()]
+    return [_told(i, world) for i in world.semantic.instances.values()]
 
 
-def _told(thing: Instance, world: World, cfg: NavigateConfig) -> dict[str, object]:
+def _told(thing: Instance, world: World) -> dict[str, object]:
     spot = None
     if world.seen is not None:
-        spot = look_from(world.map, *world.seen, thing, cfg.target, world.seen_from_m(thing.high_m))
+        spot = look_from(world.map, *world.seen, thing, world.seen_from_m(thing.high_m))
     known = sorted(thing.evidence.items())
     rejected = {name: about.rejections for name, about in known if about.rejections}
     return {

@@ -14,6 +14,12 @@ from runtime.core.settings import NavigateConfig
 from runtime.core.types import F64, Action, Observation, Twist
 from runtime.core.world import Command, Mode, World
 
+GIVE_UP_AFTER = 24  # steps without coming closer to an aim
+GIVE_UP_AFTER_S = 12.0  # the same for velocities
+DECIDE_EVERY = 5  # steps between decisions that only new evidence asks for
+DECIDE_EVERY_S = 1.0  # the same for velocities
+BLOCKED_M = 0.08  # a step forward that moved less than this was a collision
+BLOCKED_S = 0.6  # the same for velocities: so long not a quarter of the speed
 PATIENCE = 8  # steps without coming closer, after which a way of several steps is looked for
 BEYOND = 3  # cells
 LATE = 3.0  # times what a look around takes at its rate, after which it is over
@@ -79,13 +85,13 @@ class WholeSteps:
 
     @property
     def patience(self) -> float:
-        return self.cfg.explore.patience
+        return GIVE_UP_AFTER
 
     def effort(self, world: World) -> float:
         return 1
 
     def rested(self, world: World) -> bool:
-        return world.body.step - world.standing.step >= self.cfg.explore.decide_every
+        return world.body.step - world.standing.step >= DECIDE_EVERY
 
     def looks_on(self, world: World) -> bool:
         if world.explored.looks_left <= 0:
@@ -96,12 +102,12 @@ class WholeSteps:
     def blocked(self, world: World, obs: Observation) -> bool:
         last = world.body.last
         forward = last is not None and last.action is Action.MOVE_FORWARD
-        return forward and _moved_m(world, obs) < self.cfg.explore.blocked_m
+        return forward and _moved_m(world, obs) < BLOCKED_M
 
     def arrived(self, world: World, field: Field) -> bool:
         """At the sources, or half a step from them and a step ahead would lead no nearer: whole
         steps do not end anywhere."""
-        pose, step_m = world.pose, self.cfg.control.forward_m
+        pose, step_m = world.pose, discrete_policy.FORWARD_M
         left = field.at(pose.x_m, pose.y_m)
         if not 0 < left <= step_m / 2:
             return left <= 0
@@ -110,7 +116,7 @@ class WholeSteps:
 
     def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
         toward_rad = bearing((world.pose.x_m, world.pose.y_m), xy)
-        return discrete_policy.face(world.pose, toward_rad, self.cfg.control)
+        return discrete_policy.face(world.pose, toward_rad)
 
     def undoes(self, world: World, turn: Action) -> bool:
         opposite = Action.TURN_RIGHT if turn is Action.TURN_LEFT else Action.TURN_LEFT
@@ -119,19 +125,18 @@ class WholeSteps:
 
     def drive(self, world: World, field: Field) -> tuple[Action, Course]:
         """One action, or the next of several planned together where none leads on by itself."""
-        course, control = Along(world.terrain, field), self.cfg.control
-        place = world.terrain, field, world.pose, self.cfg.robot.radius_m, control
+        course, body_m = Along(world.terrain, field), self.cfg.robot.radius_m
+        place = world.terrain, field, world.pose, body_m
         action = discrete_policy.follow(*place)
         p = world.pursuit.progress.get(world.pursuit.aim)
         if p is None:
             return action or Action.TURN_LEFT, course
-        body_m = self.cfg.robot.radius_m
-        if not step_search.clear(world.terrain, world.pose, p.plan, body_m, control):
+        if not step_search.clear(world.terrain, world.pose, p.plan, body_m):
             p.plan = ()
         if not p.plan and p.idle > (PATIENCE if action else 0):
             way = step_search.through(*place, best_m=p.run_m)
             p.plan, p.idle = way.actions, p.idle + (PATIENCE if way.actions else 0)
-            if not way.actions and p.idle > math.tau / control.turn_rad:
+            if not way.actions and p.idle > math.tau / discrete_policy.TURN_RAD:
                 beyond = descend(field, way.nearest_xy, BEYOND)[-1:]
                 return self._unwedge(world, beyond, action), course
         if p.plan:
@@ -150,7 +155,7 @@ class WholeSteps:
         if action is not None:
             return action
         world.map.close(world.pose.x_m, world.pose.y_m, DEAD_END_M)
-        return discrete_policy.squeeze(world.terrain, world.pose, self.cfg.control)
+        return discrete_policy.squeeze(world.terrain, world.pose)
 
 
 @dataclass(frozen=True)
@@ -161,23 +166,23 @@ class Velocities:
 
     @property
     def patience(self) -> float:
-        return self.cfg.explore.patience_s
+        return GIVE_UP_AFTER_S
 
     def effort(self, world: World) -> float:
         return world.body.dt_s
 
     def rested(self, world: World) -> bool:
         since_s = world.body.elapsed_s - world.standing.elapsed_s
-        return since_s >= self.cfg.explore.decide_every_s
+        return since_s >= DECIDE_EVERY_S
 
     def looks_on(self, world: World) -> bool:
         if world.explored.looks_left <= 0:
             return False
-        explore, control = self.cfg.explore, self.cfg.control
-        whole_rad = explore.first_looks * control.turn_rad
-        late = world.body.elapsed_s > LATE * whole_rad / control.look_radps
+        whole_rad = world.explored.looks_left * discrete_policy.TURN_RAD
+        late = world.body.elapsed_s > LATE * whole_rad / self.cfg.control.look_radps
         over = late or world.body.turned_rad >= whole_rad
-        world.explored.looks_left = 0 if over else explore.first_looks
+        if over:
+            world.explored.looks_left = 0
         return not over
 
     def blocked(self, world: World, obs: Observation) -> bool:
@@ -187,7 +192,7 @@ class Velocities:
             body.blocked_s = 0.0
             return False
         body.blocked_s += body.dt_s
-        if body.blocked_s < self.cfg.explore.blocked_s:
+        if body.blocked_s < BLOCKED_S:
             return False
         body.blocked_s = 0.0
         return True

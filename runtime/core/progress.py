@@ -11,6 +11,8 @@ from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation
 from runtime.core.world import Aim, Progress, World
 
+BLIND_SHARE = 0.02  # of the depth image; with less of it no velocity leads forward
+RETURNS = 8  # so often the robot turns back to an aim in vain before it is given up
 NEARER_M = 0.05  # what counts as having come closer
 
 
@@ -21,7 +23,7 @@ def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
     body.dt_s = min(1.0, max(0.0, since_s))
     body.elapsed_s += body.dt_s
     seen = int(np.count_nonzero(obs.depth_m > 0))
-    body.blind = seen < cfg.explore.blind_share * obs.depth_m.size
+    body.blind = seen < BLIND_SHARE * obs.depth_m.size
     body.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
     if local_policy(cfg).blocked(world, obs):
         body.collisions += 1
@@ -50,7 +52,7 @@ def stalled(world: World, aim: Aim, field: Field | None, cfg: NavigateConfig) ->
         p.run_m, p.idle = left, 0.0
     elif not p.plan:
         p.idle += policy.effort(world)
-    if p.idle <= policy.patience and p.returns <= cfg.explore.returns:
+    if p.idle <= policy.patience and p.returns <= RETURNS:
         return False
     del pursuit.progress[aim]  # what is given up may be tried again, from the start
     return True

@@ -11,7 +11,7 @@ import numpy as np
 from runtime.core.distances.planner import Field, Terrain, descend
 from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.frontiers import FrontierMemory
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.motion.courses import STILL, Course
 from runtime.core.objects.semantic_map import SemanticMap
@@ -29,6 +29,8 @@ from runtime.core.types import (
     SearchState,
     Twist,
 )
+
+FIRST_LOOKS = 12  # turns of the look around at the start: a whole one, where a turn is 30 degrees
 
 
 @dataclass(frozen=True)
@@ -203,15 +205,21 @@ class World:
         names: tuple[str, ...],
         room_names: tuple[str, ...],
         pose: Pose,
-        looks: int,
         radius_m: float,
-        cfg: MapConfig,
+        looks: int | None = None,
     ) -> "World":
-        """A world of which nothing is known but that the robot stands in it."""
+        """A world of which nothing is known but that the robot stands in it; `looks` are the turns
+        of the first look around, FIRST_LOOKS unless told."""
         grid = NavigationMap.around(pose, radius_m)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
-        return cls(goal, grid, semantic, pose, Explored(given_up, looked, looks_left=looks))
+        return cls(
+            goal,
+            grid,
+            semantic,
+            pose,
+            Explored(given_up, looked, looks_left=FIRST_LOOKS if looks is None else looks),
+        )
 
     @classmethod
     def begin_from(cls, before: "World", goal: str, names: tuple[str, ...]) -> "World":

@@ -237,7 +237,7 @@ class RealTime:
         snap = navigate.snapshot(world, why, cfg.navigate)
         if world.standing.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
-            navigate.adopt(world, first, cfg.navigate)
+            navigate.adopt(world, first)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel = search.order.panel
         self._decider.ask(DecisionRequest(search, snap, panel, by, cfg.navigate))

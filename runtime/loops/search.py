@@ -14,7 +14,6 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core.inventory import inventory
 from runtime.core.objects.recall import embedded, recall
-from runtime.core.settings import NavigateConfig
 from runtime.core.types import F32, F64, U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
@@ -150,13 +149,12 @@ class Search:
     def inherit(self, before: World, models: SearchModels) -> None:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen
         that is the new goal is gone to at once, and looked at again."""
-        cfg = self.config.navigate
         names = self.order.names
         world = self.world = World.begin_from(before, self.goal.name, names)
         things, rows = embedded(world.semantic)
         likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
         goal = self.goal.name
-        recalled = recall(world.semantic, goal, names, likeness, cfg.semantics)
+        recalled = recall(world.semantic, goal, names, likeness)
         known = [i for i in world.semantic.instances.values() if goal in i.evidence]
         told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
         self.journal.write(
@@ -168,7 +166,7 @@ class Search:
     ) -> dict[str, object]:
         """Adopt a decision and journal it; returns what is to be published. `rehearsal`: "used",
         why the one that was made was not, or "" for none."""
-        navigate.adopt(world, decision, self.config.navigate)
+        navigate.adopt(world, decision)
         self.decisions += 1
         self.choices.append(Choice.of(decision, world.frontiers))
         report = _explain(decision, world, self.config.navigate.consensus.rank)
@@ -212,7 +210,7 @@ class Search:
         self.journal.write("end", reason=reason, **extra)
         self.journal.close()
         if self.world is not None:
-            write_map(self.order.log_dir, *_map_of(self.world, self.goal, self.config.navigate))
+            write_map(self.order.log_dir, *_map_of(self.world, self.goal))
         return {
             "ended": True,
             "steps": self.world.body.step if self.world else 0,
@@ -228,9 +226,7 @@ class Search:
             self.order.names,
             self.order.rooms,
             obs.pose,
-            cfg.explore.first_looks,
             cfg.robot.radius_m,
-            cfg.map,
         )
 
 
@@ -289,9 +285,7 @@ def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
     }
 
 
-def _map_of(
-    world: World, goal: Goal, cfg: NavigateConfig
-) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
+def _map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
     """What `map.npz` holds: grids over one frame, and the rest as metadata."""
     last = world.body.last
     arrays: dict[str, np.ndarray[Any, Any]] = {
@@ -315,6 +309,6 @@ def _map_of(
         ],
         "elected": decision.frontier if decision else None,
         "stopped_at": last.toward_xy if last is not None and stopped else None,
-        "objects": inventory(world, cfg),
+        "objects": inventory(world),
     }
     return arrays, meta

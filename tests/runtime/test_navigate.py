@@ -41,12 +41,12 @@ def search(
     for _ in range(limit):
         obs = home.observe()
         if world is None:
-            world = World.begin(goal, NAMES, ROOMS, obs.pose, 12, 0.18, cfg.map)
+            world = World.begin(goal, NAMES, ROOMS, obs.pose, 0.18)
         navigate.perceive(world, obs, home.detect(NAMES, obs), MOUNT, cfg)
         why = navigate.due(world, cfg)
         if why:
             decision = navigate.decide(navigate.snapshot(world, why, cfg), panel, None, cfg)
-            navigate.adopt(world, decision, cfg)
+            navigate.adopt(world, decision)
             decisions.append(decision)
         commands.append(navigate.act(world, cfg))
         if commands[-1].action is Action.STOP:

@@ -11,12 +11,12 @@ from runtime import navigate
 from runtime.core.approach import approach_target
 from runtime.core.distances.planner import look_around, march_from, survey
 from runtime.core.exploration import with_frontiers
-from runtime.core.local_policy import local_policy
+from runtime.core.local_policy import GIVE_UP_AFTER, local_policy
 from runtime.core.mapping.coverage import look, overlooked
-from runtime.core.mapping.grid import MapConfig, NavigationMap
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.motion.discrete_policy import TURN_RAD
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.standpoints import standpoints
-from runtime.core.objects.verdict import TargetConfig
 from runtime.core.progress import dithers, stalled
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose
@@ -71,7 +71,7 @@ def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
     ring = (np.hypot(x, y) > 0.24) & (np.hypot(x, y) < 0.6)
     grid.evidence[ring & ~((x < 0) & (np.abs(y) < 0.11))] = 10
     grid.changed()
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
     world.pursuit.aim = Aim(AimKind.FRONTIER, 1)
@@ -82,11 +82,11 @@ def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():
         actions.append(action)
         if action is Action.MOVE_FORWARD:
             break
-        yaw = world.pose.yaw_rad + (1 if action is Action.TURN_LEFT else -1) * cfg.control.turn_rad
+        yaw = world.pose.yaw_rad + (1 if action is Action.TURN_LEFT else -1) * TURN_RAD
         world.pose = replace(world.pose, yaw_rad=yaw)
     assert actions[:13] == [Action.TURN_LEFT] * 13
     assert actions[-1] is Action.MOVE_FORWARD
-    assert len(actions) <= cfg.explore.patience - 4  # before the aim is given up
+    assert len(actions) <= GIVE_UP_AFTER - 4  # before the aim is given up
     assert np.cos(world.pose.yaw_rad) == pytest.approx(-1.0, abs=0.01)
 
 
@@ -99,7 +99,7 @@ def test_a_way_that_no_step_leads_along_is_planned_no_more_until_all_is_tried_ag
     grid.evidence[wall] = 10
     grid.driven[(x > 0.0) & (x < 1.0) & (np.abs(y) < 0.08)] = 1
     grid.changed()
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     world.map = grid
 
     def left_m(pose: Pose) -> float:
@@ -163,7 +163,7 @@ def test_a_vase_amid_a_table_can_be_stood_before():
     vase = Instance(
         1, {"vase": Evidence(4.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
     )
-    stands = standpoints(grid, terrain, reach, vase, "vase", TargetConfig())
+    stands = standpoints(grid, terrain, reach, vase, "vase")
     assert stands.any()
     rows, cols = np.nonzero(stands)
     ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
@@ -180,7 +180,7 @@ def test_nothing_is_looked_at_through_a_wall():
     cells = np.array([[1.075, 0.025], [1.125, -0.025], [1.175, 0.025], [1.275, 0.025]])
     seen_from = Pose(1.2, 1.5, -1.5)
     toilet = Instance(1, {"toilet": Evidence(4.0)}, (1.25, 0.0), 0.4, cells, views=[seen_from])
-    stands = standpoints(grid, terrain, reach, toilet, "toilet", TargetConfig())
+    stands = standpoints(grid, terrain, reach, toilet, "toilet")
     assert stands.any()
     rows, cols = np.nonzero(stands)
     ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
@@ -201,7 +201,7 @@ def test_what_is_out_of_near_range_stays_overlooked():
 
 def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():
     cfg = NavigateConfig()
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     world.body.last = Command(Action.TURN_LEFT, Mode.FACE, None, "")
     face = Aim(AimKind.FACE, 1)
     assert dithers(world, face, Action.TURN_RIGHT, cfg)
@@ -228,7 +228,7 @@ def given_up(world: World, aim: Aim, left_m: float) -> bool:
 
 def test_turning_to_and_fro_between_two_aims_comes_to_an_end():
     """Each step of the one leads away from the other, so that neither is ever idle for long."""
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     for step in range(100):
         near, far = 1.0 + step % 3 * 0.25, 2.0 - step % 3 * 0.25
         aim, left = (
@@ -240,7 +240,7 @@ def test_turning_to_and_fro_between_two_aims_comes_to_an_end():
 
 
 def test_an_aim_is_gone_back_to_as_long_as_the_robot_comes_nearer_to_it():
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     for turn in range(30):
         assert not given_up(world, Aim(AimKind.TARGET, 1), 10.0 - 0.3 * turn)
         assert not given_up(world, Aim(AimKind.FRONTIER, 5), 20.0 - 0.3 * turn)
@@ -249,12 +249,12 @@ def test_an_aim_is_gone_back_to_as_long_as_the_robot_comes_nearer_to_it():
 
 
 def test_what_was_given_up_is_tried_from_the_start():
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     waits = [0, 0]
     for again in (0, 1):
         while not given_up(world, Aim(AimKind.FRONTIER, 5), 3.0):
             waits[again] += 1
-    assert waits[0] == waits[1] > NavigateConfig().explore.patience
+    assert waits[0] == waits[1] > GIVE_UP_AFTER
 
 
 def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
@@ -262,7 +262,7 @@ def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
     smooth = replace(cfg, control=replace(cfg.control, mode="velocity"))
     terrain, reach = look_around(floor(), POSE, RADIUS_M)
     for away_m, yaw_rad, there in ((0.1, 3.0, True), (0.2, 0.0, False), (0.3, 3.0, False)):
-        world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, MapConfig())
+        world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
         world.pose, world.seen = Pose(0.0, 0.0, yaw_rad), (terrain, reach)
         field = march_from(terrain, np.array([[away_m, 0.0]]))
         assert local_policy(cfg).arrived(world, field) is there
@@ -273,7 +273,7 @@ def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
 def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
     """It is worth no detour before everything else was tried."""
     cfg = NavigateConfig()
-    world = World.begin("vase", ("vase",), (), POSE, 0, RADIUS_M, MapConfig())
+    world = World.begin("vase", ("vase",), (), POSE, RADIUS_M, 0)
     world.map = floor()
     faint = Instance(
         1, {"vase": Evidence(-2.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
@@ -296,7 +296,7 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
 
 def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
     cfg = NavigateConfig()
-    world = World.begin("toilet", ("toilet",), (), POSE, 0, RADIUS_M, cfg.map)
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
     world.map, world.seen = floor(), look_around(floor(), POSE, RADIUS_M)
     field = march_from(world.terrain, np.array([2.0, 0.0]))
     here, there = Aim(AimKind.FRONTIER, 1), Aim(AimKind.FRONTIER, 2)
@@ -318,7 +318,7 @@ def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
     grid.evidence[table | sofa] = 10
     grid.changed()
     before, behind = (np.stack([x[at], y[at]], 1) for at in (table, sofa))
-    world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, 0, RADIUS_M, cfg.map)
+    world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, RADIUS_M, 0)
     world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M)
     both = np.concatenate([before, behind])
     views = [POSE, Pose(1.9, -2.0, 1.5)]

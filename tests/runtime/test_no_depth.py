@@ -26,7 +26,7 @@ def test_frames_without_depth_place_nothing(depth: float) -> None:
         np.ones((1, 8), np.float32),
         np.array([1.0], np.float32),
     )
-    world = World.begin("toilet", NAMES, ROOMS, obs.pose, 12, 0.18, CFG.map)
+    world = World.begin("toilet", NAMES, ROOMS, obs.pose, 0.18)
     for k in range(3):
         frame = replace(blind, stamp_ns=obs.stamp_ns + k)
         navigate.perceive(world, frame, toilet, MOUNT, CFG)

@@ -7,43 +7,46 @@ import numpy as np
 
 from runtime.core.distances.planner import Field, Terrain
 from runtime.core.geometry import wrap_angle
-from runtime.core.motion.courses import ControlConfig
+from runtime.core.motion.courses import MARGIN_M
 from runtime.core.types import F64, Action, Mask, Pose
 
+FORWARD_M = 0.25  # a step, as the benchmark protocols have it
+TURN_RAD = math.radians(30.0)  # and a turn
+TURN_COST_M = 0.04  # what a turn must win in arrival time; keeps headings steady
+SAMPLES = 5  # points checked along a step
 
-def follow(
-    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig
-) -> Action | None:
+
+def follow(terrain: Terrain, field: Field, pose: Pose, radius_m: float) -> Action | None:
     """The action toward the field's sources: of all headings that a whole number of turns reaches,
     the one whose next step ends nearest to them. None when no heading can be driven."""
     here = field.at(pose.x_m, pose.y_m)
     best: tuple[float, int, int] | None = None
-    turnings = whole_turns(cfg)
-    arrivals = _after_step(terrain, field, _step(pose, turnings, cfg), radius_m, cfg)
+    turnings = whole_turns()
+    arrivals = _after_step(terrain, field, _step(pose, turnings), radius_m)
     for turns, arrival in zip(turnings, arrivals, strict=True):
-        if arrival >= here + 2 * cfg.forward_m:
+        if arrival >= here + 2 * FORWARD_M:
             continue
-        cost = (float(arrival) + cfg.turn_cost_m * abs(turns), abs(turns), -turns)
+        cost = (float(arrival) + TURN_COST_M * abs(turns), abs(turns), -turns)
         best = min(best, cost) if best else cost
     if best is None:
         return None
     return _begin(-best[2])
 
 
-def squeeze(terrain: Terrain, pose: Pose, cfg: ControlConfig) -> Action:
+def squeeze(terrain: Terrain, pose: Pose) -> Action:
     """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
     the most clearance. The robot came here, so one is wider than the map says."""
-    turnings = sorted(whole_turns(cfg), key=abs)
-    cells = terrain.frame.cells(_step(pose, turnings, cfg)[:, 1:])
+    turnings = sorted(whole_turns(), key=abs)
+    cells = terrain.frame.cells(_step(pose, turnings)[:, 1:])
     inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
     least = np.full(len(turnings), -1.0)
     least[inside] = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]].min(axis=1)
     return _begin(turnings[int(least.argmax())])
 
 
-def whole_turns(cfg: ControlConfig) -> range:
+def whole_turns() -> range:
     """All headings that a whole number of turns reaches, as that number; left is positive."""
-    half_turns = round(math.pi / cfg.turn_rad)
+    half_turns = round(math.pi / TURN_RAD)
     return range(-half_turns + 1, half_turns + 1)
 
 
@@ -54,28 +57,26 @@ def _begin(turns: int) -> Action:
     return Action.TURN_LEFT if turns > 0 else Action.TURN_RIGHT
 
 
-def _step(pose: Pose, turnings: Sequence[int], cfg: ControlConfig) -> F64:
-    """(H, samples + 1, 2) m: points along one step after each number of turns."""
-    headings = pose.yaw_rad + np.array(turnings) * cfg.turn_rad
-    reach = np.linspace(0.0, cfg.forward_m, cfg.samples + 1)
+def _step(pose: Pose, turnings: Sequence[int]) -> F64:
+    """(H, SAMPLES + 1, 2) m: points along one step after each number of turns."""
+    headings = pose.yaw_rad + np.array(turnings) * TURN_RAD
+    reach = np.linspace(0.0, FORWARD_M, SAMPLES + 1)
     along = np.stack([np.cos(headings), np.sin(headings)], axis=1)
     return np.asarray(pose.xy + reach[None, :, None] * along[:, None], np.float64)
 
 
-def face(pose: Pose, toward_rad: float, cfg: ControlConfig) -> Action | None:
+def face(pose: Pose, toward_rad: float) -> Action | None:
     """The turn that brings the heading closer to `toward_rad`; None when no turn would."""
     error = wrap_angle(toward_rad - pose.yaw_rad)
-    if abs(error) <= cfg.turn_rad / 2 + 1e-6:
+    if abs(error) <= TURN_RAD / 2 + 1e-6:
         return None
     return Action.TURN_LEFT if error > 0 else Action.TURN_RIGHT
 
 
-def _after_step(
-    terrain: Terrain, field: Field, points: F64, radius_m: float, cfg: ControlConfig
-) -> F64:
+def _after_step(terrain: Terrain, field: Field, points: F64, radius_m: float) -> F64:
     """(H, N, 2) points along steps -> (H,) arrival time at the end of each; inf where the body
     would touch."""
-    fits = _fits(terrain, points, radius_m + cfg.margin_m)
+    fits = _fits(terrain, points, radius_m + MARGIN_M)
     ends = np.full(len(points), np.inf)
     rows, cols = field.frame.cells(points[fits, -1]).T
     ends[fits] = field.arrival_m[rows, cols]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.distances.planner import Field, Terrain, clearance_between
-from runtime.core.motion.courses import ControlConfig
-from runtime.core.motion.discrete_policy import whole_turns
+from runtime.core.motion.courses import MARGIN_M
+from runtime.core.motion.discrete_policy import FORWARD_M, SAMPLES, TURN_RAD, whole_turns
 from runtime.core.types import F64, Action, Mask, Pose
 
 STEPS = 10  # at most, one after the other
@@ -30,21 +30,19 @@ class Way:
     nearest_xy: tuple[float, float]
 
 
-def through(
-    terrain: Terrain, field: Field, pose: Pose, radius_m: float, cfg: ControlConfig, best_m: float
-) -> Way:
+def through(terrain: Terrain, field: Field, pose: Pose, radius_m: float, best_m: float) -> Way:
     """The fewest steps, and of those with the fewest turns, to where the arrival is below `best_m`
-    by GAIN_M, or to the sources. Breadth first over all places that steps of `cfg.forward_m` at
-    headings `cfg.turn_rad` apart reach; the clearance is read between the cells' centres, as a
+    by GAIN_M, or to the sources. Breadth first over all places that steps of FORWARD_M at
+    headings TURN_RAD apart reach; the clearance is read between the cells' centres, as a
     finger's breadth decides."""
-    turns = np.array(whole_turns(cfg))
+    turns = np.array(whole_turns())
     xy, heading, cost = pose.xy[None], np.zeros(1, np.int64), np.zeros(1, np.int64)
     seen: set[tuple[int, int]] = set()
     nearest_m, nearest = field.at(pose.x_m, pose.y_m), pose.xy
     layers: list[tuple[Indices, Indices]] = []  # of each step: the place before it, and its turns
     for _ in range(STEPS):
         facing = heading[:, None] + turns
-        ends, free = _steps(terrain, xy, pose.yaw_rad + facing * cfg.turn_rad, radius_m, cfg)
+        ends, free = _steps(terrain, xy, pose.yaw_rad + facing * TURN_RAD, radius_m)
         arrival = np.where(free, _arrival(field, ends), np.inf)
         arrival[np.hypot(*(ends - pose.xy).transpose(2, 0, 1)) > REACH_M] = np.inf
         node, turn = np.nonzero(np.isfinite(arrival))
@@ -64,16 +62,14 @@ def through(
     return Way((), _point(nearest))
 
 
-def clear(
-    terrain: Terrain, pose: Pose, actions: Sequence[Action], radius_m: float, cfg: ControlConfig
-) -> bool:
+def clear(terrain: Terrain, pose: Pose, actions: Sequence[Action], radius_m: float) -> bool:
     """Whether the body keeps its clearance along all these actions."""
     for action in actions:
         if action is not Action.MOVE_FORWARD:
-            turn = cfg.turn_rad if action is Action.TURN_LEFT else -cfg.turn_rad
+            turn = TURN_RAD if action is Action.TURN_LEFT else -TURN_RAD
             pose = replace(pose, yaw_rad=pose.yaw_rad + turn)
             continue
-        ends, free = _steps(terrain, pose.xy[None], np.array([[pose.yaw_rad]]), radius_m, cfg)
+        ends, free = _steps(terrain, pose.xy[None], np.array([[pose.yaw_rad]]), radius_m)
         if not free[0, 0]:
             return False
         pose = replace(pose, x_m=float(ends[0, 0, 0]), y_m=float(ends[0, 0, 1]))
@@ -103,19 +99,17 @@ def _new(xy: F64, cost: Indices, seen: set[tuple[int, int]]) -> Indices:
     return np.array(kept, np.int64)
 
 
-def _steps(
-    terrain: Terrain, xy: F64, heading_rad: F64, radius_m: float, cfg: ControlConfig
-) -> tuple[F64, Mask]:
+def _steps(terrain: Terrain, xy: F64, heading_rad: F64, radius_m: float) -> tuple[F64, Mask]:
     """(N, 2) m places and (N, H) headings -> (N, H, 2) m where one step ends, and (N, H) whether
     the body keeps its clearance along it, or where it has less already loses no more."""
-    step = cfg.forward_m * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
-    share = np.linspace(0.0, 1.0, cfg.samples + 1)
+    step = FORWARD_M * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
+    share = np.linspace(0.0, 1.0, SAMPLES + 1)
     points = xy[:, None, None] + share[:, None] * step[:, :, None]
     cells, shape = terrain.frame.cells(points), np.array(terrain.frame.shape)
     inside = ((cells >= 1) & (cells < shape - 1)).all(axis=(2, 3))
     clearance = np.full(points.shape[:3], -math.inf)
     clearance[inside] = clearance_between(terrain, points[inside])
-    needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance, axis=2))
+    needed = np.minimum(radius_m + MARGIN_M, np.maximum.accumulate(clearance, axis=2))
     short = (clearance[..., 1:] < needed[..., 1:] - 1e-6).any(axis=2)
     return points[:, :, -1], np.asarray(inside & ~short, bool)
 

@@ -7,9 +7,18 @@ import numpy as np
 
 from runtime.core.distances.planner import Field, Terrain, clearance_between, descend
 from runtime.core.geometry import bearing, wrap_angle
-from runtime.core.motion.courses import STILL, Along, ControlConfig, Course, Spin, Toward
+from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, Course, Spin, Toward
 from runtime.core.types import F64, Action, Pose, Twist
 
+HOLD_S = 0.3  # how long a velocity may act before the next: period, sensing and wire
+SIDE_ACCEL_MPS2 = 0.3  # slows curves
+TIGHT_SHARE = 0.4  # of the speed, where the body barely fits
+COMFORT_M = 0.20  # clearance beyond the body from which on nothing slows
+LOOK_AHEAD_M = 0.35  # along the descent path
+TURN_GAIN = 2.0  # yaw rate per heading error, 1/s
+TURN_ON_SPOT_RAD = 0.7  # heading error from which on the robot does not drive
+FACING_RAD = 0.1  # heading error at which something counts as faced
+CREEP_MPS = 0.05  # speed that is kept up to the very goal
 WAYS, STEP_M = 24, 0.15  # headings and length of a step out of a tight spot
 SLACK_M = 0.005  # of clearance, that a way along something may lose
 _SHARES = (1.0, 0.75, 0.5, 0.25)  # of the wished speed, tried until the way to a halt is clear
@@ -22,7 +31,7 @@ def steer(
     commanded `dt_s` ago."""
     if isinstance(course, Along):
         return velocity(course.terrain, course.field, pose, radius_m, cfg, now, dt_s)
-    if now.v_mps > cfg.creep_mps:  # halt first, along the curve that is known to be clear
+    if now.v_mps > CREEP_MPS:  # halt first, along the curve that is known to be clear
         slower = _slewed(now, STILL, dt_s, cfg).v_mps
         return Twist(slower, now.w_radps * slower / now.v_mps)
     turn = 0.0
@@ -46,18 +55,18 @@ def velocity(
     places and before the goal, on the spot when the heading is far off. It is never faster than
     lets the robot halt on known free ground if no further command came; braking for that is not
     held back by the slew. Where no path leads the robot turns on the spot, to see more."""
-    path = _path(field, pose, cfg)
+    path = _path(field, pose)
     if not len(path):
         return _slewed(now, Twist(0.0, cfg.look_radps), dt_s, cfg)
     if field.at(pose.x_m, pose.y_m) <= 0.0:
         return _slewed(now, STILL, dt_s, cfg)
-    aim = _ahead(terrain, field, path, pose, radius_m, cfg)
+    aim = _ahead(terrain, field, path, pose, radius_m)
     error = wrap_angle(bearing((pose.x_m, pose.y_m), aim) - pose.yaw_rad)
-    w = _within(cfg.turn_gain * error, cfg.max_turn_radps)
-    v = cfg.max_speed_mps * max(0.0, 1.0 - abs(error) / cfg.turn_on_spot_rad)
+    w = _within(TURN_GAIN * error, cfg.max_turn_radps)
+    v = cfg.max_speed_mps * max(0.0, 1.0 - abs(error) / TURN_ON_SPOT_RAD)
     if abs(w) > 1e-6:
-        v = min(v, cfg.side_accel_mps2 / abs(w))
-    v *= _ease(terrain, pose, aim, radius_m, cfg)
+        v = min(v, SIDE_ACCEL_MPS2 / abs(w))
+    v *= _ease(terrain, pose, aim, radius_m)
     v = min(v, _before_goal(field, path, pose, cfg))
     wished = _slewed(now, Twist(v, w), dt_s, cfg)
     for share in _SHARES:
@@ -69,9 +78,9 @@ def velocity(
 def face_rate(pose: Pose, xy: tuple[float, float], cfg: ControlConfig) -> float | None:
     """The yaw rate that turns the robot toward a point; None when it is faced."""
     error = wrap_angle(bearing((pose.x_m, pose.y_m), xy) - pose.yaw_rad)
-    if abs(error) <= cfg.facing_rad:
+    if abs(error) <= FACING_RAD:
         return None
-    return _within(cfg.turn_gain * error, cfg.max_turn_radps)
+    return _within(TURN_GAIN * error, cfg.max_turn_radps)
 
 
 def nearest_action(twist: Twist) -> Action:
@@ -89,11 +98,11 @@ def _slewed(now: Twist, wished: Twist, dt_s: float, cfg: ControlConfig) -> Twist
     return Twist(v, _within(now.w_radps + dw, cfg.max_turn_radps))
 
 
-def _path(field: Field, pose: Pose, cfg: ControlConfig) -> F64:
+def _path(field: Field, pose: Pose) -> F64:
     """(N, 2) m down the field from the robot, a little longer than is looked ahead. A robot that
     stands just beside the field's cells starts from the best of those next to it."""
     frame = field.frame
-    limit = 2 + math.ceil(2 * cfg.look_ahead_m / frame.resolution_m)
+    limit = 2 + math.ceil(2 * LOOK_AHEAD_M / frame.resolution_m)
     path = descend(field, (pose.x_m, pose.y_m), limit)
     if len(path):
         return path
@@ -108,7 +117,7 @@ def _path(field: Field, pose: Pose, cfg: ControlConfig) -> F64:
 
 
 def _ahead(
-    terrain: Terrain, field: Field, path: F64, pose: Pose, radius_m: float, cfg: ControlConfig
+    terrain: Terrain, field: Field, path: F64, pose: Pose, radius_m: float
 ) -> tuple[float, float]:
     """The farthest point of the path within the look-ahead to which the body fits in a straight
     line; corners are not cut. Where the path begins too tight for the body, as it may right at the
@@ -116,20 +125,18 @@ def _ahead(
     here = pose.xy
     gaps = np.hypot(*(path - here).T)
     resolution = terrain.frame.resolution_m
-    near = path[(gaps <= cfg.look_ahead_m) & (gaps > 0.7 * resolution)]
+    near = path[(gaps <= LOOK_AHEAD_M) & (gaps > 0.7 * resolution)]
     aim = near[0] if len(near) else path[-1]
     for point in near[::-1]:
-        if _drivable(terrain, _line(here, point, resolution), radius_m, cfg):
+        if _drivable(terrain, _line(here, point, resolution), radius_m):
             aim = point
             break
     else:
-        aim = _way_out(terrain, field, here, radius_m, cfg, aim)
+        aim = _way_out(terrain, field, here, radius_m, aim)
     return float(aim[0]), float(aim[1])
 
 
-def _way_out(
-    terrain: Terrain, field: Field, here: F64, radius_m: float, cfg: ControlConfig, otherwise: F64
-) -> F64:
+def _way_out(terrain: Terrain, field: Field, here: F64, radius_m: float, otherwise: F64) -> F64:
     """Of the points a short step away that the body can reach, the one nearest the field's
     sources."""
     best, aim = math.inf, otherwise
@@ -138,7 +145,7 @@ def _way_out(
         point = here + STEP_M * np.array([math.cos(heading), math.sin(heading)])
         arrival = field.at(float(point[0]), float(point[1]))
         line = _line(here, point, terrain.frame.resolution_m)
-        if arrival < best and _drivable(terrain, line, radius_m, cfg):
+        if arrival < best and _drivable(terrain, line, radius_m):
             best, aim = arrival, point
     return aim
 
@@ -150,16 +157,14 @@ def _line(start: F64, end: F64, resolution_m: float) -> F64:
     return line
 
 
-def _ease(
-    terrain: Terrain, pose: Pose, aim: tuple[float, float], radius_m: float, cfg: ControlConfig
-) -> float:
+def _ease(terrain: Terrain, pose: Pose, aim: tuple[float, float], radius_m: float) -> float:
     """The share of the speed that the clearance here and at the aim allows."""
     spare = math.inf
     for x, y in ((pose.x_m, pose.y_m), aim):
         row, col = terrain.frame.cell(x, y)
         if terrain.frame.contains(row, col):
-            spare = min(spare, float(terrain.clearance_m[row, col]) - radius_m - cfg.margin_m)
-    return cfg.tight_share + (1 - cfg.tight_share) * min(1.0, max(0.0, spare / cfg.comfort_m))
+            spare = min(spare, float(terrain.clearance_m[row, col]) - radius_m - MARGIN_M)
+    return TIGHT_SHARE + (1 - TIGHT_SHARE) * min(1.0, max(0.0, spare / COMFORT_M))
 
 
 def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> float:
@@ -167,18 +172,18 @@ def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> flo
     if field.at(float(path[-1][0]), float(path[-1][1])) > 0.0:
         return math.inf  # the goal is beyond the part of the path that is looked at
     left = float(np.hypot(*np.diff(np.vstack([pose.xy, path[1:]]), axis=0).T).sum())
-    return max(cfg.creep_mps, math.sqrt(cfg.brake_mps2 * left))
+    return max(CREEP_MPS, math.sqrt(cfg.brake_mps2 * left))
 
 
 def _can_halt(
     terrain: Terrain, pose: Pose, twist: Twist, radius_m: float, cfg: ControlConfig
 ) -> bool:
-    """Whether the robot stays on free ground if it drives so for `hold_s` and then brakes along
+    """Whether the robot stays on free ground if it drives so for HOLD_S and then brakes along
     the same curve."""
     v, w = twist.v_mps, twist.w_radps
     if v <= 0:
         return True
-    length = v * cfg.hold_s + v * v / (2 * cfg.brake_mps2)
+    length = v * HOLD_S + v * v / (2 * cfg.brake_mps2)
     n = math.ceil(2 * length / terrain.frame.resolution_m) + 2
     s = np.linspace(0.0, length, n)
     turn = s * (w / v)
@@ -187,22 +192,22 @@ def _can_halt(
     points = pose.xy + np.cumsum(
         np.stack([step * np.cos(heading), step * np.sin(heading)], axis=1), axis=0
     )
-    return _drivable(terrain, points, radius_m, cfg)
+    return _drivable(terrain, points, radius_m)
 
 
-def _drivable(terrain: Terrain, points_xy: F64, radius_m: float, cfg: ControlConfig) -> bool:
+def _drivable(terrain: Terrain, points_xy: F64, radius_m: float) -> bool:
     """Whether the body keeps its clearance along (N, 2) m points, and its centre known ground.
     Where it stands too close to something already, it must not come closer."""
     cells = terrain.frame.cells(points_xy)
     if ((cells < 1) | (cells >= np.array(terrain.frame.shape) - 1)).any():
         return False
     at = tuple(cells.T)
-    roomy = terrain.clearance_m[at] > radius_m + 2 * cfg.margin_m + 1e-3  # as the planner asks
+    roomy = terrain.clearance_m[at] > radius_m + 2 * MARGIN_M + 1e-3  # as the planner asks
     unknown = roomy & ~terrain.traversable[at]  # there is room, and yet it is no way
     if unknown[1:].any() and not unknown[0]:
         return False
     clearance = clearance_between(terrain, points_xy)
-    needed = np.minimum(radius_m + cfg.margin_m, np.maximum.accumulate(clearance) - SLACK_M)
+    needed = np.minimum(radius_m + MARGIN_M, np.maximum.accumulate(clearance) - SLACK_M)
     return not (clearance < needed)[1:].any()
 
 

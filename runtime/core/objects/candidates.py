@@ -10,46 +10,55 @@ import numpy as np
 from runtime.core.distances.planner import Field
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.verdict import TargetConfig
+from runtime.core.objects.standpoints import REACH_M
+from runtime.core.objects.verdict import INSPECT_LOG_ODDS
 
+KEEP_LOG_ODDS = 0.0  # enough to go on for, once on the way
+DETOUR_M = 10.0  # what going to something else costs
+KEEP_M = 1.0  # by so much must another be better to be gone to instead
+RIVAL_SHARE = 0.5  # of footprint and height, shared with what is more surely another
+RIVAL_COSINE = 0.6  # and that alike, or of one size
+RIVAL_SIZE = 0.5  # of the longer side, the shorter's share
+APART_CONFIDENCE = 0.9  # from which on something else keeps its cells to itself,
+APART_SIZE = 1.2  # unless it is so much larger than the target
 BESIDE_M = 1.5  # between the middles of two things that may share a place
 
 
 def ranked(
-    semantic: SemanticMap, goal: str, away: Callable[[Instance], float], cfg: TargetConfig,
+    semantic: SemanticMap, goal: str, away: Callable[[Instance], float],
     least: float | None = None, standing: int | None = None,
 ) -> list[Instance]:  # fmt: skip
     """The instances worth going to, first the one that costs least to go to and, as likely as it is
     none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
     when there is nothing else to do; `standing` is the instance that the robot is on its way to,
     for which less will do: one view that misses it does not turn the robot round."""
-    bar = cfg.inspect_log_odds if least is None else least
+    bar = INSPECT_LOG_ODDS if least is None else least
     candidates = [
         i
         for i in semantic.instances.values()
-        if i.odds_of(goal) >= (min(bar, cfg.keep_log_odds) if i.id == standing else bar)
+        if i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
         and i.views_as(goal)
-        and not _outdone(i, goal, semantic, cfg)
+        and not _outdone(i, goal, semantic)
     ]
 
     def cost_m(i: Instance) -> tuple[float, float, int]:
-        detour_m = (1.0 - i.confidence_of(goal)) * cfg.detour_m
-        kept_m = cfg.keep_m if i.id == standing else 0.0
+        detour_m = (1.0 - i.confidence_of(goal)) * DETOUR_M
+        kept_m = KEEP_M if i.id == standing else 0.0
         return away(i) + detour_m - kept_m, -i.odds_of(goal), i.id
 
     return sorted(candidates, key=cost_m)
 
 
-def on_foot_m(reach: Field, cfg: TargetConfig, instance: Instance) -> float:
-    """How far the robot has to go to come within `reach_m` of it, m; inf when no way is known."""
-    frame, n = reach.frame, math.ceil(cfg.reach_m / reach.frame.resolution_m)
+def on_foot_m(reach: Field, instance: Instance) -> float:
+    """How far the robot has to go to come within REACH_M of it, m; inf when no way is known."""
+    frame, n = reach.frame, math.ceil(REACH_M / reach.frame.resolution_m)
     row, col = frame.cell(*instance.xy)
     rows, cols = (slice(max(0, at - n), max(0, at + n + 1)) for at in (row, col))
     around = reach.arrival_m[rows, cols]
     return float(around.min(initial=math.inf))
 
 
-def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetConfig) -> bool:
+def _outdone(instance: Instance, goal: str, semantic: SemanticMap) -> bool:
     """Whether the same thing, or another in the same place, is more surely something else."""
     if instance.name != goal:
         return True
@@ -59,45 +68,45 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap, cfg: TargetCo
         if math.dist(other.xy, instance.xy) <= BESIDE_M
         and other.name != goal
         and other.log_odds > instance.log_odds
-        and _level(instance, other, cfg.rival_share)
-        and _resemble(instance, other, cfg)
+        and _level(instance, other)
+        and _resemble(instance, other)
     ]
     mine = _places(instance) if rivals else frozenset()
     for other in rivals:
         theirs = _places(other)
-        if len(mine & theirs) >= cfg.rival_share * min(len(mine), len(theirs)):
+        if len(mine & theirs) >= RIVAL_SHARE * min(len(mine), len(theirs)):
             return True
     return False
 
 
-def _level(a: Instance, b: Instance, share: float) -> bool:
+def _level(a: Instance, b: Instance) -> bool:
     """Whether two things are at one height, and not one on top of the other."""
     common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
-    return common >= share * min(a.high_m - a.low_m, b.high_m - b.low_m)
+    return common >= RIVAL_SHARE * min(a.high_m - a.low_m, b.high_m - b.low_m)
 
 
-def _resemble(a: Instance, b: Instance, cfg: TargetConfig) -> bool:
+def _resemble(a: Instance, b: Instance) -> bool:
     """Whether two things in one place look as if they were one: a chair at a desk does not. Where
     a detector gives no embeddings, they must at least be of one size: a clock is no nightstand."""
     one, other = a.embedding, b.embedding
     if one.size and one.shape == other.shape:
-        return float(one @ other) >= cfg.rival_cosine
+        return float(one @ other) >= RIVAL_COSINE
     lengths = [float(np.ptp(thing.cells_xy, axis=0).max()) for thing in (a, b)]
-    return min(lengths) >= cfg.rival_size * max(lengths)
+    return min(lengths) >= RIVAL_SIZE * max(lengths)
 
 
-def apart(instance: Instance, semantic: SemanticMap, cfg: TargetConfig) -> Instance:
+def apart(instance: Instance, semantic: SemanticMap) -> Instance:
     """The instance without the cells of what surely is something else at the same height, and not
     larger: the coffee table in a sofa's box. The instance itself where nothing would be left."""
-    largest = cfg.apart_size * len(instance.cells_xy)
+    largest = APART_SIZE * len(instance.cells_xy)
     theirs: set[tuple[float, float]] = set()
     for other in semantic.instances.values():
         if (
             other.name != instance.name
-            and other.confidence >= cfg.apart_confidence
+            and other.confidence >= APART_CONFIDENCE
             and math.dist(other.xy, instance.xy) <= BESIDE_M
             and len(other.cells_xy) <= largest
-            and _level(instance, other, cfg.rival_share)
+            and _level(instance, other)
         ):
             theirs |= _places(other)
     own = [cell not in theirs for cell in map(tuple, instance.cells_xy.round(3).tolist())]

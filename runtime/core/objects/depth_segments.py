@@ -7,8 +7,15 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.objects.instances import SemanticsConfig
 from runtime.core.types import F32, I32, Mask
+
+CORE_SHARE = 0.6  # of a box's width and height, where its depth is read,
+NEAR_QUANTILE = 0.3  # of the depths there: the nearest substantial surface
+EDGE_M = 0.1  # between two neighbours' depths, from which on surfaces meet there,
+EDGE_SHARE = 0.05  # or that share of the depth
+FLOOR_M = 0.05  # what is lower is floor, and of no surface
+WITHIN_SHARE = 0.9  # a surface with less of it than this in a box goes on beyond it,
+SPAN_SHARE = 0.1  # then one is the object's that does not, and spans so much of the box
 
 
 class Surfaces(NamedTuple):
@@ -19,50 +26,50 @@ class Surfaces(NamedTuple):
     size: I32
 
 
-def segment(depth_m: F32, high_m: F32, cfg: SemanticsConfig) -> Surfaces:
+def segment(depth_m: F32, high_m: F32) -> Surfaces:
     """Depth (h, w) m, 0 for unknown, and the height (h, w) m of what is seen there."""
-    limit = np.maximum(cfg.edge_m, cfg.edge_share * depth_m)
-    inside = (depth_m > 0) & (high_m > cfg.floor_m)
+    limit = np.maximum(EDGE_M, EDGE_SHARE * depth_m)
+    inside = (depth_m > 0) & (high_m > FLOOR_M)
     inside[:, 1:] &= np.abs(np.diff(depth_m, axis=1)) <= limit[:, 1:]
     inside[1:] &= np.abs(np.diff(depth_m, axis=0)) <= limit[1:]
     _, label = cv2.connectedComponents(inside.astype(np.uint8), connectivity=4)
     return Surfaces(np.asarray(label, np.int32), np.bincount(label.ravel()).astype(np.int32))
 
 
-def distance_m(depth_m: F32, label: I32, size: I32, cfg: SemanticsConfig) -> float:
+def distance_m(depth_m: F32, label: I32, size: I32) -> float:
     """Of a box's patch (h, w) of depth and of `Surfaces.label`: how far its object is, m; 0 where
     no depth is known. That is the nearest substantial surface in the middle of the box or, where
     that one goes on beyond, the one within the box that spans most of it, if there is one."""
-    core = _core(depth_m.shape, cfg)
+    core = _core(depth_m.shape)
     known = depth_m[core][depth_m[core] > 0]
     if not known.size:
         return 0.0
-    nearest_m = float(np.quantile(known, cfg.near_quantile))
-    there = label[(np.abs(depth_m - nearest_m) <= cfg.edge_m) & (label > 0)]
+    nearest_m = float(np.quantile(known, NEAR_QUANTILE))
+    there = label[(np.abs(depth_m - nearest_m) <= EDGE_M) & (label > 0)]
     if not there.size:
         return nearest_m
     count = np.bincount(label.ravel(), minlength=len(size))
     nearest = int(np.bincount(there).argmax())
-    if count[nearest] >= cfg.within_share * size[nearest]:
+    if count[nearest] >= WITHIN_SHARE * size[nearest]:
         return nearest_m
-    within = np.flatnonzero((count > 0) & (count >= cfg.within_share * size))
-    own = _spanning(label, within, cfg)
+    within = np.flatnonzero((count > 0) & (count >= WITHIN_SHARE * size))
+    own = _spanning(label, within)
     if own is None:
         return nearest_m
     middle = depth_m[core][own[core]]
-    return float(np.quantile(middle if middle.size else depth_m[own], cfg.near_quantile))
+    return float(np.quantile(middle if middle.size else depth_m[own], NEAR_QUANTILE))
 
 
-def attached(depth_m: F32, label: I32, near_m: float, cfg: SemanticsConfig) -> Mask:
+def attached(depth_m: F32, label: I32, near_m: float) -> Mask:
     """Of a box's patch (h, w): what hangs together with something as far away as `near_m`."""
-    there = np.unique(label[np.abs(depth_m - near_m) <= cfg.edge_m])
+    there = np.unique(label[np.abs(depth_m - near_m) <= EDGE_M])
     mask: Mask = np.isin(label, there[there > 0])
     return mask
 
 
-def _spanning(label: I32, candidates: NDArray[np.intp], cfg: SemanticsConfig) -> Mask | None:
+def _spanning(label: I32, candidates: NDArray[np.intp]) -> Mask | None:
     """The mask (h, w) of the candidate whose extent is the largest, if it spans enough."""
-    largest, found = cfg.span_share * label.size, None
+    largest, found = SPAN_SHARE * label.size, None
     for one in candidates[candidates > 0]:
         own = label == one
         rows, cols = np.flatnonzero(own.any(axis=1)), np.flatnonzero(own.any(axis=0))
@@ -72,8 +79,8 @@ def _spanning(label: I32, candidates: NDArray[np.intp], cfg: SemanticsConfig) ->
     return found
 
 
-def _core(shape: tuple[int, ...], cfg: SemanticsConfig) -> tuple[slice, slice]:
+def _core(shape: tuple[int, ...]) -> tuple[slice, slice]:
     """The middle of a box."""
     h, w = shape
-    dy, dx = int(h * (1 - cfg.core_share) / 2), int(w * (1 - cfg.core_share) / 2)
+    dy, dx = int(h * (1 - CORE_SHARE) / 2), int(w * (1 - CORE_SHARE) / 2)
     return slice(dy, h - dy), slice(dx, w - dx)

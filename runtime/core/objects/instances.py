@@ -14,45 +14,24 @@ LEAST_M = 0.15  # what is so near to an instance's middle is of it
 _NO_EMBEDDING = np.zeros(0, np.float32)
 
 
-@dataclass(frozen=True)
-class SemanticsConfig:
-    """[semantics]"""
-
-    stride: int = 4  # every n-th pixel of a box is projected
-    core_share: float = 0.6  # of a box's width and height, where its depth is read,
-    near_quantile: float = 0.3  # of the depths there: the nearest substantial surface
-    edge_m: float = 0.1  # between two neighbours' depths, from which on surfaces meet there,
-    edge_share: float = 0.05  # or that share of the depth
-    floor_m: float = 0.05  # what is lower is floor, and of no surface
-    within_share: float = 0.9  # a surface with less of it than this in a box goes on beyond it,
-    span_share: float = 0.1  # then one is the object's that does not, and spans so much of the box
-    cluster_m: float = 0.35  # points this close in depth to the core belong to the object
-    # toward the camera no further than half as far as the box is wide, and only what hangs together
-    # with it: what is nearer stands before it
-    before_share: float = 0.5
-    before_m: float = 0.1  # at least
-    stray: float = 2.4  # times the median distance from its middle: cells beyond are not of it
-    min_points: int = 6
-    associate_m: float = 0.6  # between a detection and the instance it is another view of
-    other_name_m: float = 0.3  # that much nearer, when it was never called that before,
-    # its embedding at least so like (of one thing's views that were given two names a third are,
-    # of different things less than a metre apart 2 %),
-    same_cosine: float = 0.7
-    same_size_share: float = 0.35  # the shorter of the two at least that share of the longer,
-    same_height_share: float = 0.5  # and that much of the flatter one's height in common
-    neutral_score: float = 0.25  # a detection of this score speaks neither for nor against
-    max_step: float = 2.0  # of log-odds that one view can add
-    miss_step: float = 0.5  # of log-odds that a view without the object costs
-    miss_range_m: tuple[float, float] = (1.2, 4.0)  # where not seeing an object means something
-    repeat_weight: float = 0.15  # of a view that is no new one
-    cut_weight: float = 0.3  # of a view cut off at a side of the image: easily taken for another
-    new_view_m: float = 0.4
-    new_view_rad: float = math.radians(20.0)
-    nearer: float = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
-    farther: float = 1.5  # from there on a view adds evidence but no footprint
-    log_odds_max: float = 8.0
-    room_range_m: float = 3.0  # a view's room type is credited to cells this close
-    recall_log_odds: float = 1.5  # at most, for what an earlier search saw: to be looked at again
+STRAY = 2.4  # times the median distance from its middle: cells beyond are not of it
+ASSOCIATE_M = 0.6  # between a detection and the instance it is another view of
+OTHER_NAME_M = 0.3  # that much nearer, when it was never called that before,
+SAME_COSINE = 0.7
+"""Its embedding at least so like: of one thing's views that were given two names a third are, of
+different things less than a metre apart 2 %."""
+SAME_SIZE_SHARE = 0.35  # the shorter of the two at least that share of the longer,
+SAME_HEIGHT_SHARE = 0.5  # and that much of the flatter one's height in common
+NEUTRAL_SCORE = 0.25  # a detection of this score speaks neither for nor against
+MAX_STEP = 2.0  # of log-odds that one view can add
+MISS_STEP = 0.5  # of log-odds that a view without the object costs
+REPEAT_WEIGHT = 0.15  # of a view that is no new one
+CUT_WEIGHT = 0.3  # of a view cut off at a side of the image: easily taken for another
+NEW_VIEW_M = 0.4  # a view is new from so far away from all earlier ones,
+NEW_VIEW_RAD = math.radians(20.0)  # or turned so far about the object
+NEARER = 0.65  # of the nearest view's range: from there on the footprint is drawn anew
+FARTHER = 1.5  # from there on a view adds evidence but no footprint
+LOG_ODDS_MAX = 8.0  # either way, so that no object is ever past doubting
 
 
 @dataclass(frozen=True)
@@ -169,7 +148,6 @@ def fuse(
     frame: GridFrame,
     sighting: Sighting,
     pose: Pose,
-    cfg: SemanticsConfig,
 ) -> Instance:
     """Join a sighting to the instance that it is another view of, or to a new one. What it says for
     names is left to `called` and `uncalled`: one place may have two names in one image."""
@@ -177,51 +155,47 @@ def fuse(
     x, y, z_m = (float(v) for v in _middle(ordered))
     xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
     low_m, high_m = float(ordered[2, cut]), float(ordered[2, -1 - cut])
-    cells = without_strays(footprint(frame, sighting.points[:, :2]), cfg.stray)
+    cells = without_strays(footprint(frame, sighting.points[:, :2]))
     seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    instance = same(instances, seen, frame.resolution_m, cfg)
+    instance = same(instances, seen, frame.resolution_m)
     if instance is None:
         instance = instances[new_id] = seen
     else:
-        _widen(instance, seen, sighting.range_m, frame, cfg)
+        _widen(instance, seen, sighting.range_m, frame)
         instance.embedding_sum = _joined(instance.embedding_sum, seen.embedding_sum)
     instance.range_m = min(instance.range_m, sighting.range_m)
     instance.best_score = max(instance.best_score, sighting.score)
-    if _is_new(instance, pose, instance.views_as(sighting.name), cfg):
+    if _is_new(instance, pose, instance.views_as(sighting.name)):
         instance.views.append(pose)
     return instance
 
 
-def called(instance: Instance, sighting: Sighting, pose: Pose, cfg: SemanticsConfig) -> None:
+def called(instance: Instance, sighting: Sighting, pose: Pose) -> None:
     """It was called that, the surest name that this image has for it."""
-    step = logit(sighting.score) - logit(cfg.neutral_score)
+    step = logit(sighting.score) - logit(NEUTRAL_SCORE)
     if step > 0:
         known = instance.evidence_of(sighting.name)
         known.near_m = min(known.near_m, sighting.range_m)
-    step = max(-cfg.max_step, min(cfg.max_step, step))
-    weigh(instance, sighting.name, step * (cfg.cut_weight if sighting.cut else 1.0), pose, cfg)
+    step = max(-MAX_STEP, min(MAX_STEP, step))
+    weigh(instance, sighting.name, step * (CUT_WEIGHT if sighting.cut else 1.0), pose)
 
 
-def uncalled(
-    instance: Instance, names: Collection[str], pose: Pose, cfg: SemanticsConfig, cut: bool = False
-) -> None:
+def uncalled(instance: Instance, names: Collection[str], pose: Pose, cut: bool = False) -> None:
     """It was in view and had these names, or none: that speaks against all others it ever had."""
     for name in instance.evidence:
         if name not in names:
-            weigh(instance, name, -cfg.miss_step * (cfg.cut_weight if cut else 1.0), pose, cfg)
+            weigh(instance, name, -MISS_STEP * (CUT_WEIGHT if cut else 1.0), pose)
 
 
-def _widen(
-    instance: Instance, seen: Instance, range_m: float, frame: GridFrame, cfg: SemanticsConfig
-) -> None:
+def _widen(instance: Instance, seen: Instance, range_m: float, frame: GridFrame) -> None:
     """Where it is and how large, of the near views alone: far ones spill over the edges."""
-    if range_m >= cfg.farther * instance.range_m:
+    if range_m >= FARTHER * instance.range_m:
         return
     cells, low_m, high_m = seen.cells_xy, seen.low_m, seen.high_m
-    if range_m > cfg.nearer * instance.range_m:
+    if range_m > NEARER * instance.range_m:
         cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
-        cells = without_strays(cells, cfg.stray)
+        cells = without_strays(cells)
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
     instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
     x, y = _middle(np.sort(cells.T, axis=1))
@@ -243,12 +217,12 @@ def footprint(frame: GridFrame, xy: F64) -> F64:
     return frame.centres(np.stack([row + top, col + left], axis=1).astype(np.int32))
 
 
-def without_strays(cells_xy: F64, stray: float) -> F64:
+def without_strays(cells_xy: F64) -> F64:
     """(N, 2) m -> those not much farther from the middle than most: of a long rectangle all (its
     farthest cell is twice as far as the median), of a thing on a table not the table before it."""
     away = np.hypot(*(cells_xy - _middle(np.sort(cells_xy.T, axis=1))).T)
     half = len(away) // 2
-    near = away <= max(stray * float(np.partition(away, half)[half]), LEAST_M)
+    near = away <= max(STRAY * float(np.partition(away, half)[half]), LEAST_M)
     return np.asarray(cells_xy[near])
 
 
@@ -258,9 +232,7 @@ def _middle(ordered: F64) -> F64:
     return np.asarray((ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2)
 
 
-def same(
-    instances: Mapping[int, Instance], seen: Instance, cell_m: float, cfg: SemanticsConfig
-) -> Instance | None:
+def same(instances: Mapping[int, Instance], seen: Instance, cell_m: float) -> Instance | None:
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
     new to it costs as much as `other_name_m`."""
@@ -278,49 +250,49 @@ def same(
             float(np.hypot(*(seen.cells_xy - instance.xy).T).min()),
         )
         if not known:
-            gap += cfg.other_name_m
-        if gap > cfg.associate_m or (best is not None and (gap, instance.id) >= best):
+            gap += OTHER_NAME_M
+        if gap > ASSOCIATE_M or (best is not None and (gap, instance.id) >= best):
             continue
-        if known or alike(instance, seen, cell_m, cfg):
+        if known or alike(instance, seen, cell_m):
             best = gap, instance.id
     return instances[best[1]] if best else None
 
 
-def alike(a: Instance, b: Instance, cell_m: float, cfg: SemanticsConfig) -> bool:
+def alike(a: Instance, b: Instance, cell_m: float) -> bool:
     """Whether two things in one place could be one that was called by two names: they look alike,
     stand at one height, and neither is much smaller than the other."""
     one, other = a.embedding, b.embedding
-    if not one.size or one.shape != other.shape or float(one @ other) < cfg.same_cosine:
+    if not one.size or one.shape != other.shape or float(one @ other) < SAME_COSINE:
         return False
     common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
     least = min(a.high_m - a.low_m, b.high_m - b.low_m)
-    if common < cfg.same_height_share * least:
+    if common < SAME_HEIGHT_SHARE * least:
         return False
     lengths = size_m(a, cell_m)[0], size_m(b, cell_m)[0]
-    return min(lengths) >= cfg.same_size_share * max(lengths)
+    return min(lengths) >= SAME_SIZE_SHARE * max(lengths)
 
 
-def weigh(instance: Instance, name: str, step: float, pose: Pose, cfg: SemanticsConfig) -> None:
+def weigh(instance: Instance, name: str, step: float, pose: Pose) -> None:
     """What a view from `pose` says for a name, or against it (`step`, log-odds): all of it from a
     new place or direction, little for one more of the kind from where there was one."""
     known = instance.evidence_of(name)
     mine = known.backing if step > 0 else known.doubts
     earlier = mine if step > 0 else [*known.backing, *known.doubts]
-    if _is_new(instance, pose, earlier, cfg):
+    if _is_new(instance, pose, earlier):
         mine.append(pose)
     else:
-        step *= cfg.repeat_weight
-    known.odds = max(-cfg.log_odds_max, min(cfg.log_odds_max, known.odds + step))
+        step *= REPEAT_WEIGHT
+    known.odds = max(-LOG_ODDS_MAX, min(LOG_ODDS_MAX, known.odds + step))
 
 
-def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose], cfg: SemanticsConfig) -> bool:
+def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose]) -> bool:
     """Whether a view is from another place, or in another direction, than all earlier ones."""
     bearing = math.atan2(instance.xy[1] - pose.y_m, instance.xy[0] - pose.x_m)
     for view in earlier:
-        if math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m) >= cfg.new_view_m:
+        if math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m) >= NEW_VIEW_M:
             continue
         before = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
-        if abs(wrap_angle(bearing - before)) < cfg.new_view_rad:
+        if abs(wrap_angle(bearing - before)) < NEW_VIEW_RAD:
             return False
     return True
 

@@ -4,9 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from runtime.core.objects.instances import Instance, SemanticsConfig, logit
+from runtime.core.objects.instances import MISS_STEP, Instance, logit
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import F32, F64
+
+RECALL_LOG_ODDS = 1.5  # at most, for what an earlier search saw: to be looked at again
 
 
 def embedded(semantic: SemanticMap) -> tuple[tuple[Instance, ...], F32]:
@@ -21,7 +23,6 @@ def recall(
     goal: str,
     names: Sequence[str],
     likeness: F64,
-    cfg: SemanticsConfig,
 ) -> tuple[int, ...]:
     """Give the `embedded` instances evidence for a new goal, in place; returns the ids of those
     that became candidates.
@@ -41,9 +42,9 @@ def recall(
         if rejected or names[int(row.argmax())] != goal:
             continue
         is_goal = float(row[names.index(goal)]) * instance.confidence
-        odds = max(min(logit(is_goal), cfg.recall_log_odds), instance.odds_of(goal))
+        odds = max(min(logit(is_goal), RECALL_LOG_ODDS), instance.odds_of(goal))
         for other in instance.evidence.values():  # with the new words at hand less likely that
-            other.odds = min(other.odds, odds - cfg.miss_step)
+            other.odds = min(other.odds, odds - MISS_STEP)
         instance.evidence_of(goal).odds = float(odds)
         found.append(instance.id)
     return tuple(found)

@@ -8,8 +8,13 @@ import numpy as np
 from runtime.core.distances.planner import Field, Terrain
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance
-from runtime.core.objects.verdict import TargetConfig
+from runtime.core.objects.verdict import SECOND_SIDE_RAD
 from runtime.core.types import F64, Mask, Pose
+
+STOP_M = 0.70  # from the nearest seen cell of the target
+LOW_M = 0.90  # the same at most, where the camera looks over what is nearer
+REACH_M = 1.3  # an approach that ends further away is no arrival
+VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
 
 
 def standpoints(
@@ -18,21 +23,20 @@ def standpoints(
     reach: Field,
     instance: Instance,
     goal: str,
-    cfg: TargetConfig,
     seen_from_m: float = 0.0,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
-    nearer than `seen_from_m`, where it is in the image (or than `low_m`, for what lies on the
+    nearer than `seen_from_m`, where it is in the image (or than LOW_M, for what lies on the
     floor). If furniture keeps it further away, the nearest reachable cells; none beyond
-    `reach_m`."""
+    REACH_M."""
     distance = _distance_to(terrain, instance.cells_xy)
-    least_m = min(seen_from_m, cfg.low_m)
-    candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m) & (distance >= least_m)
-    candidates &= _seen_side(terrain, instance, instance.views_as(goal), cfg.view_cone_rad)
+    least_m = min(seen_from_m, LOW_M)
+    candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
+    candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
     if not candidates.any():
         return candidates
     best = float(distance[candidates].min())
-    candidates &= distance <= max(cfg.stop_m, best + 0.08, least_m + 0.08)
+    candidates &= distance <= max(STOP_M, best + 0.08, least_m + 0.08)
     return _in_sight(grid, terrain, candidates, instance)
 
 
@@ -42,18 +46,17 @@ def other_sides(
     reach: Field,
     instance: Instance,
     goal: str,
-    cfg: TargetConfig,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells close by, if possible not too close, that look at the
     target from a direction that it was not seen from yet."""
     distance = _distance_to(terrain, instance.cells_xy)
-    candidates = np.isfinite(reach.arrival_m) & (distance <= cfg.reach_m)
+    candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M)
     views = instance.views_as(goal)
-    candidates &= _seen_side(terrain, instance, views, cfg.view_cone_rad)
-    candidates &= ~_seen_side(terrain, instance, [*views, *instance.looks], cfg.second_side_rad)
+    candidates &= _seen_side(terrain, instance, views, VIEW_CONE_RAD)
+    candidates &= ~_seen_side(terrain, instance, [*views, *instance.looks], SECOND_SIDE_RAD)
     if not candidates.any():
         return candidates
-    roomy = candidates & (2 * distance >= cfg.stop_m + cfg.reach_m)  # nearer, it may be out of view
+    roomy = candidates & (2 * distance >= STOP_M + REACH_M)  # nearer, it may be out of view
     return _in_sight(grid, terrain, roomy if roomy.any() else candidates, instance)
 
 
@@ -62,12 +65,11 @@ def look_from(
     terrain: Terrain,
     reach: Field,
     instance: Instance,
-    cfg: TargetConfig,
     seen_from_m: float = 0.0,
 ) -> tuple[float, float] | None:
     """Where to look at an object from, m in the map frame: of its standpoints the one that is
     nearest on foot; None when it cannot be reached."""
-    stands = standpoints(grid, terrain, reach, instance, instance.name, cfg, seen_from_m)
+    stands = standpoints(grid, terrain, reach, instance, instance.name, seen_from_m)
     if not stands.any():
         return None
     away = np.where(stands, reach.arrival_m, np.inf)

@@ -21,7 +21,7 @@ WEIGHTED = ConsensusConfig(mode="weighted")
 def world() -> World:
     """As it stands after a look around."""
     home, cfg = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)), NavigateConfig()
-    world = World.begin("toilet", ("toilet",), (), home.pose, 12, 0.18, cfg.map)
+    world = World.begin("toilet", ("toilet",), (), home.pose, 0.18)
     for _ in range(12):
         obs = home.observe()
         navigate.perceive(world, obs, home.detect(("toilet",), obs), MOUNT, cfg)

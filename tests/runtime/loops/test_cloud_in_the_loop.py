@@ -63,8 +63,9 @@ def config(tmp_path: Path) -> CloudConfig:
 
 @pytest.mark.parametrize("behave", ["vote", "break"])
 def test_what_the_cloud_costs_is_journaled_and_told(
-    behave: str, tmp_path: Path, config: CloudConfig
+    behave: str, tmp_path: Path, config: CloudConfig, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("runtime.core.world.FIRST_LOOKS", 4)
     where = home()
     with Server() as server:
         if behave != "vote":
@@ -72,7 +73,7 @@ def test_what_the_cloud_costs_is_journaled_and_told(
         with Cloud(replace(config, base_url=server.url), SystemClock()) as cloud:
             cloud.begin("toilet")
             models = CloudModels(where, cloud)
-            with running(models, "explore.first_looks=4") as (peer, _):
+            with running(models) as (peer, _):
                 assert begin(peer, tmp_path / "log")["accepted"]
                 for _ in range(10):
                     action = peer.show(where)

@@ -218,7 +218,8 @@ def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tm
     assert "320x240" in str(ended[0])
 
 
-def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
+def test_a_goal_brings_settings_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("runtime.core.world.FIRST_LOOKS", 2)
     there = home()
     with running(FakeModels(there, r2f=farthest)) as (peer, ended):
         refused = peer.ask(
@@ -230,7 +231,7 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
             {
                 "goal": "toilet",
                 "log_dir": str(tmp_path),
-                "settings": ["research.consensus_mode=lenient", "explore.first_looks=2"],
+                "settings": ["research.consensus_mode=lenient"],
             },
         )["accepted"]
         for _ in range(4):
@@ -241,6 +242,7 @@ def test_a_goal_brings_settings_of_its_own(tmp_path: Path):
         line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "decision"
     )
     assert decision["step"] == 2
+    assert decision["rule"] == "lone"
     assert decision["rule"] == "lone"
 
 

@@ -27,9 +27,14 @@ from runtime.loops.realtime import RealTime, _frozen
 from runtime.robot.bus import Bus
 from runtime.robot.session import BusConfig
 
-QUICK = ("control.look_radps=1.0", "explore.first_looks=1", "safety.plan_stale_s=5.0")
+QUICK = ("control.look_radps=1.0", "safety.plan_stale_s=5.0")
 # A busy machine must not decide a test: what is not under test may be late.
 PATIENT = ("safety.odom_stale_s=2.0", "safety.frame_stale_s=4.0")
+
+
+@pytest.fixture(autouse=True)
+def short_look_around(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("runtime.core.world.FIRST_LOOKS", 1)
 
 
 @contextmanager

@@ -17,12 +17,10 @@ from runtime.core.distances.planner import (
     survey,
 )
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.motion.courses import ControlConfig
-from runtime.core.motion.discrete_policy import face, follow
+from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD, face, follow
 from runtime.core.types import Action, Pose
 
 RADIUS = 0.18
-CONTROL = ControlConfig()
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -103,7 +101,7 @@ def test_where_the_body_has_been_stays_a_way_back():
     t = survey(grid, pose, RADIUS)
     field = march_from(t, np.array([-1.5, 0.0]))
     assert field.at(1.5, 0.0) < math.inf
-    assert follow(t, field, pose, RADIUS, CONTROL) is Action.MOVE_FORWARD
+    assert follow(t, field, pose, RADIUS) is Action.MOVE_FORWARD
     grid.bump(Pose(0.4, 0.0, math.pi), RADIUS)
     t = survey(grid, pose, RADIUS)
     assert march_from(t, np.array([-1.5, 0.0])).at(1.5, 0.0) == math.inf
@@ -116,10 +114,10 @@ def drive(t: Terrain, pose: Pose, goal: tuple[float, float], limit: int = 120) -
     for _ in range(limit):
         if field.at(pose.x_m, pose.y_m) < 0.25:
             break
-        action = follow(t, field, pose, RADIUS, CONTROL)
+        action = follow(t, field, pose, RADIUS)
         assert action is not None
         if action is Action.MOVE_FORWARD:
-            d = CONTROL.forward_m
+            d = FORWARD_M
             pose = Pose(
                 pose.x_m + d * math.cos(pose.yaw_rad),
                 pose.y_m + d * math.sin(pose.yaw_rad),
@@ -127,7 +125,7 @@ def drive(t: Terrain, pose: Pose, goal: tuple[float, float], limit: int = 120) -
             )
         else:
             sign = 1 if action is Action.TURN_LEFT else -1
-            pose = Pose(pose.x_m, pose.y_m, pose.yaw_rad + sign * CONTROL.turn_rad)
+            pose = Pose(pose.x_m, pose.y_m, pose.yaw_rad + sign * TURN_RAD)
         poses.append(pose)
     return poses
 
@@ -148,17 +146,17 @@ def test_walled_in_there_is_no_action():
     pose = Pose(0.0, 0.0, 0.3)
     box = [(-0.5, 0.22, 0.5, 0.5), (-0.5, -0.5, 0.5, -0.22)]
     t = terrain([*box, (0.22, -0.5, 0.5, 0.5), (-0.5, -0.5, -0.22, 0.5)], pose)
-    assert follow(t, march_from(t, np.array([2.0, 0.0])), pose, RADIUS, CONTROL) is None
+    assert follow(t, march_from(t, np.array([2.0, 0.0])), pose, RADIUS) is None
 
 
 @given(st.floats(-3.14, 3.14), st.floats(-3.14, 3.14))
 def test_facing_ends_within_half_a_turn_step(yaw: float, toward: float):
     for _ in range(7):
-        turn = face(Pose(0, 0, yaw), toward, CONTROL)
+        turn = face(Pose(0, 0, yaw), toward)
         if turn is None:
             break
-        yaw += CONTROL.turn_rad if turn is Action.TURN_LEFT else -CONTROL.turn_rad
-    assert abs(math.remainder(toward - yaw, math.tau)) <= CONTROL.turn_rad / 2 + 1e-5
+        yaw += TURN_RAD if turn is Action.TURN_LEFT else -TURN_RAD
+    assert abs(math.remainder(toward - yaw, math.tau)) <= TURN_RAD / 2 + 1e-5
 
 
 @settings(max_examples=25, deadline=None)
@@ -174,7 +172,7 @@ def test_an_approach_is_the_march_as_far_as_the_robot_can_step(x: float, y: floa
     assert near.at(START.x_m, START.y_m) == here
     if math.isfinite(here):
         assert known[whole.arrival_m <= here + 0.5].all()  # what a step may end on
-    assert follow(t, near, START, RADIUS, CONTROL) == follow(t, whole, START, RADIUS, CONTROL)
+    assert follow(t, near, START, RADIUS) == follow(t, whole, START, RADIUS)
 
 
 def test_no_cell_lies_outside():

@@ -13,12 +13,11 @@ from runtime.core.distances.planner import (
     march_from,
 )
 from runtime.core.geometry import GridFrame
-from runtime.core.motion.courses import ControlConfig
-from runtime.core.motion.discrete_policy import follow
+from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD, follow
 from runtime.core.motion.step_search import GAIN_M, clear, through
 from runtime.core.types import Action, Pose
 
-CFG, RADIUS_M, RESOLUTION_M = ControlConfig(), 0.18, 0.025
+RADIUS_M, RESOLUTION_M = 0.18, 0.025
 FRAME = GridFrame(-2.0, -1.5, RESOLUTION_M, 120, 160)
 GOAL, START = np.array([1.5, 0.0]), Pose(-0.6, 0.0, 0.0)
 
@@ -39,16 +38,16 @@ def hall(gap_m: float, middle_m: float) -> tuple[Terrain, Field]:
 
 def moved(pose: Pose, action: Action) -> Pose:
     if action is Action.MOVE_FORWARD:
-        x = pose.x_m + CFG.forward_m * math.cos(pose.yaw_rad)
-        return Pose(x, pose.y_m + CFG.forward_m * math.sin(pose.yaw_rad), pose.yaw_rad)
-    turn = CFG.turn_rad if action is Action.TURN_LEFT else -CFG.turn_rad
+        x = pose.x_m + FORWARD_M * math.cos(pose.yaw_rad)
+        return Pose(x, pose.y_m + FORWARD_M * math.sin(pose.yaw_rad), pose.yaw_rad)
+    turn = TURN_RAD if action is Action.TURN_LEFT else -TURN_RAD
     return Pose(pose.x_m, pose.y_m, pose.yaw_rad + turn)
 
 
 def follows(terrain: Terrain, field: Field, pose: Pose) -> Pose:
     """Where single steps lead."""
     for _ in range(60):
-        action = follow(terrain, field, pose, RADIUS_M, CFG)
+        action = follow(terrain, field, pose, RADIUS_M)
         if action is None or pose.x_m > 0.3:
             break
         pose = moved(pose, action)
@@ -63,8 +62,8 @@ def test_whole_steps_are_combined_to_pass_where_none_of_them_does(gap_m: float, 
     pose, best_m = START, field.at(*START.xy)
     assert follows(terrain, field, pose).x_m < 0.3
     for _ in range(5):
-        way = through(terrain, field, pose, RADIUS_M, CFG, best_m)
-        assert clear(terrain, pose, way.actions, RADIUS_M, CFG)
+        way = through(terrain, field, pose, RADIUS_M, best_m)
+        assert clear(terrain, pose, way.actions, RADIUS_M)
         for action in way.actions:
             pose = moved(pose, action)
             assert clearance_between(terrain, pose.xy) >= RADIUS_M
@@ -79,7 +78,7 @@ def test_whole_steps_are_combined_to_pass_where_none_of_them_does(gap_m: float, 
 def test_where_no_steps_lead_on_the_nearest_place_is_told():
     narrow, _ = hall(0.36, 0.08)
     _, field = hall(0.8, 0.08)  # of a planner that believes in more room than there is
-    way = through(narrow, field, START, RADIUS_M, CFG, field.at(-0.3, 0.08))
+    way = through(narrow, field, START, RADIUS_M, field.at(-0.3, 0.08))
     assert way.actions == ()
     assert -0.6 < way.nearest_xy[0] < -0.2
     assert clearance_between(narrow, np.array(way.nearest_xy)) >= RADIUS_M
@@ -87,15 +86,13 @@ def test_where_no_steps_lead_on_the_nearest_place_is_told():
 
 def test_a_way_is_no_way_any_more_when_something_stands_there():
     terrain, field = hall(0.46, 0.05)
-    way = through(terrain, field, START, RADIUS_M, CFG, field.at(*START.xy))
-    assert not clear(
-        hall(0.36, 0.05)[0], Pose(-0.2, 0.0, 0.0), [Action.MOVE_FORWARD], RADIUS_M, CFG
-    )
-    assert not clear(terrain, Pose(-1.9, 0.0, math.pi), [Action.MOVE_FORWARD], RADIUS_M, CFG)
-    assert clear(terrain, START, way.actions, RADIUS_M, CFG)
+    way = through(terrain, field, START, RADIUS_M, field.at(*START.xy))
+    assert not clear(hall(0.36, 0.05)[0], Pose(-0.2, 0.0, 0.0), [Action.MOVE_FORWARD], RADIUS_M)
+    assert not clear(terrain, Pose(-1.9, 0.0, math.pi), [Action.MOVE_FORWARD], RADIUS_M)
+    assert clear(terrain, START, way.actions, RADIUS_M)
 
 
 def test_the_sources_are_near_enough():
     terrain, field = hall(0.8, 0.0)
-    way = through(terrain, field, Pose(1.25, 0.0, 0.0), RADIUS_M, CFG, 0.1)
+    way = through(terrain, field, Pose(1.25, 0.0, 0.0), RADIUS_M, 0.1)
     assert way.actions == (Action.MOVE_FORWARD,)

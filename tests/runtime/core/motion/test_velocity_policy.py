@@ -119,7 +119,7 @@ def test_whatever_was_driven_before_the_robot_can_halt_on_known_ground(x, y, yaw
     least = min(RADIUS, float(terrain.clearance_m[start])) - 0.03
     speed, curve = twist.v_mps, twist.w_radps / twist.v_mps
     for n in range(200):  # held for as long as a command may act, then braked along the curve
-        speed = twist.v_mps if n * 0.02 < CFG.hold_s else speed - CFG.brake_mps2 * 0.02
+        speed = twist.v_mps if n * 0.02 < velocity_policy.HOLD_S else speed - CFG.brake_mps2 * 0.02
         if speed <= 0:
             break
         pose = moved(pose, Twist(speed, speed * curve), 0.02)
@@ -236,11 +236,11 @@ def test_facing_ends_facing_and_brakes_before_it_turns(yaw: float, v: float, w: 
         before = twist
         twist = velocity_policy.steer(Toward(goal), pose, before, 0.1, RADIUS, CFG)
         assert twist.v_mps <= before.v_mps
-        if before.v_mps > CFG.creep_mps and twist.v_mps > 0:  # along the same curve
+        if before.v_mps > velocity_policy.CREEP_MPS and twist.v_mps > 0:  # along the same curve
             assert twist.w_radps / twist.v_mps == pytest.approx(before.w_radps / before.v_mps)
         pose = moved(pose, twist, 0.1)
     error = math.atan2(goal[1] - pose.y_m, goal[0] - pose.x_m) - pose.yaw_rad
-    assert abs(math.remainder(error, math.tau)) <= CFG.facing_rad
+    assert abs(math.remainder(error, math.tau)) <= velocity_policy.FACING_RAD
     assert twist == STILL
 
 
@@ -262,13 +262,13 @@ def drive(home: Apartment, goal: str, limit: int, closest) -> tuple[World, list]
     for _ in range(limit):
         obs = home.observe()
         if world is None:
-            world = World.begin(goal, ("toilet",), (), obs.pose, 12, RADIUS, NAV.map)
+            world = World.begin(goal, ("toilet",), (), obs.pose, RADIUS)
         seen = home.detect(("toilet",), obs) if home.things else NO_DETECTIONS
         navigate.perceive(world, obs, seen, MOUNT, NAV)
         why = navigate.due(world, NAV)
         if why:
             snap = navigate.snapshot(world, why, NAV)
-            navigate.adopt(world, navigate.decide(snap, closest, None, NAV), NAV)
+            navigate.adopt(world, navigate.decide(snap, closest, None, NAV))
         commands.append(navigate.steer(world, navigate.act(world, NAV), NAV))
         if commands[-1].action is Action.STOP:
             break

@@ -6,10 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from runtime.core.objects.depth_segments import attached, distance_m, segment
-from runtime.core.objects.instances import SemanticsConfig
+from runtime.core.objects.depth_segments import NEAR_QUANTILE, attached, distance_m, segment
 
-CFG = SemanticsConfig()
 WALL_M, SHAPE = 4.0, (60, 80)
 BOX = slice(10, 40), slice(20, 60)  # rows, columns
 
@@ -23,15 +21,15 @@ def picture(*things: tuple[slice, slice, float]) -> np.ndarray:
 
 
 def found_m(depth: np.ndarray, high_m: float = 1.0) -> float:
-    label, size = segment(depth, np.full(SHAPE, high_m, np.float32), CFG)
-    return distance_m(depth[BOX], label[BOX], size, CFG)
+    label, size = segment(depth, np.full(SHAPE, high_m, np.float32))
+    return distance_m(depth[BOX], label[BOX], size)
 
 
 def test_what_hides_a_part_and_goes_on_beyond_the_box_is_not_the_object():
     television = slice(10, 40), slice(20, 60), 3.0
     back_of_a_sofa = slice(28, 60), slice(0, 80), 1.2
     depth = picture(television, back_of_a_sofa)
-    assert np.quantile(depth[16:34, 28:52], CFG.near_quantile) == pytest.approx(1.2)
+    assert np.quantile(depth[16:34, 28:52], NEAR_QUANTILE) == pytest.approx(1.2)
     assert found_m(depth) == pytest.approx(3.0)
 
 
@@ -63,8 +61,8 @@ def test_what_hangs_together_with_the_object_is_of_it_and_what_stands_before_it_
     depth = picture((slice(10, 30), slice(20, 60), 3.0))
     depth[30:40, 20:60] = np.linspace(2.98, 2.6, 10)[:, None]
     depth[26:38, 30:50] = 2.2
-    label, _ = segment(depth, np.full(SHAPE, 1.0, np.float32), CFG)
-    own = attached(depth[BOX], label[BOX], 3.0, CFG)
+    label, _ = segment(depth, np.full(SHAPE, 1.0, np.float32))
+    own = attached(depth[BOX], label[BOX], 3.0)
     seat, table, edge = (25, 5), (22, 20), (16, 20)
     assert own[seat]
     assert not own[table]
@@ -76,11 +74,11 @@ def test_the_floor_joins_nothing_that_stands_on_it():
     high = np.full(SHAPE, 1.0, np.float32)
     high[35:] = 0.0
     depth[35:] = 2.0  # as deep there as what stands on it
-    label, size = segment(depth, high, CFG)
+    label, size = segment(depth, high)
     assert (label[35:] == 0).all()
     own = label[20, 40]
     assert size[own] == np.count_nonzero(label == own) < 25 * 40
-    assert distance_m(depth[BOX], label[BOX], size, CFG) == pytest.approx(2.0)
+    assert distance_m(depth[BOX], label[BOX], size) == pytest.approx(2.0)
 
 
 def test_without_known_depth_there_is_no_distance():
@@ -92,10 +90,10 @@ def test_without_known_depth_there_is_no_distance():
     st.integers(0, 9), st.integers(0, 13), st.integers(2, 9), st.integers(2, 9),
 )  # fmt: skip
 def test_any_box_of_any_picture_has_a_depth_that_occurs_in_it(depth, top, left, height, width):
-    label, size = segment(depth, np.ones((12, 16), np.float32), CFG)
+    label, size = segment(depth, np.ones((12, 16), np.float32))
     box = slice(top, top + height), slice(left, left + width)
     patch = depth[box]
-    distance = distance_m(patch, label[box], size, CFG)
+    distance = distance_m(patch, label[box], size)
     known = patch[patch > 0]
     if distance:
         assert known.min() <= distance <= known.max()

@@ -10,8 +10,12 @@ from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
 from runtime.core.objects.instances import (
+    CUT_WEIGHT,
+    LOG_ODDS_MAX,
+    MAX_STEP,
+    MISS_STEP,
+    REPEAT_WEIGHT,
     Instance,
-    SemanticsConfig,
     Sighting,
     called,
     footprint,
@@ -23,10 +27,9 @@ from runtime.core.objects.instances import (
     uncalled,
     without_strays,
 )
-from runtime.core.objects.verdict import TargetConfig, confirmed, supported
+from runtime.core.objects.verdict import confirmed, supported
 from runtime.core.types import Pose
 
-CFG = SemanticsConfig()
 FRAME = GridFrame(-10.0, -10.0, 0.05, 400, 400)
 HERE = Pose(0.0, 0.0, 0.0)
 
@@ -63,9 +66,9 @@ def seen(*sightings: tuple[Sighting, Pose]) -> dict[int, Instance]:
 
 def look(instances: dict[int, Instance], id: int, sighting: Sighting, pose: Pose) -> Instance:
     """What one image with one sighting does."""
-    instance = fuse(instances, id, FRAME, sighting, pose, CFG)
-    called(instance, sighting, pose, CFG)
-    uncalled(instance, (sighting.name,), pose, CFG, cut=sighting.cut)
+    instance = fuse(instances, id, FRAME, sighting, pose)
+    called(instance, sighting, pose)
+    uncalled(instance, (sighting.name,), pose, cut=sighting.cut)
     return instance
 
 
@@ -124,7 +127,7 @@ def test_it_is_called_one_of_its_names_by_evidence_whatever_their_order(names: l
     assert len(things) == 1
     assert things[1].name in names
     assert things[1].log_odds == max(known.odds for known in things[1].evidence.values())
-    assert abs(things[1].log_odds) <= CFG.log_odds_max
+    assert abs(things[1].log_odds) <= LOG_ODDS_MAX
     assert len(things[1].views) <= len(names)
 
 
@@ -181,22 +184,22 @@ def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
 def test_a_view_that_calls_it_something_else_is_no_second_look():
     instances = seen(*((box("chair", 2, 0), around(2, 0, 0.0)) for _ in range(6)))
     thing = instances[1]
-    assert supported(thing, "chair", TargetConfig())
+    assert supported(thing, "chair")
     other_side = around(2, 0, 1.5)
     look(instances, 9, box("armchair", 2, 0, score=0.4), other_side)
     assert len(thing.views) == 2
     assert thing.name == "chair"
-    assert not confirmed(thing, "chair", TargetConfig())
+    assert not confirmed(thing, "chair")
     look(instances, 9, box("chair", 2, 0), other_side)
-    assert confirmed(thing, "chair", TargetConfig())
+    assert confirmed(thing, "chair")
 
 
 def test_what_is_cut_off_at_a_side_says_less_for_a_name_and_against_others():
     toilet, other = seen((box("toilet", 2, 0), HERE))[1], around(2, 0, 2.0)
     before = toilet.odds_of("toilet")
     look({1: toilet}, 9, replace(box("bathtub", 2, 0), cut=True), other)
-    assert toilet.odds_of("bathtub") == pytest.approx(CFG.cut_weight * CFG.max_step)
-    assert toilet.odds_of("toilet") == pytest.approx(before - CFG.cut_weight * CFG.miss_step)
+    assert toilet.odds_of("bathtub") == pytest.approx(CUT_WEIGHT * MAX_STEP)
+    assert toilet.odds_of("toilet") == pytest.approx(before - CUT_WEIGHT * MISS_STEP)
 
 
 @given(st.integers(1, 30))
@@ -204,9 +207,9 @@ def test_a_place_from_where_it_is_missed_speaks_against_it_once(frames: int):
     thing = seen((box("chair", 2, 0), HERE))[1]
     before = thing.odds_of("chair")
     for _ in range(frames):
-        uncalled(thing, (), around(2, 0, 2.0), CFG)
-    rest = (frames - 1) * CFG.repeat_weight
-    assert thing.odds_of("chair") == pytest.approx(before - CFG.miss_step * (1 + rest))
+        uncalled(thing, (), around(2, 0, 2.0))
+    rest = (frames - 1) * REPEAT_WEIGHT
+    assert thing.odds_of("chair") == pytest.approx(before - MISS_STEP * (1 + rest))
 
 
 @given(st.floats(0.0, 1.0))
@@ -228,7 +231,7 @@ def test_all_of_a_rectangle_is_kept_and_a_spill_is_not(length: float, width: flo
     cos, sin = math.cos(turn), math.sin(turn)
     box = np.stack([x.ravel() * cos - y.ravel() * sin, x.ravel() * sin + y.ravel() * cos], axis=1)
     cells = footprint(frame, box)
-    kept = without_strays(cells, CFG.stray)
+    kept = without_strays(cells)
     assert len(kept) >= 0.9 * len(cells)  # a corner may be just grazed
     assert reach(kept, cells) > reach(cells, cells) - 0.0708  # a cell's diagonal
     long = max(length, width)
@@ -236,5 +239,5 @@ def test_all_of_a_rectangle_is_kept_and_a_spill_is_not(length: float, width: flo
     strip = np.stack([along * cos - 0.02 * sin, along * sin + 0.02 * cos], axis=1)
     spilt = footprint(frame, np.concatenate([box, strip]))
     if len(spilt) < 1.5 * len(cells):
-        kept = without_strays(spilt, CFG.stray)
+        kept = without_strays(spilt)
         assert np.hypot(*kept.T).max() < np.hypot(*spilt.T).max() - 0.2

@@ -7,13 +7,12 @@ from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
 from runtime.core.objects.candidates import ranked
-from runtime.core.objects.instances import Evidence, Instance, SemanticsConfig, reject, weigh
-from runtime.core.objects.recall import embedded, recall
+from runtime.core.objects.instances import Evidence, Instance, reject, weigh
+from runtime.core.objects.recall import RECALL_LOG_ODDS, embedded, recall
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.verdict import TargetConfig, confirmed
+from runtime.core.objects.verdict import confirmed
 from runtime.core.types import Pose
 
-CFG, TARGET = SemanticsConfig(), TargetConfig()
 NAMES = ("chair", "beanbag", "bed")
 VIEWS = [Pose(0, 0, 0), Pose(0, 2, 0), Pose(3, 0, 0)]
 
@@ -46,45 +45,45 @@ def near(instance: Instance) -> float:
 def test_what_the_new_words_fit_best_becomes_a_candidate_that_must_be_seen_again():
     memory = remembering(thing(1, "chair", 4.0), thing(2, "bed", 4.0))
     likeness = np.array([[0.3, 0.95, 0.01], [0.02, 0.1, 0.97]], np.float32)
-    assert recall(memory, "beanbag", NAMES, likeness, CFG) == (1,)
-    (found,) = ranked(memory, "beanbag", near, TARGET)
+    assert recall(memory, "beanbag", NAMES, likeness) == (1,)
+    (found,) = ranked(memory, "beanbag", near)
     assert found is memory.instances[1]
     assert found.name == "beanbag"
-    assert not confirmed(found, "beanbag", TARGET)
+    assert not confirmed(found, "beanbag")
     assert memory.instances[2].name == "bed"
 
 
 def test_what_was_called_that_already_needs_no_embedding_but_a_new_look():
     memory = remembering(thing(1, "bed", 5.0, ()))
     assert embedded(memory)[0] == ()
-    assert recall(memory, "bed", NAMES, np.zeros((0, 3), np.float32), CFG) == ()
-    (found,) = ranked(memory, "bed", near, TARGET)
-    assert not confirmed(found, "bed", TARGET)
-    weigh(found, "bed", 0.1, VIEWS[0], CFG)
-    assert not confirmed(found, "bed", TARGET)  # of this search there is one view
-    weigh(found, "bed", 0.1, VIEWS[1], CFG)
-    assert confirmed(found, "bed", TARGET)
+    assert recall(memory, "bed", NAMES, np.zeros((0, 3), np.float32)) == ()
+    (found,) = ranked(memory, "bed", near)
+    assert not confirmed(found, "bed")
+    weigh(found, "bed", 0.1, VIEWS[0])
+    assert not confirmed(found, "bed")  # of this search there is one view
+    weigh(found, "bed", 0.1, VIEWS[1])
+    assert confirmed(found, "bed")
 
 
 def test_what_was_rejected_as_this_goal_stays_rejected_and_may_be_another():
     memory = remembering(thing(1, "chair", 4.0))
     sure = np.array([[0.1, 0.9, 0.0]], np.float32)
-    recall(memory, "beanbag", NAMES, sure, CFG)
+    recall(memory, "beanbag", NAMES, sure)
     reject(memory.instances[1], "beanbag", -1.0)
-    assert recall(memory, "beanbag", NAMES, sure, CFG) == ()
-    assert ranked(memory, "beanbag", near, TARGET, least=-1.0) == []
-    assert recall(memory, "chair", NAMES, np.array([[0.9, 0.1, 0.0]], np.float32), CFG) == (1,)
-    assert ranked(memory, "chair", near, TARGET) == [memory.instances[1]]
+    assert recall(memory, "beanbag", NAMES, sure) == ()
+    assert ranked(memory, "beanbag", near, least=-1.0) == []
+    assert recall(memory, "chair", NAMES, np.array([[0.9, 0.1, 0.0]], np.float32)) == (1,)
+    assert ranked(memory, "chair", near) == [memory.instances[1]]
 
 
 @given(st.floats(-3, 8), st.lists(st.floats(0, 1), min_size=3, max_size=3))
 def test_memory_alone_never_confirms_and_no_thing_is_made_up(odds: float, row: list[float]):
     memory = remembering(thing(1, "chair", odds))
-    found = recall(memory, "beanbag", NAMES, np.array([row], np.float32), CFG)
+    found = recall(memory, "beanbag", NAMES, np.array([row], np.float32))
     instance = memory.instances[1]
-    assert not confirmed(instance, "beanbag", TARGET)
+    assert not confirmed(instance, "beanbag")
     if found:
-        assert instance.odds_of("beanbag") <= CFG.recall_log_odds
+        assert instance.odds_of("beanbag") <= RECALL_LOG_ODDS
         assert instance.confidence_of("beanbag") <= max(row) + 1e-3
         assert instance.name == "beanbag"
     else:
@@ -93,4 +92,4 @@ def test_memory_alone_never_confirms_and_no_thing_is_made_up(odds: float, row: l
 
 def test_as_many_rows_of_likeness_as_things_are_asked_for():
     with pytest.raises(ValueError, match="zip"):
-        recall(remembering(thing(1, "bed", 1.0)), "bed", NAMES, np.zeros((2, 3), np.float32), CFG)
+        recall(remembering(thing(1, "bed", 1.0)), "bed", NAMES, np.zeros((2, 3), np.float32))

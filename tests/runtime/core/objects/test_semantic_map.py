@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.objects.instances import Instance, SemanticsConfig
+from runtime.core.objects.instances import CUT_WEIGHT, MAX_STEP, MISS_STEP, Instance
 from runtime.core.objects.semantic_map import SemanticMap, place
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
 
-CFG = SemanticsConfig()
 LENS = Intrinsics(97.0, 97.0, 80.0, 60.0, 160, 120)
 OUTLINE = np.zeros((3, 2))
 
@@ -36,7 +35,7 @@ def mapped(*views) -> Instance:
     grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
     semantic = SemanticMap.empty(("chair",), (), grid.frame)
     for obs, detections in views:
-        place(semantic, grid, obs, detections, OUTLINE, Mount(), CFG)
+        place(semantic, grid, obs, detections, OUTLINE, Mount())
     assert len(semantic.instances) == 1
     return semantic.instances[1]
 
@@ -82,8 +81,8 @@ def test_a_box_at_a_side_of_the_image_is_a_part_of_something(left: float, whole:
     obs, detections = seen(Pose(0, 0, 0), 3.0)
     box = np.array([[left, 48, left + 30, 72]], np.float32)
     instance = mapped((obs, replace(detections, boxes_px=box)))
-    weight = 1.0 if whole else CFG.cut_weight
-    assert instance.log_odds == pytest.approx(weight * CFG.max_step)
+    weight = 1.0 if whole else CUT_WEIGHT
+    assert instance.log_odds == pytest.approx(weight * MAX_STEP)
 
 
 def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing():
@@ -101,16 +100,16 @@ def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing(
             labels=np.array([label for label, _ in scored], np.int32),
             embeddings=np.ones((len(scored), 1), np.float32),
         )
-        place(semantic, grid, obs, both, OUTLINE, Mount(), CFG)
+        place(semantic, grid, obs, both, OUTLINE, Mount())
         assert len(semantic.instances) == 1
         known = semantic.instances[1].evidence
         return {name: known[name].odds if name in known else 0.0 for name, _ in names}
 
     first = show(0.0, (2, 0.5))
     second = show(0.8, (0, 0.9), (1, 0.89))
-    assert second["mug"] == pytest.approx(CFG.max_step)
+    assert second["mug"] == pytest.approx(MAX_STEP)
     assert second["cup"] == 0.0
-    assert second["pot"] == pytest.approx(first["pot"] - CFG.miss_step)
+    assert second["pot"] == pytest.approx(first["pot"] - MISS_STEP)
     third = show(-0.8, (0, 0.88), (1, 0.9))
-    assert third["cup"] == pytest.approx(CFG.max_step)
+    assert third["cup"] == pytest.approx(MAX_STEP)
     assert third["mug"] == second["mug"]

@@ -13,13 +13,15 @@ from runtime import navigate
 from runtime.core.distances.planner import look_around
 from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.objects.candidates import apart, on_foot_m, ranked
+from runtime.core.objects.candidates import KEEP_LOG_ODDS, apart, on_foot_m, ranked
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.objects.standpoints import look_from, other_sides, standpoints
+from runtime.core.objects.standpoints import REACH_M, look_from, other_sides, standpoints
 from runtime.core.objects.verdict import (
+    INSPECT_LOG_ODDS,
+    REJECTION_LOG_ODDS,
+    SECOND_SIDE_RAD,
     Reached,
-    TargetConfig,
     Verdict,
     confirmed,
     from_two_sides,
@@ -29,7 +31,6 @@ from runtime.core.objects.verdict import (
 from runtime.core.types import Action, Ballot, Intrinsics, Pose
 from runtime.core.world import World
 
-CFG = TargetConfig()
 SPOT = (2.0, 0.0)
 
 
@@ -47,13 +48,13 @@ def bed(*views: Pose, odds: float = 4.0, range_m: float = 1.0) -> Instance:
 
 def come(thing: Instance, reached: Reached, pose: Pose) -> Verdict:
     """The robot has come so far with it: what follows, booked."""
-    outcome = verdict(thing, "bed", reached, CFG)
-    settle(thing, "bed", outcome, pose, CFG)
+    outcome = verdict(thing, "bed", reached)
+    settle(thing, "bed", outcome, pose)
     return outcome
 
 
 def wants_other_side(thing: Instance) -> bool:
-    return verdict(thing, "bed", Reached.ON_THE_WAY, CFG) is Verdict.OTHER_SIDE
+    return verdict(thing, "bed", Reached.ON_THE_WAY) is Verdict.OTHER_SIDE
 
 
 def rejections(thing: Instance) -> int:
@@ -67,25 +68,23 @@ def test_views_from_nearly_one_place_are_one_look(
     bearing: float, range_m: float, turned: float, nearer: float
 ):
     thing = bed(at(bearing, range_m), at(bearing + turned, range_m / nearer))
-    assert not confirmed(thing, "bed", CFG)
+    assert not confirmed(thing, "bed")
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(0.8, 3.0), st.floats(0.36, math.pi))
 def test_another_direction_is_a_second_look(bearing: float, range_m: float, turned: float):
     for sign in (1, -1):
-        assert confirmed(
-            bed(at(bearing, range_m), at(bearing + sign * turned, range_m)), "bed", CFG
-        )
+        assert confirmed(bed(at(bearing, range_m), at(bearing + sign * turned, range_m)), "bed")
 
 
 @given(st.floats(-math.pi, math.pi), st.floats(1.0, 3.0), st.floats(1.41, 4.0))
 def test_so_is_a_much_nearer_one(bearing: float, range_m: float, nearer: float):
-    assert from_two_sides(bed(at(bearing, range_m), at(bearing, range_m / nearer)), "bed", CFG)
+    assert from_two_sides(bed(at(bearing, range_m), at(bearing, range_m / nearer)), "bed")
 
 
 def test_one_view_is_never_two():
-    assert not confirmed(bed(at(0.0, 1.0)), "bed", CFG)
-    assert not confirmed(bed(), "bed", CFG)
+    assert not confirmed(bed(at(0.0, 1.0)), "bed")
+    assert not confirmed(bed(), "bed")
 
 
 def near(instance: Instance) -> float:
@@ -110,38 +109,38 @@ def test_the_target_costs_least_to_go_to_and_to_come_back_from(
     for id, value in enumerate(odds, 1):
         semantic.instances[id] = replace(bed(at(0, 1), odds=value), id=id)
     away = dict(enumerate(away_m, 1))
-    found = ranked(semantic, "bed", lambda i: away[i.id], CFG, None, standing)
+    found = ranked(semantic, "bed", lambda i: away[i.id], None, standing)
     assert [i.id for i in found] == [chosen, 3 - chosen]
 
 
 def test_a_view_that_misses_it_does_not_turn_the_robot_round():
     semantic = SemanticMap.empty(("bed",), (), open_floor()[0].frame)
-    doubtful = (CFG.keep_log_odds + CFG.inspect_log_odds) / 2
+    doubtful = (KEEP_LOG_ODDS + INSPECT_LOG_ODDS) / 2
     semantic.instances[1] = bed(at(0, 1), odds=doubtful)
-    assert ranked(semantic, "bed", near, CFG) == []
-    assert ranked(semantic, "bed", near, CFG, None, 2) == []
-    assert ranked(semantic, "bed", near, CFG, None, 1) == [semantic.instances[1]]
-    semantic.instances[1] = bed(at(0, 1), odds=CFG.keep_log_odds - 0.1)
-    assert ranked(semantic, "bed", near, CFG, None, 1) == []
+    assert ranked(semantic, "bed", near) == []
+    assert ranked(semantic, "bed", near, None, 2) == []
+    assert ranked(semantic, "bed", near, None, 1) == [semantic.instances[1]]
+    semantic.instances[1] = bed(at(0, 1), odds=KEEP_LOG_ODDS - 0.1)
+    assert ranked(semantic, "bed", near, None, 1) == []
 
 
 def test_how_far_it_is_on_foot_is_to_where_it_is_within_reach():
     grid, pose = open_floor()
     _, reach = look_around(grid, pose, 0.18)
     there = bed(at(0, 1))
-    assert on_foot_m(reach, CFG, there) == pytest.approx(max(0, 2.0 - CFG.reach_m), abs=0.6)
+    assert on_foot_m(reach, there) == pytest.approx(max(0, 2.0 - REACH_M), abs=0.6)
     there.xy = (400.0, -400.0)
-    assert on_foot_m(reach, CFG, there) == math.inf
+    assert on_foot_m(reach, there) == math.inf
 
 
 def test_what_is_more_surely_something_else_is_no_candidate():
     thing = bed(at(0, 1), at(2, 1))
     semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
     semantic.instances[1] = thing
-    assert ranked(semantic, "bed", near, CFG) == [thing]
+    assert ranked(semantic, "bed", near) == [thing]
     thing.evidence_of("sofa").odds = 5.0
-    assert ranked(semantic, "bed", near, CFG) == []
-    assert ranked(semantic, "sofa", near, CFG) == [thing]
+    assert ranked(semantic, "bed", near) == []
+    assert ranked(semantic, "sofa", near) == [thing]
 
 
 def cells(x_m: tuple[float, float], y_m: tuple[float, float]) -> np.ndarray:
@@ -168,12 +167,12 @@ def test_what_surely_is_something_else_keeps_its_cells(
     table = Instance(2, {"coffee table": Evidence(confidence)}, (1.1, 0.7), 0.3, place, *high_m)
     semantic = SemanticMap.empty(("sofa", "coffee table"), (), open_floor()[0].frame)
     semantic.instances = {1: sofa, 2: table}
-    found = apart(sofa, semantic, CFG)
+    found = apart(sofa, semantic)
     assert len(found.cells_xy) == (12 * 30 if kept == "its own" else len(both))
     assert (found.cells_xy[:, 0] < 0.6).all() == (kept == "its own")
     assert len(sofa.cells_xy) == len(both)
     sofa.cells_xy = place[:10]
-    assert apart(sofa, semantic, CFG) is sofa  # nothing would be left of it
+    assert apart(sofa, semantic) is sofa  # nothing would be left of it
 
 
 def rival(
@@ -207,13 +206,13 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
     name: str, cosine: float | None, low_m: float, high_m: float, chosen: bool
 ):
     semantic = rival(name, cosine, low_m, high_m)
-    found = ranked(semantic, "chair", near, CFG)
+    found = ranked(semantic, "chair", near)
     assert found == ([semantic.instances[1]] if chosen else [])
 
 
 def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
     semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
-    assert ranked(semantic, "chair", near, CFG) == [semantic.instances[1]]
+    assert ranked(semantic, "chair", near) == [semantic.instances[1]]
 
 
 def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
@@ -223,7 +222,7 @@ def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
     lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
     for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
         seen_from = seen_from_m(lens, MOUNT, high_m)
-        stands = standpoints(grid, terrain, reach, ball, "bed", CFG, seen_from)
+        stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
         away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
         gaps = np.hypot(*away.T)
         assert nearest_m - 0.03 < gaps.min()
@@ -257,7 +256,7 @@ def test_too_little_evidence_after_two_looks_is_a_rejection():
     assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
     assert come(thing, Reached.FACED, at(0.5, 1)) is not Verdict.FOUND
     assert rejections(thing) == 1
-    assert thing.odds_of("bed") == CFG.rejection_log_odds
+    assert thing.odds_of("bed") == REJECTION_LOG_ODDS
     assert not wants_other_side(thing)
 
 
@@ -269,7 +268,7 @@ def test_what_nothing_speaks_for_gets_no_second_look():
 
 def test_what_was_only_seen_from_afar_is_not_stopped_at():
     thing = bed(at(0, 4), at(1.0, 2.5), range_m=2.5)
-    assert confirmed(thing, "bed", CFG)
+    assert confirmed(thing, "bed")
     assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
     assert wants_other_side(thing)  # where it may be seen from near
     assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
@@ -304,15 +303,15 @@ def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
     thing = bed(at(bearing, 1.2))
     thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
     thing.looks.append(at(bearing + 0.2, 1.0))
-    cells = np.argwhere(other_sides(grid, terrain, reach, thing, "bed", CFG))
+    cells = np.argwhere(other_sides(grid, terrain, reach, thing, "bed"))
     assert len(cells)
     xy = terrain.frame.centres(cells.astype(np.int32)) - SPOT
     angles = np.arctan2(xy[:, 1], xy[:, 0])
     for seen in (bearing, bearing + 0.2):
         off = np.abs(np.angle(np.exp(1j * (angles - seen))))
-        assert off.min() >= CFG.second_side_rad - 1e-3
+        assert off.min() >= SECOND_SIDE_RAD - 1e-3
     assert np.isfinite(reach.arrival_m[tuple(cells.T)]).all()
-    assert np.hypot(*xy.T).max() < CFG.reach_m + 0.3
+    assert np.hypot(*xy.T).max() < REACH_M + 0.3
 
 
 def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
@@ -320,13 +319,13 @@ def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
     terrain, reach = look_around(grid, pose, 0.18)
     thing = bed(at(math.pi, 2.0))
     thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
-    spot = look_from(grid, terrain, reach, thing, CFG)
+    spot = look_from(grid, terrain, reach, thing)
     assert spot is not None
-    stands = standpoints(grid, terrain, reach, thing, "bed", CFG)
+    stands = standpoints(grid, terrain, reach, thing, "bed")
     assert stands[terrain.frame.cell(*spot)]
     assert reach.at(*spot) == pytest.approx(reach.arrival_m[stands].min())
     thing.cells_xy = thing.cells_xy + 40.0  # beyond what is known
-    assert look_from(grid, terrain, reach, thing, CFG) is None
+    assert look_from(grid, terrain, reach, thing) is None
 
 
 # -- the whole loop -------------------------------------------------------------------------------
@@ -346,12 +345,12 @@ def drive(score: float, steps: int = 200) -> tuple[World, list[navigate.Command]
     for _ in range(steps):
         obs = home.observe()
         if world is None:
-            world = World.begin("toilet", ("toilet",), (), obs.pose, 12, 0.18, cfg.map)
+            world = World.begin("toilet", ("toilet",), (), obs.pose, 0.18)
         navigate.perceive(world, obs, home.detect(("toilet",), obs, score), MOUNT, cfg)
         why = navigate.due(world, cfg)
         if why:
             snap = navigate.snapshot(world, why, cfg)
-            navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg), cfg)
+            navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg))
         commands.append(navigate.act(world, cfg))
         if commands[-1].action is Action.STOP:
             break
@@ -365,4 +364,4 @@ def test_a_target_it_begins_before_is_looked_at_from_another_side_first():
     assert commands[-1].reason.startswith("found toilet")
     assert any("from another side" in c.reason for c in commands)
     (toilet,) = (i for i in world.semantic.instances.values() if i.log_odds > 1)
-    assert from_two_sides(toilet, "toilet", CFG)
+    assert from_two_sides(toilet, "toilet")
