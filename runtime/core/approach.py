@@ -30,7 +30,7 @@ def approach_target(
     """Drive to where the target can be faced, face it, then stop if it is believed; else look from
     another side, then stop or reject it. None when no candidate is left, or none that can be
     reached as far as the map goes."""
-    while (candidate := _candidate(world, cfg, least)) is not None:
+    while (candidate := _candidate(world, least)) is not None:
         thing, goal = candidate.instance, world.goal
         reached, command = _toward(world, candidate, cfg)
         if command is not None:
@@ -43,7 +43,7 @@ def approach_target(
     return None
 
 
-def _candidate(world: World, cfg: NavigateConfig, least: float | None) -> _Candidate | None:
+def _candidate(world: World, least: float | None) -> _Candidate | None:
     """The candidate that is gone to first, of those that can be faced from somewhere."""
     aim, goal = world.pursuit.aim, world.goal
     after = aim.kind in (AimKind.TARGET, AimKind.SIDE, AimKind.FACE)

@@ -22,7 +22,7 @@ SLOWEST = 0.25  # relative speed right at an obstacle
 ESCAPE_M = 0.35  # around the robot, cells that are free pass as traversable
 DEAD_END_M = 0.10  # around a place from which no step led on, closed from outside
 POCKET_M2 = 1.5  # a robot that can reach no more than this is wedged
-SQUEEZE_M = (0.7, 1.2)  # around a wedged robot, in turn,
+SQUEEZE_M = (0.7, 1.2)  # around a wedged robot, the second where the first does not help:
 SQUEEZE_SLACK_M = 0.07  # gaps may be this much too tight: maps err by a cell
 RESORT_SLACK_M = 0.04  # the same everywhere, when else nothing is left to go to
 

@@ -15,7 +15,7 @@ _EIGHT = np.ones((3, 3), np.uint8)
 
 
 MIN_CELLS = 7  # narrower than the robot's body: nothing to drive into
-INHERIT_DILATION_CELLS = 2
+INHERIT_DILATION_CELLS = 2  # a frontier that moved by no more is the same one
 INHERIT_SHARE = 0.3  # of the smaller of two frontiers, to be the same one
 WALL_GAP_CELLS = 1  # free cells this close to an obstacle are not frontier
 

@@ -267,7 +267,10 @@ import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels
 import runtime.__main__ as program
+from runtime.core import world
 from runtime.core.types import Pose
+
+world.FIRST_LOOKS = 1
 
 class FailingModels(FakeModels):
     def __init__(self, config, clock):
