@@ -16,7 +16,7 @@ from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
 from runtime.errors import InternalError, RfNavError
-from runtime.loops.control_loop import Helm
+from runtime.loops.control_loop import ControlLoop
 from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.realtime import RealTime
@@ -24,7 +24,7 @@ from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.robot.bus import Bus
 
-SWITCH_S = 0.0005  # a thread that computes lets the helm in so soon
+SWITCH_S = 0.0005  # a thread that computes lets the control loop in so soon
 WORKERS_NICE = 5
 
 
@@ -77,18 +77,18 @@ def _drive(
     clock: SystemClock,
     ending: Callable[[], bool],
 ) -> None:
-    """Real time. The bus and the helm start first, for every thread that the models start after
-    that inherits the lower priority."""
+    """Real time. The bus and the control loop start first, for every thread that the models start
+    after that inherits the lower priority."""
     sys.setswitchinterval(SWITCH_S)
     with Bus(config.bus, clock) as bus:
-        helm = Helm(bus, clock, config.safety, config.realtime, ending)
-        helm.start()
+        control = ControlLoop(bus, clock, config.safety, config.realtime, ending)
+        control.start()
         try:
             lower_priority(WORKERS_NICE)
             with LoadedModels(config, clock) as models:
-                RealTime(bus, helm, models, configure, clock).run(ending)
+                RealTime(bus, control, models, configure, clock).run(ending)
         finally:
-            helm.close()
+            control.close()
 
 
 def main() -> None:

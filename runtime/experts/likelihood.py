@@ -18,7 +18,7 @@ Ask = Callable[["_Affinities", Brief, Deadline], Vote | Missing]
 
 
 @dataclass
-class Scored:
+class LikelihoodExperts:
     """A scorer of one model, all room types as it is told of them, and what it has computed."""
 
     scorer: Scorer
@@ -92,7 +92,7 @@ class Scored:
 class _Affinities:
     """Those of one decision, and how much of what was asked was answered."""
 
-    scored: Scored
+    scored: LikelihoodExperts
     brief: Brief
     by: Deadline
     asked: int = 0

@@ -10,7 +10,7 @@ from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.cloud import RUNG, Bill, Cloud
 from runtime.experts.fallback import Rung, climb
-from runtime.experts.likelihood import Scored
+from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert
 from runtime.experts.reasoner import Reasoner
 
@@ -21,15 +21,15 @@ CLOUD_SHARE = 0.85
 
 
 @dataclass
-class Seats:
+class Seating:
     """The models that experts are seated on. `language` names the one that answers on the robot,
     `likeness` is the cosine of each frontier's view with the goal; `looks_in_words`: whether a
     model that sees is asked about all pictures at once, for a reason and a set."""
 
     language: str
     likeness: Callable[[Brief], Mapping[int, float]]
-    alike: Scored  # by the text encoder, the lowest rung
-    scored: Scored | None = None  # by a small language model
+    alike: LikelihoodExperts  # by the text encoder, the lowest rung
+    scored: LikelihoodExperts | None = None  # by a small language model
     reasoner: Reasoner | None = None  # a large one
     eyes: Reasoner | None = None  # one that sees
     looks_in_words: bool = False
@@ -96,7 +96,7 @@ class Seats:
             return {}
         return {name: self._appeal(name, self.cloud) for name in names}
 
-    def _scoring(self) -> list[Scored]:
+    def _scoring(self) -> list[LikelihoodExperts]:
         """Those that are asked in the background: the lower one only after it was needed."""
         below = self.alike if self.alike.used else None
         return [scored for scored in (self.scored, below) if scored is not None]

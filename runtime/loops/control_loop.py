@@ -52,7 +52,7 @@ class Plan:
     report: Mapping[str, object] = field(default_factory=dict)
 
 
-class Helm:
+class ControlLoop:
     """Drives the base in a thread of its own. `stopping` ends all motion at once."""
 
     def __init__(
@@ -78,7 +78,7 @@ class Helm:
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
         self._ending = False
-        self._thread = threading.Thread(target=self._run, name="helm", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="control", daemon=True)
 
     # -- for the thread that plans -----------------------------------------------------------------
 

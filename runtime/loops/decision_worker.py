@@ -38,7 +38,7 @@ class DecisionReply:
     rehearsal: str = ""
 
 
-class Decider:
+class DecisionWorker:
     """A thread that decides. Only the thread that owns the world calls it."""
 
     def __init__(self, nice: int = 0) -> None:
@@ -50,7 +50,7 @@ class Decider:
         self._error: BaseException | None = None
         self._closed = False
         self._nice = nice
-        self._thread = threading.Thread(target=self._work, name="decider", daemon=True)
+        self._thread = threading.Thread(target=self._work, name="decisions", daemon=True)
         self._thread.start()
 
     @property

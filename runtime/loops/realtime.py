@@ -1,5 +1,5 @@
-"""The loop on a robot: three rates in one process. The helm drives 20 times a second, this thread
-perceives every newest frame and plans, and a worker decides while the robot keeps going.
+"""The loop on a robot: three rates in one process. The control loop drives 20 times a second, this
+thread perceives every newest frame and plans, and a worker decides while the robot keeps going.
 
 This thread owns the world. A search begins with a request on `goal` and ends when it is found, when
 nothing is left to explore, or by a request on `cancel`.
@@ -27,15 +27,15 @@ from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, World
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
-from runtime.loops.control_loop import Helm, Plan
-from runtime.loops.decision_worker import Decider, DecisionRequest
+from runtime.loops.control_loop import ControlLoop, Plan
+from runtime.loops.decision_worker import DecisionRequest, DecisionWorker
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.robot.bus import Bus, Request
 
 IDLE_S = 0.2  # how often the loop looks at what is not the bus
 FEEDBACK_S = 1.0  # between messages on rfnav/feedback
 LABELS_S = 0.2  # labels of an image, where they come over the bus
-DECIDER_NICE = 10
+WORKER_NICE = 10
 OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
 FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 
@@ -67,16 +67,16 @@ class RealTime:
     def __init__(
         self,
         bus: Bus,
-        helm: Helm,
+        control: ControlLoop,
         models: SearchModels,
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,
     ) -> None:
-        self._bus, self._helm, self._models = bus, helm, models
+        self._bus, self._control, self._models = bus, control, models
         self._configure, self._clock = configure, clock
         self._drive: _Drive | None = None
         self._last: tuple[Search, dict[str, object]] | None = None  # ended, and its summary
-        self._decider = Decider(DECIDER_NICE)
+        self._worker = DecisionWorker(WORKER_NICE)
         self._hindsight = Hindsight()
         self._rehearsed_s = -math.inf  # when the last rehearsal began
 
@@ -85,7 +85,7 @@ class RealTime:
         reason, trace = "the runtime ends", {}
         try:
             while not until():
-                self._helm.check()
+                self._control.check()
                 self._turn()
         except RfNavError as error:
             reason = str(error)
@@ -96,9 +96,9 @@ class RealTime:
             place = f"{Path(at.filename).name}:{at.lineno}"
             raise InternalError(f"internal error: {error!r} at {place}") from error
         finally:
-            self._helm.close()
+            self._control.close()
             self._end(SearchState.ENDED, reason, **trace)
-            self._decider.close()
+            self._worker.close()
 
     def _turn(self) -> None:
         request = self._bus.request()
@@ -128,7 +128,7 @@ class RealTime:
         latest = search or (self._last[0] if self._last else None)
         health = self._bus.health()
         return {
-            **self._helm.status(),
+            **self._control.status(),
             "goal": search.goal.text if search else None,
             "decisions": latest.decisions if latest else 0,
             "rung": self._models.rung(),
@@ -150,7 +150,7 @@ class RealTime:
         if order.config.goal.keep_map and before is not None and before.world is not None:
             search.inherit(before.world, self._models)
         now_s = self._clock.now_s()
-        self._drive = _Drive(search, now_s, halts=self._helm.halts())
+        self._drive = _Drive(search, now_s, halts=self._control.halts())
         self._plan(search, None, now_s, {"goal": order.goal.text, "mode": "wait"})
         return {
             "accepted": True,
@@ -177,7 +177,7 @@ class RealTime:
         drive, self._drive = self._drive, None
         if drive is None:
             return {}
-        facts: dict[str, object] = {"halts": self._helm.halts(), "state": state}
+        facts: dict[str, object] = {"halts": self._control.halts(), "state": state}
         facts["frozen_frames"] = drive.frozen
         facts["rehearsals"] = drive.search.rehearsals
         world = drive.search.world
@@ -186,7 +186,7 @@ class RealTime:
             facts["reliance"] = self._hindsight.learn(world, choices, order.config.panel.experts)
         try:
             goal = drive.search.goal.text
-            self._helm.rest(state, {**drive.report, "goal": goal, "reason": reason})
+            self._control.rest(state, {**drive.report, "goal": goal, "reason": reason})
             self._tell(drive, state, reason, always=True)
         finally:
             drive.search.billed(self._models)
@@ -211,7 +211,7 @@ class RealTime:
             return
         now_s = search.timed("detect", began_s)
         if search.world is not None:
-            search.world.body.asked_mps = self._helm.asked_mps()
+            search.world.body.asked_mps = self._control.asked_mps()
         world = search.perceive(obs, detections, self._models)
         now_s = search.timed("map", now_s)
         self._decide(search, world)
@@ -224,13 +224,13 @@ class RealTime:
         """Adopt what was decided meanwhile, and begin to decide when that is due. The robot does
         not wait for the first vote: the fallback's choice is followed until it comes."""
         cfg = search.config
-        answer = self._decider.take()
+        answer = self._worker.take()
         if answer is not None and answer.question.asker is search:
             brief = answer.question.snapshot.brief
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
             self._bus.publish_decision(report)
             search.billed(self._models)
-        why = "" if self._decider.busy else navigate.due(world, cfg.navigate)
+        why = "" if self._worker.busy else navigate.due(world, cfg.navigate)
         if not why:
             self._rehearse(search, world)
             return
@@ -240,13 +240,13 @@ class RealTime:
             navigate.adopt(world, first)
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel = search.order.panel
-        self._decider.ask(DecisionRequest(search, snap, panel, by, cfg.navigate))
+        self._worker.ask(DecisionRequest(search, snap, panel, by, cfg.navigate))
 
     def _rehearse(self, search: Search, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
         are slow."""
         cfg, standing = search.config, world.standing.decision
-        if standing is None or not self._decider.idle:
+        if standing is None or not self._worker.idle:
             return
         now_s = self._clock.now_s()
         rested = now_s - self._rehearsed_s >= rehearsal.EVERY_S
@@ -263,11 +263,11 @@ class RealTime:
         by = Deadline.after(cfg.panel.votes_s, self._clock)
         panel, snap = search.order.panel, replace(snap, brief=brief)
         question = DecisionRequest(search, snap, panel, by, cfg.navigate, without=aim)
-        self._decider.rehearse(question)
+        self._worker.rehearse(question)
 
     def _follow(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
-        """Have the helm follow the command's course; booked is the velocity that it sent last."""
-        command = world.body.told(likeness(command, self._helm.sent()))
+        """Have the control loop follow the command's course; booked is what it sent last."""
+        command = world.body.told(likeness(command, self._control.sent()))
         report = drive.search.stepped(world, command, self._models.rung())
         seconds = dict(drive.search.seconds)
         told = {"seconds": seconds, "models": self._models.health()}
@@ -284,7 +284,7 @@ class RealTime:
         cfg, world = search.config.navigate, search.world
         limits = limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None
-        self._helm.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
+        self._control.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
 
     # -- what others hear ----------------------------------------------------------------------
 
@@ -314,9 +314,9 @@ class RealTime:
 
     def _note_halt(self, drive: _Drive) -> None:
         """Journal when the base was held since the last look."""
-        halts = self._helm.halts()
+        halts = self._control.halts()
         if halts != drive.halts:
-            drive.search.journal.write("halt", halts=halts, reason=self._helm.halted())
+            drive.search.journal.write("halt", halts=halts, reason=self._control.halted())
             drive.halts = halts
 
 

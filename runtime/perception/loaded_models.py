@@ -19,12 +19,12 @@ from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.core.voting import consensus, likelihood_experts
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Bill, Cloud
-from runtime.experts.likelihood import Scored
+from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert, Panel
 from runtime.experts.reasoner import Reasoner
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
-from runtime.experts.seating import EMBEDDING, Seats
+from runtime.experts.seating import EMBEDDING, Seating
 from runtime.perception.detection import SeekingDetector, located
 from runtime.perception.goal_words import Goal, Words, understand
 from runtime.perception.model_errors import models_told
@@ -45,7 +45,7 @@ class LoadedModels:
         vocabulary = load_vocabulary(*words)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(likelihood_experts.spoken_room(name) for name in vocabulary.rooms)
-        self._seats: Seats | None = None
+        self._seats: Seating | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
         self._encoder = TextEncoder(_directory(TEXT_MODEL), threads)
@@ -105,22 +105,22 @@ class LoadedModels:
         if self._cloud is not None:
             self._cloud.finish()
 
-    def _open_seats(self) -> Seats:
+    def _open_seats(self) -> Seating:
         """The experts' models; they are loaded when the first expert is seated."""
         if self._seats is None:
             self._seats = self._load_seats()
         return self._seats
 
-    def _load_seats(self) -> Seats:
+    def _load_seats(self) -> Seating:
         models = self._models
         below = Scorer([(EMBEDDING, Similarity(self._encoder))], self._clock)
-        seats = Seats(models.language, self._likeness, Scored(below, self._spoken))
+        seats = Seating(models.language, self._likeness, LikelihoodExperts(below, self._spoken))
         seats.cloud = self._cloud
         if models.vision:
             seats.eyes = self._reason(_open_vision(models), sees=True)
             seats.looks_in_words = _style(models.vision, models.vision_style) == "reason"
         if _style(models.language, models.language_style) == "score":
-            seats.scored = Scored(self._open_scorer(), self._spoken)
+            seats.scored = LikelihoodExperts(self._open_scorer(), self._spoken)
         elif models.language == models.vision:  # one model for all experts
             seats.reasoner = seats.eyes
         else:

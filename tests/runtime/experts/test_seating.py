@@ -17,11 +17,11 @@ from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
-from runtime.experts.likelihood import Scored
+from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import SEATED, Panel
 from runtime.experts.reasoner import Reasoner
 from runtime.experts.scorer import Scorer
-from runtime.experts.seating import Seats
+from runtime.experts.seating import Seating
 
 PATIENCE_S = 20.0
 CFG = ExpertConfig()
@@ -66,13 +66,17 @@ def stack() -> Iterator[ExitStack]:
 
 def seated(
     stack: ExitStack, model: Any = None, cloud: Cloud | None = None, clock: Clock | None = None
-) -> Seats:
+) -> Seating:
     """The text encoder prefers frontier 2, by its lamp; a language model what it is told to."""
     clock = clock or SystemClock()
-    below = Scored(stack.enter_context(Scorer([("embedding", Likes("lamp"))], clock)), ROOMS)
-    seats = Seats("small", lambda brief: NO_VIEWS, below, cloud=cloud)
+    below = LikelihoodExperts(
+        stack.enter_context(Scorer([("embedding", Likes("lamp"))], clock)), ROOMS
+    )
+    seats = Seating("small", lambda brief: NO_VIEWS, below, cloud=cloud)
     if model is not None:
-        seats.scored = Scored(stack.enter_context(Scorer([("small", model)], clock)), ROOMS)
+        seats.scored = LikelihoodExperts(
+            stack.enter_context(Scorer([("small", model)], clock)), ROOMS
+        )
     return seats
 
 

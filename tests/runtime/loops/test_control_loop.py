@@ -14,7 +14,7 @@ from runtime.core.motion.courses import Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Pose
 from runtime.errors import BusError
-from runtime.loops.control_loop import Helm, Plan
+from runtime.loops.control_loop import ControlLoop, Plan
 from runtime.robot.wire import Stamped
 
 RATES = RealtimeConfig()
@@ -68,30 +68,30 @@ def open_floor() -> Along:
 def parts():
     clock = ManualClock(100.0)
     base = FakeBase(clock)
-    return clock, base, Helm(base, clock, SafetyConfig(), RATES)
+    return clock, base, ControlLoop(base, clock, SafetyConfig(), RATES)
 
 
 def plan(clock, course=None) -> Plan:
     return Plan(course or open_floor(), clock.now_s(), 0.18, ControlConfig(), {"mode": "frontier"})
 
 
-def ticks(clock, helm, n: int, then=lambda: None) -> None:
+def ticks(clock, control, n: int, then=lambda: None) -> None:
     for _ in range(n):
-        helm.tick()
+        control.tick()
         then()
         clock.advance(TICK_S)
 
 
 def test_a_fresh_plan_is_driven_up_to_speed(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 30)
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 30)
     speeds = [v for v, _ in base.twists]
     assert speeds == sorted(speeds)
     assert speeds[-1] == pytest.approx(ControlConfig().max_speed_mps)
     steps = np.diff([0.0, *speeds])
     assert steps.max() <= ControlConfig().max_accel_mps2 * TICK_S + 1e-9
-    assert helm.asked_mps() == speeds[0]
+    assert control.asked_mps() == speeds[0]
     assert base.states[-1]["v_mps"] > 0
     assert base.states[-1]["mode"] == "frontier"
 
@@ -106,44 +106,44 @@ def test_a_fresh_plan_is_driven_up_to_speed(parts):
     ],
 )
 def test_what_goes_stale_stops_the_base_and_a_fresh_plan_resumes(parts, kind, stop):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
     assert base.twists[-1][0] > 0.2
     stop(base, clock.now_s())
-    ticks(clock, helm, 45)
+    ticks(clock, control, 45)
     assert base.twists[-1] == (0.0, 0.0)
     assert base.states[-1]["halt"]
-    assert helm.halted()
+    assert control.halted()
     assert kind in base.states[-1]["halts"]
     base.odom_s = base.frame_s = None
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
     assert base.twists[-1][0] > 0.2
-    assert not helm.halted()
-    assert helm.status()["halts"] == {kind: 1}
+    assert not control.halted()
+    assert control.status()["halts"] == {kind: 1}
 
 
 def test_odometry_stale_stops_within_its_limit(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
     base.odom_s = clock.now_s() - TICK_S
     while clock.now_s() - base.odom_s <= SafetyConfig().odom_stale_s + 1e-9:
         assert base.twists[-1] != (0.0, 0.0)
-        ticks(clock, helm, 1)
-    helm.tick()
+        ticks(clock, control, 1)
+    control.tick()
     assert base.twists[-1] == (0.0, 0.0)
 
 
 def test_rest_commands_zero_at_once_then_leaves_the_base_to_others(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
-    helm.rest("found", {"reason": "found mug 1"})
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
+    control.rest("found", {"reason": "found mug 1"})
     assert base.twists[-1] == (0.0, 0.0)
     before = len(base.twists)
-    ticks(clock, helm, 100)
+    ticks(clock, control, 100)
     assert set(base.twists[before:]) == {(0.0, 0.0)}
     assert len(base.twists) - before == RATES.control_hz  # for a second
     assert base.states[-1]["state"] == "found"
@@ -151,29 +151,29 @@ def test_rest_commands_zero_at_once_then_leaves_the_base_to_others(parts):
 
 
 def test_a_plan_taken_away_during_a_tick_is_not_driven(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
     ask = base.frame_arrival_s
 
     def cancelled_meanwhile():
-        helm.rest("cancelled", {})
+        control.rest("cancelled", {})
         return ask()
 
     base.frame_arrival_s = cancelled_meanwhile
-    helm.tick()
+    control.tick()
     assert base.twists[-1] == (0.0, 0.0)
 
 
 def test_the_state_is_told_five_times_a_second_and_at_changes(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    ticks(clock, helm, 40)
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 40)
     told = len(base.states)
     assert 9 <= told <= 12  # two seconds
-    helm.follow(plan(clock, Spin(0.6)))
-    helm.rest("cancelled", {})
-    helm.tick()
+    control.follow(plan(clock, Spin(0.6)))
+    control.rest("cancelled", {})
+    control.tick()
     assert base.states[-1]["state"] == "cancelled"
     assert len(base.states) == told + 1
 
@@ -181,18 +181,18 @@ def test_the_state_is_told_five_times_a_second_and_at_changes(parts):
 def test_stopping_commands_zero_whatever_the_plan():
     clock, ending = ManualClock(100.0), threading.Event()
     base = FakeBase(clock)
-    helm = Helm(base, clock, SafetyConfig(), RATES, ending.is_set)
-    helm.follow(plan(clock))
-    ticks(clock, helm, 20)
+    control = ControlLoop(base, clock, SafetyConfig(), RATES, ending.is_set)
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
     ending.set()
-    helm.tick()
+    control.tick()
     assert base.twists[-1] == (0.0, 0.0)
 
 
 def test_an_error_in_the_loop_commands_zero_and_is_raised_to_who_asks():
     clock = SystemClock()
     base = FakeBase(clock)
-    helm = Helm(base, clock, SafetyConfig(), RATES)
+    control = ControlLoop(base, clock, SafetyConfig(), RATES)
     failed = threading.Event()
 
     def broken():
@@ -200,32 +200,32 @@ def test_an_error_in_the_loop_commands_zero_and_is_raised_to_who_asks():
         raise ZeroDivisionError("in the loop")
 
     base.frame_arrival_s = broken
-    helm.follow(plan(clock))
-    helm.start()
+    control.follow(plan(clock))
+    control.start()
     assert failed.wait(10)
-    helm.close()
+    control.close()
     assert base.twists[-1] == (0.0, 0.0)
     with pytest.raises(ZeroDivisionError):
-        helm.check()
+        control.check()
 
 
 def test_close_commands_zero_and_a_broken_bus_does_not_keep_it_from_ending():
     clock = SystemClock()
     base = FakeBase(clock)
-    helm = Helm(base, clock, SafetyConfig(), RATES)
-    helm.follow(plan(clock))
-    helm.start()
-    helm.close()
+    control = ControlLoop(base, clock, SafetyConfig(), RATES)
+    control.follow(plan(clock))
+    control.start()
+    control.close()
     assert base.twists[-1] == (0.0, 0.0)
     base.broken = True
-    helm.close()
+    control.close()
 
 
 def test_ticks_that_come_late_do_not_jerk(parts):
-    clock, base, helm = parts
-    helm.follow(plan(clock))
-    helm.tick()
+    clock, base, control = parts
+    control.follow(plan(clock))
+    control.tick()
     clock.advance(0.9)
-    helm.tick()
+    control.tick()
     assert base.twists[-1][0] <= ControlConfig().max_accel_mps2 * 0.2 + 1e-9
-    assert math.isfinite(helm.asked_mps())
+    assert math.isfinite(control.asked_mps())

@@ -10,7 +10,7 @@ from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing,
 from runtime.core.voting.rehearsal import expected
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
-from runtime.loops.decision_worker import Decider, DecisionReply, DecisionRequest
+from runtime.loops.decision_worker import DecisionReply, DecisionRequest, DecisionWorker
 from runtime.navigate import NavigateConfig
 
 PATIENCE_S = 5.0  # of the tests, never reached when they pass
@@ -42,13 +42,13 @@ class Expert:
 
 
 class Table:
-    """A decider and a panel of two, of which the second may be slow."""
+    """A worker and a panel of two, of which the second may be slow."""
 
     def __init__(self, waits: bool = False) -> None:
         self.clock = ManualClock()
         self.quick, self.slow = Expert(), Expert(waits)
         self.panel = Panel({"o2f": self.quick, "r2f": self.slow}, self.clock)
-        self.decider = Decider()
+        self.worker = DecisionWorker()
         self.asker = object()
 
     def __enter__(self) -> "Table":
@@ -56,7 +56,7 @@ class Table:
 
     def __exit__(self, *_: object) -> None:
         self.slow.go.set()
-        self.decider.close()
+        self.worker.close()
         self.panel.close()
 
     def question(self, distances: dict[int, float], without: int | None = None) -> DecisionRequest:
@@ -69,25 +69,25 @@ class Table:
     def answer(self) -> DecisionReply:
         until = threading.Event()
         for _ in range(int(PATIENCE_S / 0.01)):
-            found = self.decider.take()
+            found = self.worker.take()
             if found is not None:
                 return found
             until.wait(0.01)
         raise AssertionError("no answer")
 
     def rehearsed(self) -> None:
-        with self.decider._changed:
-            assert self.decider._changed.wait_for(
-                lambda: self.decider._rehearsed is not None, PATIENCE_S
+        with self.worker._changed:
+            assert self.worker._changed.wait_for(
+                lambda: self.worker._rehearsed is not None, PATIENCE_S
             )
 
 
 def test_a_rehearsal_that_fits_is_used_at_the_distances_of_now() -> None:
     with Table() as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         table.rehearsed()
-        assert table.decider.idle
-        table.decider.ask(table.question({2: 9.0, 3: 3.0}))  # it has driven to 1: 3 is nearer now
+        assert table.worker.idle
+        table.worker.ask(table.question({2: 9.0, 3: 3.0}))  # it has driven to 1: 3 is nearer now
         answer = table.answer()
         assert answer.rehearsal == "used"
         assert (answer.decision.frontier, answer.decision.rule) == (3, "all")
@@ -96,36 +96,36 @@ def test_a_rehearsal_that_fits_is_used_at_the_distances_of_now() -> None:
 
 def test_a_rehearsal_of_something_else_is_named_and_asked_anew() -> None:
     with Table() as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         table.rehearsed()
-        table.decider.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
+        table.worker.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
         answer = table.answer()
         assert answer.rehearsal == "frontier 4 is new"
         assert answer.decision.frontier == 2
         assert len(table.quick.briefs) == 2
-        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}))
         assert table.answer().rehearsal == ""  # it was used up
 
 
 def test_a_rehearsal_whose_time_has_not_come_is_kept() -> None:
     with Table() as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         table.rehearsed()
-        table.decider.ask(table.question({1: 0.5, 2: 2.0, 3: 3.0}))  # new evidence on the way
+        table.worker.ask(table.question({1: 0.5, 2: 2.0, 3: 3.0}))  # new evidence on the way
         assert table.answer().rehearsal == ""
-        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}))
         assert table.answer().rehearsal == "used"
         assert len(table.quick.briefs) == 2  # the rehearsal and the first question
 
 
 def test_a_question_ends_the_rehearsal_of_another_and_waits_behind_it() -> None:
     with Table(waits=True) as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         for expert in (table.slow, table.quick):  # one that has not begun would not be asked
             assert expert.begun.acquire(timeout=PATIENCE_S)
-        assert not table.decider.idle
-        assert not table.decider.busy
-        table.decider.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
+        assert not table.worker.idle
+        assert not table.worker.busy
+        table.worker.ask(table.question({2: 2.0, 3: 3.0, 4: 1.0}))
         assert table.quick.begun.acquire(timeout=PATIENCE_S)  # time stood still meanwhile
         table.slow.go.set()
         answer = table.answer()
@@ -136,9 +136,9 @@ def test_a_question_ends_the_rehearsal_of_another_and_waits_behind_it() -> None:
 
 def test_a_question_that_is_being_rehearsed_gets_its_answer() -> None:
     with Table(waits=True) as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         assert table.slow.begun.acquire(timeout=PATIENCE_S)
-        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}))
         table.slow.go.set()
         answer = table.answer()
         assert answer.rehearsal == "used"
@@ -147,7 +147,7 @@ def test_a_question_that_is_being_rehearsed_gets_its_answer() -> None:
 
 def test_a_rehearsal_with_a_late_expert_does_not_stand() -> None:
     with Table(waits=True) as table:
-        table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
         assert table.slow.begun.acquire(timeout=PATIENCE_S)
         with table.panel._condition:
             assert table.panel._condition.wait_for(
@@ -156,7 +156,7 @@ def test_a_rehearsal_with_a_late_expert_does_not_stand() -> None:
         table.clock.advance(2.0)
         table.rehearsed()
         table.slow.go.set()
-        table.decider.ask(table.question({2: 2.0, 3: 3.0}))
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}))
         answer = table.answer()
         assert answer.rehearsal == "an expert was late"
         assert answer.decision.rule == "all"
@@ -166,7 +166,7 @@ def test_a_rehearsal_with_a_late_expert_does_not_stand() -> None:
 def test_what_is_prepared_is_not_prepared_again() -> None:
     with Table() as table:
         for _ in range(3):
-            table.decider.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
+            table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1))
             table.rehearsed()
         assert len(table.quick.briefs) == 1
 

@@ -22,7 +22,7 @@ from runtime.config import load
 from runtime.core import local_policy
 from runtime.core.types import Brief, Missing, Pose, Twist, Vote
 from runtime.journal import read_journal, read_map
-from runtime.loops.control_loop import Helm
+from runtime.loops.control_loop import ControlLoop
 from runtime.loops.realtime import RealTime, _frozen
 from runtime.robot.bus import Bus
 from runtime.robot.session import BusConfig
@@ -41,23 +41,23 @@ def short_look_around(monkeypatch: pytest.MonkeyPatch):
 def running(
     models: FakeModels, *settings: str
 ) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
-    """The loop and its helm, and a robot linked to them."""
+    """The loop and its control, and a robot linked to them."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     robot = RobotDouble(models.home, BusConfig(listen=(endpoint,)))
     given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'research.control_mode="velocity"')
     config, clock = load(None, given), SystemClock()
     ending, ended = threading.Event(), []
     bus = Bus(config.bus, clock)
-    helm = Helm(bus, clock, config.safety, config.realtime, ending.is_set)
+    control = ControlLoop(bus, clock, config.safety, config.realtime, ending.is_set)
 
     def serve() -> None:
         try:
-            loop = RealTime(bus, helm, models, lambda more: load(None, (*given, *more)), clock)
+            loop = RealTime(bus, control, models, lambda more: load(None, (*given, *more)), clock)
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 
-    helm.start()
+    control.start()
     thread = threading.Thread(target=serve)
     thread.start()
     robot.start()
@@ -67,7 +67,7 @@ def running(
     finally:
         ending.set()
         thread.join(timeout=20.0)
-        helm.close()
+        control.close()
         models.panel.close()
         bus.close()
         robot.close()
