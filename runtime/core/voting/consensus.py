@@ -1,7 +1,6 @@
 """CDM: from the experts' sets to one frontier, and the closest frontier when they do not agree."""
 
 import math
-import random
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,10 +9,12 @@ from typing import Literal, Protocol
 
 from runtime.core.keys import key
 from runtime.core.types import Ballot, Decision, Vote
+from runtime.core.voting import comparison_modes
 
 Rank = Literal["nearest", "farthest"]
-Mode = Literal["strict", "lenient", "weighted", "best", "majority-3", "majority-5"]
+ConsensusMode = Literal["strict", "lenient", "weighted", "best", "majority-3", "majority-5"]
 Fallback = Literal["closest", "geometry"]
+SAMPLES = {"majority-3": 3, "majority-5": 5}
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class ConsensusConfig:
         "nearest", 'Which of the chosen set wins; "farthest" is Algorithm 1\'s literal argmax.',
         research="consensus_rank",
     )  # fmt: skip
-    mode: Mode = key(
+    mode: ConsensusMode = key(
         "strict",
         '"strict": two must agree; "lenient": a lone vote counts; "weighted": evidence against '
         'way, by the weights; "best": what one is surest of; "majority-K": the most frequent of K '
@@ -56,9 +57,6 @@ class ConsensusConfig:
         research="consensus_veto",
     )  # fmt: skip
     seed: int = key(0, "Of the samples that a majority is drawn from.", research="consensus_seed")
-
-
-PULL = 2.0  # nats of one expert at most, either way
 
 
 class Candidate(Protocol):
@@ -160,12 +158,16 @@ def _outcome(
 ) -> tuple[int, str, frozenset[int]]:
     """The elected frontier, the rule, the chosen set."""
     field = field.without(_vetoed(votes, cfg)).within(cfg.detour_m)
-    if cfg.mode == "weighted":
-        rule, chosen = _weighted(votes, field, cfg)
-    elif cfg.mode in ("strict", "lenient"):
+    far = field.distance_m
+    if cfg.mode in ("strict", "lenient"):
         rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")
+    elif cfg.mode == "weighted":
+        rule, chosen = comparison_modes.weighted(votes, far, dict(cfg.weights))
+    elif cfg.mode == "best":
+        rule, chosen = comparison_modes.surest(votes, far)
     else:
-        rule, chosen = _single(votes, field, cfg, stamp_ns)
+        seed = f"{cfg.seed}/{stamp_ns}"
+        rule, chosen = comparison_modes.majority(votes, far, SAMPLES[cfg.mode], seed)
     ranked = field.ranked(chosen, cfg.rank)
     return ranked[0] if ranked else field.fallback, rule, chosen
 
@@ -247,54 +249,6 @@ def successor(
 def _vetoed(votes: Iterable[Vote], cfg: ConsensusConfig) -> frozenset[int]:
     against = Counter(i for v in votes for i in set(v.against))
     return frozenset(i for i, n in against.items() if 0 < cfg.veto <= n)
-
-
-def _weighted(
-    votes: Iterable[Vote], field: _Field, cfg: ConsensusConfig
-) -> tuple[str, frozenset[int]]:
-    """The least way, where each expert's evidence for a frontier shortens the way to it and
-    evidence against lengthens it. Nothing but weights that were measured makes this sound."""
-    weights, heard = dict(cfg.weights), False
-    cost_m = dict(field.distance_m)
-    for vote in sorted(votes, key=_name):
-        weight = weights.get(vote.expert, 0.0)
-        for id, nats in evidence(vote, cost_m).items():
-            cost_m[id] -= weight * nats
-            heard = heard or weight > 0
-    if not heard:
-        return "closest", frozenset()
-    return "weighted", frozenset([min(cost_m, key=lambda i: (cost_m[i], i))])
-
-
-def evidence(vote: Vote, among: Collection[int]) -> dict[int, float]:
-    """log p of the frontiers that a vote has a probability for, less their mean, nats; bounded, so
-    that no expert can outweigh everything."""
-    p = {id: share for id, share in vote.probabilities if id in among}
-    if not p:
-        return {}
-    nats = {id: math.log(max(share, 1e-6)) for id, share in p.items()}
-    mean = sum(nats.values()) / len(nats)
-    return {id: max(-PULL, min(PULL, x - mean)) for id, x in nats.items()}
-
-
-def _single(
-    votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
-) -> tuple[str, frozenset[int]]:
-    """The modes that follow one expert: its surest frontier, or the most frequent of samples of its
-    probabilities. Ties go to the nearest."""
-    if not votes:
-        return "closest", frozenset()
-    vote = min(votes, key=_name)
-    p = dict(vote.probabilities)
-    ids = [i for i in field.distance_m if p.get(i, 0.0) > 0]
-    if not ids:
-        return "closest", frozenset()
-    if cfg.mode == "best":
-        return "best", frozenset([max(ids, key=lambda i: p[i])])
-    k = int(cfg.mode.removeprefix("majority-"))
-    rng = random.Random(f"{cfg.seed}/{stamp_ns}")
-    drawn = Counter(rng.choices(ids, [p[i] for i in ids], k=k))
-    return "majority", frozenset([max(ids, key=lambda i: drawn[i])])
 
 
 def _name(vote: Vote) -> str:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from runtime.core.types import F64, Vote
-from runtime.core.voting.consensus import evidence
+from runtime.core.voting.comparison_modes import evidence
 
 PRIOR_DECISIONS = 30.0
 """How many decisions the configured weights count for, of experts that differ by a nat."""

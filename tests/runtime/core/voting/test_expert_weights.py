@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.core.types import Vote
-from runtime.core.voting.consensus import evidence
+from runtime.core.voting.comparison_modes import evidence
 from runtime.core.voting.expert_weights import Reliance, learned, weights
 
 EXPERTS = ("o2f", "r2f", "sle")

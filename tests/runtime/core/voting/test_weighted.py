@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from runtime.config import load
 from runtime.core.types import Ballot, Frontier, Vote
-from runtime.core.voting.consensus import PULL, ConsensusConfig, agreed, elect, evidence, settled
+from runtime.core.voting.comparison_modes import PULL, evidence
+from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled
 
 FRONTIERS = [Frontier(i, np.zeros((1, 2)), (0.0, 0.0), float(7 - i)) for i in range(1, 7)]
 CLOSEST = 6
