@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from hil_sim.evaluation.report import figures, fill, section
+from hil_sim.evaluation.report import brief, figures, fill, section
 from hil_sim.evaluation.result_folder import Folder, read_folder
 from runtime.errors import RfNavError
 
@@ -24,6 +24,7 @@ from runtime.errors import RfNavError
 )
 @click.option("--episode", "chosen", multiple=True, help="Draw these episodes' paths.")
 @click.option("--no-pictures", is_flag=True, help="Tables only.")
+@click.option("--brief", "short", is_flag=True, help="The main table of each, without pictures.")
 def report_command(
     folders: tuple[Path, ...],
     out: Path,
@@ -32,26 +33,27 @@ def report_command(
     earlier: Path | None,
     chosen: tuple[str, ...],
     no_pictures: bool,
+    short: bool,
 ) -> None:
     """Put tables and figures of evaluations (FOLDERS) into a document, whose other text is kept.
 
     \b
-    Example: hil-sim report out/val out/labels --out docs/results.md
+    Example: hil-sim report out/val out/labels --out out/report.md
     """
     document = out.read_text(encoding="utf-8") if out.is_file() else "# Results\n"
     read = [read_folder(path) for path in folders]
     before = _earlier(earlier, read) if earlier else {}
     for folder in read:
         pictures: list[tuple[str, str]] = []
-        if not no_pictures:
+        if not (no_pictures or short):
             from hil_sim.evaluation.report_pictures import (
                 draw_all,  # matplotlib takes a second to import
             )
 
             pictures = draw_all(folder, out.parent, chosen)
-        document = fill(
-            document, folder.name, section(folder, seed, pictures, before.get(folder.name))
-        )
+        text = (brief(folder, seed) if short else
+                section(folder, seed, pictures, before.get(folder.name)))  # fmt: skip
+        document = fill(document, folder.name, text)
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(document, encoding="utf-8")
     if json_file is not None:

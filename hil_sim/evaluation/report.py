@@ -25,6 +25,7 @@ GROUPS = (
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),
 )  # fmt: skip
 """Tables of the paper; each is compared with its last row."""
+Group = tuple[str, str, dict[str, list[EpisodeResult]]]
 BOUNDS = (ORACLE, "oracle-goal")
 INTERVALS = (
     "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
@@ -38,7 +39,7 @@ RULE = (
 )
 
 
-def groups(folder: Folder) -> list[tuple[str, str, dict[str, list[EpisodeResult]]]]:
+def groups(folder: Folder) -> list[Group]:
     """The paper's tables that a folder has rows for: title, the method that is compared, and
     results; each over the episodes that all its rows have. A table whose rows differ in that comes
     twice: the rows with most episodes, then all."""
@@ -78,17 +79,7 @@ def section(
     folder: Folder, seed: int, pictures: Sequence[tuple[str, str]], before: Folder | None = None
 ) -> str:
     """One folder's block; `pictures` are (path, caption). `before`: an earlier run of it."""
-    parts = [_title(folder), INTERVALS]
-    for title, base, runs in groups(folder):
-        count = len(runs[base]) if base in runs else 0
-        if count:
-            parts += [f"### {title}: {count} episodes", tables.outcomes(runs, seed),
-                      tables.differences(runs, base, seed)]  # fmt: skip
-    if len(parts) == 2:
-        parts.append(tables.outcomes(folder.runs, seed))
-        first = next((name for name in folder.runs if name.endswith(GROUPS[0][1][0])), None)
-        if first is not None and len(folder.runs) > 1:
-            parts.append(tables.differences(folder.runs, first, seed))
+    parts = [_title(folder), INTERVALS, *_compared(folder, groups(folder), seed)]
     parts += _remarks(folder)
     if before is not None:
         parts += ["### Before and after", tables.progress(folder.runs, before.runs, seed)]
@@ -97,6 +88,31 @@ def section(
               "### Where the time goes", _pace(folder), tables.times(folder.runs)]  # fmt: skip
     parts += [f"![{caption}]({path})\n\n{caption}" for path, caption in pictures]
     return "\n\n".join(part for part in parts if part)
+
+
+def brief(folder: Folder, seed: int) -> str:
+    """One folder's block for a page: the methods with most episodes, and why they failed."""
+    main = groups(folder)[:1]
+    parts = [_title(folder), INTERVALS, *_compared(folder, main, seed), *_remarks(folder)]
+    parts += ["### Why episodes failed", RULE, tables.failures(_main(folder))]
+    return "\n\n".join(part for part in parts if part)
+
+
+def _compared(folder: Folder, chosen: Sequence[Group], seed: int) -> list[str]:
+    """The chosen tables with their differences; where there are none, all methods in one."""
+    parts = []
+    for title, base, runs in chosen:
+        count = len(runs[base]) if base in runs else 0
+        if count:
+            parts += [f"### {title}: {count} episodes", tables.outcomes(runs, seed),
+                      tables.differences(runs, base, seed)]  # fmt: skip
+    if parts:
+        return parts
+    parts.append(tables.outcomes(folder.runs, seed))
+    first = next((name for name in folder.runs if name.endswith(GROUPS[0][1][0])), None)
+    if first is not None and len(folder.runs) > 1:
+        parts.append(tables.differences(folder.runs, first, seed))
+    return parts
 
 
 def _title(folder: Folder) -> str:

@@ -150,6 +150,20 @@ def test_an_earlier_run_is_set_beside_this_one(out: Path, tmp_path: Path) -> Non
     assert "other episodes; --before takes a run of the same suite" in str(done.exception)
 
 
+def test_a_page_gets_the_main_table_alone(out: Path, tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# Results\n\n<!-- report val -->\nold\n<!-- end of report val -->\n")
+    done = CliRunner().invoke(cli, ["report", str(out), "--out", str(page), "--brief"])
+    assert done.exit_code == 0, done.output
+    text = page.read_text()
+    assert "### Against baselines: 10 episodes" in text
+    assert "| closest | 10 | **50.0 [20.0, 80.0]** | **40.0 [" in text
+    assert "| rfnav | 5 of 10 | 0 | 0 | 5 | 0 | 1.00 | 100 |" in text
+    assert "o2f" not in text  # has fewer episodes
+    assert "old" not in text.split()
+    assert not (tmp_path / "figures").exists()
+
+
 def test_a_block_without_end_is_an_error() -> None:
     with pytest.raises(RfNavError, match="its end is missing; write <!-- end of report val -->"):
         fill("<!-- report val -->\nmine", "val", "new")
