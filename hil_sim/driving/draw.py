@@ -18,6 +18,9 @@ UNKNOWN, FREE, OCCUPIED = (0.80, 0.81, 0.83), (1.0, 1.0, 1.0), (0.22, 0.24, 0.28
 ROOM_STRENGTH = 0.28
 CERTAIN = 0.6  # objects at least this sure are named
 MARGIN_M = 0.6
+WIDTH_IN, LEGEND_IN = 8.0, 2.2
+CHARACTER_PT, LINE_PT = 4.4, 11.0  # of a label, with its frame
+STAR_PT = 18.0  # a target's name stands that much below its middle, where the star is
 
 Extent = tuple[float, float, float, float]
 
@@ -26,14 +29,18 @@ def draw_map(run_dir: Path, out: Path) -> Path:
     """run_dir/{map.npz, decisions.jsonl, summary.json} -> a top-down PNG at `out`."""
     arrays, meta = read_map(run_dir)
     summary = _summary(run_dir)
-    figure = Figure(figsize=(11, 8.2), dpi=110, layout="constrained")
+    window = _window(arrays, meta)
+    wide_m, high_m = window[1] - window[0], window[3] - window[2]
+    size_in = (WIDTH_IN + LEGEND_IN, WIDTH_IN * high_m / wide_m + 1.0)
+    figure = Figure(figsize=size_in, dpi=110, layout="constrained")
     axes = figure.add_subplot()
     rooms = _ground(axes, arrays, meta)
     _frontiers(axes, meta)
-    _objects(axes, meta)
+    _objects(axes, meta, wide_m / (WIDTH_IN * 72))
     _path(axes, arrays, run_dir)
     _target(axes, meta, summary)
-    _window(axes, arrays, meta)
+    axes.set_xlim(*window[:2])
+    axes.set_ylim(*window[2:])
     axes.set_title(_title(meta, summary), fontsize=11, loc="left")
     axes.set_xlabel("x, m (forward at the start)")
     axes.set_ylabel("y, m")
@@ -111,31 +118,35 @@ def _frontiers(axes: Axes, meta: dict[str, Any]) -> None:
         axes.text(x, y, str(frontier["id"]), color=colour, fontsize=7, weight="bold", zorder=6)
 
 
-def _objects(axes: Axes, meta: dict[str, Any]) -> None:
+def _objects(axes: Axes, meta: dict[str, Any], point_m: float) -> None:
+    """Cells and names of the objects; `point_m`: metres to a point of the page. Where names would
+    cover each other the goal's stays, then the surest."""
     names = sorted({o["name"] for o in meta["objects"]})
     colour = dict(zip(names, _colours(len(names), "tab20"), strict=True))
-    for thing in meta["objects"]:
-        if thing["confidence"] < CERTAIN and not thing["rejections"]:
-            continue
-        cells = np.array(thing["cells_xy"])
-        axes.scatter(
-            cells[:, 0],
-            cells[:, 1],
-            s=4,
-            marker="s",
-            color=colour[thing["name"]],
-            alpha=0.8,
-            zorder=4,
-        )
+    drawn = [o for o in meta["objects"] if o["confidence"] >= CERTAIN or o["rejections"]]
+    taken: list[Extent] = []
+    for thing in sorted(drawn, key=lambda o: (o["name"] != meta["goal"], -o["confidence"])):
+        tint = colour[thing["name"]]
+        x, y = np.array(thing["cells_xy"]).T
+        axes.scatter(x, y, s=4, marker="s", color=tint, alpha=0.8, zorder=4)
         text = thing["name"] + (" (rejected)" if thing["rejections"] else "")
-        axes.annotate(
-            text,
-            thing["xy"],
-            fontsize=7,
-            ha="center",
-            zorder=7,
-            bbox={"boxstyle": "round,pad=0.15", "fc": "white", "ec": colour[thing["name"]]},
-        )
+        at = (thing["xy"][0], thing["xy"][1] - STAR_PT * point_m * (thing["name"] == meta["goal"]))
+        place = _place(at, text, point_m)
+        if any(_meet(place, other) for other in taken):
+            continue
+        taken.append(place)
+        frame = {"boxstyle": "round,pad=0.2", "fc": "white", "ec": tint, "alpha": 0.9}
+        axes.annotate(text, at, fontsize=7, ha="center", va="center", zorder=7, bbox=frame)
+
+
+def _place(xy: tuple[float, float], text: str, point_m: float) -> Extent:
+    """Where a label of this text lies on the map, about."""
+    half_x, half_y = len(text) * CHARACTER_PT * point_m / 2, LINE_PT * point_m / 2
+    return xy[0] - half_x, xy[0] + half_x, xy[1] - half_y, xy[1] + half_y
+
+
+def _meet(a: Extent, b: Extent) -> bool:
+    return a[0] < b[1] and b[0] < a[1] and a[2] < b[3] and b[2] < a[3]
 
 
 def _path(axes: Axes, arrays: dict[str, NDArray[Any]], run_dir: Path) -> None:
@@ -158,12 +169,15 @@ def _target(axes: Axes, meta: dict[str, Any], summary: dict[str, Any]) -> None:
         axes.plot(*meta["stopped_at"], "*", color=colour, ms=20, mec="black", zorder=9)
 
 
-def _window(axes: Axes, arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> None:
+def _window(arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -> Extent:
+    """What is known, with a margin: x from, to, y from, to, m."""
     rows, cols = np.nonzero(arrays["free"] | arrays["occupied"])
     f = meta["frame"]
-    r = f["resolution_m"]
-    axes.set_xlim(f["x0_m"] + cols.min() * r - MARGIN_M, f["x0_m"] + cols.max() * r + MARGIN_M)
-    axes.set_ylim(f["y0_m"] + rows.min() * r - MARGIN_M, f["y0_m"] + rows.max() * r + MARGIN_M)
+    x0, y0, r = f["x0_m"], f["y0_m"], f["resolution_m"]
+    return (
+        x0 + cols.min() * r - MARGIN_M, x0 + cols.max() * r + MARGIN_M,
+        y0 + rows.min() * r - MARGIN_M, y0 + rows.max() * r + MARGIN_M,
+    )  # fmt: skip
 
 
 def _title(meta: dict[str, Any], summary: dict[str, Any]) -> str:

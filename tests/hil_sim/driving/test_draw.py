@@ -1,0 +1,53 @@
+"""The picture of an episode: what lies close together stays readable."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+
+from hil_sim.driving.draw import draw_map
+from runtime.journal import write_map
+
+
+def thing(name: str, x: float, confidence: float) -> dict[str, object]:
+    cells = [[x, 1.0], [x + 0.05, 1.0]]
+    return {"name": name, "xy": [x, 1.0], "confidence": confidence, "rejections": 0,
+            "cells_xy": cells}  # fmt: skip
+
+
+def run_folder(folder: Path) -> Path:
+    """A room of 6 by 2 m; the toilet was found, and stands close to a towel and a bathtub."""
+    free = np.ones((40, 120), bool)
+    arrays = {"free": free, "occupied": ~free, "rooms": np.zeros((0, 40, 120)),
+              "path_xy": np.array([[0.5, 0.5], [1.5, 0.5]])}  # fmt: skip
+    objects = [thing("towel", 2.1, 0.99), thing("toilet", 2.0, 0.9), thing("bathtub", 2.2, 0.95),
+               thing("sink", 5.0, 0.7), thing("vase", 1.0, 0.3)]  # fmt: skip
+    write_map(folder, arrays, {
+        "frame": {"x0_m": 0.0, "y0_m": 0.0, "resolution_m": 0.05}, "goal": "toilet",
+        "objects": objects, "frontiers": [], "room_names": [], "elected": None,
+        "stopped_at": [2.0, 1.0],
+    })  # fmt: skip
+    return folder
+
+
+def test_the_goal_is_named_and_no_name_covers_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    named: list[str] = []
+    real = Axes.annotate
+    monkeypatch.setattr(Axes, "annotate", lambda axes, text, *rest, **more: (
+        named.append(text), real(axes, text, *rest, **more))[1])  # fmt: skip
+    draw_map(run_folder(tmp_path), tmp_path / "map.png")
+    assert named[0] == "toilet"
+    assert "towel" in named  # above the toilet's name, which stands below the star
+    assert "bathtub" not in named  # would cover the towel's
+    assert "sink" in named
+    assert "vase" not in named  # not sure enough
+
+
+def test_the_picture_has_the_shape_of_what_is_known(tmp_path: Path) -> None:
+    out = draw_map(run_folder(tmp_path), tmp_path / "map.png")
+    height, width = cv2.imread(str(out)).shape[:2]
+    assert width > 2 * height
