@@ -1,7 +1,6 @@
 """What the documents tell a reader to type, click and open exists: commands with their options,
 configuration keys, links, files. Nothing is run."""
 
-import dataclasses
 import importlib.util
 import os
 import re
@@ -17,7 +16,7 @@ from places import ROOT
 from hil_sim.__main__ import cli as hil_sim
 from hil_sim.driving.methods import METHODS
 from runtime.__main__ import cli as rfnav
-from runtime.config import Config
+from runtime.config import known_keys
 
 PAGES = [
     ROOT / "README.md",
@@ -133,29 +132,13 @@ def _wrong_command(command: click.Command, name: str, rest: list[str], whole: bo
 def _wrong_value(given: dict[str, object]) -> str | None:
     for values in (given.get("sets"), given.get("settings")):
         for setting in values if isinstance(values, list | tuple) else ():
-            if setting.partition("=")[0] not in config_keys():
+            if setting.partition("=")[0] not in known_keys():
                 return f"no key {setting}"
     methods = given.get("method") or given.get("methods") or ()
     for method in (methods,) if isinstance(methods, str) else methods:
         if method not in METHODS:
             return f"no method {method}"
     return None
-
-
-def config_keys() -> set[str]:
-    """All keys of the configuration, dotted; tables too."""
-    found: set[str] = set()
-
-    def walk(value: object, prefix: str) -> None:
-        for field in dataclasses.fields(value):  # type: ignore[arg-type]
-            inner = getattr(value, field.name)
-            name = prefix if field.name == "navigate" else f"{prefix}{field.name}"
-            found.add(name)
-            if dataclasses.is_dataclass(inner):
-                walk(inner, name and f"{name}.")
-
-    walk(Config(), "")
-    return found
 
 
 def slug(heading: str) -> str:
@@ -194,13 +177,13 @@ def test_every_file_that_is_named_exists(page: Path) -> None:
 
 @pytest.mark.parametrize("page", TOLD, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_key_that_is_named_exists(page: Path) -> None:
-    keys = config_keys()
+    tables = {key.partition(".")[0] for key in known_keys()}
     for name in INLINE.findall(FENCED.sub("", text_of(page))):
         key = name.partition(" ")[0].partition("=")[0]
         if key.endswith((".py", ".png")):
             continue
-        if re.fullmatch(r"[a-z_]+(\.[a-z_0-9]+)+", key) and key.partition(".")[0] in keys:
-            assert key in keys or _is_module(key), name
+        if re.fullmatch(r"[a-z_]+(\.[a-z_0-9]+)+", key) and key.partition(".")[0] in tables:
+            assert key in known_keys() or _is_module(key), name
 
 
 def _is_module(name: str) -> bool:
