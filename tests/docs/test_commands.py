@@ -25,6 +25,8 @@ PAGES = [
     ROOT / "hil_sim/scenes/robothor/README.md",
     *sorted((ROOT / "docs").glob("*.md")),
 ]
+LAB = sorted((ROOT / "docs/lab").glob("*.md"))
+"""What was tried, and how: its commands are of their day, its links and pictures are not."""
 TOLD = [page for page in PAGES if page.name != "ARCHITECTURE.md"]
 """Where `table.key` is a key of the configuration, and no function of a module."""
 PROGRAMS = {"hil-sim": hil_sim, "rfnav": rfnav}
@@ -153,7 +155,7 @@ def test_every_command_and_option_exists(page: Path) -> None:
     assert not faults, "\n".join(faults)
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", [*PAGES, *LAB], ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_link_leads_somewhere(page: Path) -> None:
     for file, anchor in re.findall(r"\]\(([^)#\s]*)(?:#([^)]*))?\)", text_of(page)):
         if file.startswith(("http://", "https://")):
@@ -191,6 +193,12 @@ def _is_module(name: str) -> bool:
         return importlib.util.find_spec(name) is not None
     except ModuleNotFoundError:
         return False
+
+
+def test_every_figure_is_shown_somewhere() -> None:
+    text = "".join(page.read_text(encoding="utf-8") for page in [*PAGES, *LAB])
+    unused = [p.name for p in (ROOT / "docs/figures").iterdir() if f"figures/{p.name})" not in text]
+    assert not unused
 
 
 def test_there_is_much_to_check() -> None:
