@@ -2,8 +2,7 @@
 
 Wall times and the order of lines are left out, everything else must be equal to the last digit:
 the configuration, every episode, every step of its track. Keys that were renamed since are the same
-keys. Exit status: 0 equal, 1 different, with
-the first difference named, 2 an error.
+keys. Exit status: 0 equal, 1 different, with the first difference named, 2 an error.
 """
 
 import json
@@ -12,10 +11,9 @@ from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
-from hil_sim.evaluation.results import RESULTS_FILE, RUN_FILE
+from hil_sim.evaluation.results import RESULTS_FILE, RUN_FILE, run_of
 from hil_sim.ground_truth.witness import TRACK_FILE
 from runtime.errors import RfNavError
-from runtime.former_keys import modern
 
 Rows = dict[tuple[str, str], dict[str, Any]]
 
@@ -67,16 +65,11 @@ def _rows(folder: Path) -> Rows:
 
 
 def _run(folder: Path) -> dict[str, Any]:
-    """The configuration that a folder was driven with, its settings by the keys' names of today."""
-    table = _json(folder / RUN_FILE)
-    return table | {"settings": [modern(setting) for setting in table.get("settings", [])]}
-
-
-def _json(path: Path) -> dict[str, Any]:
-    if not path.is_file():
+    run = run_of(folder)
+    if not run:
+        path = folder / RUN_FILE
         raise RfNavError(f"{path}: no such file; name folders that `hil-sim eval` has written")
-    table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    return table
+    return run
 
 
 def main(arguments: list[str]) -> int:

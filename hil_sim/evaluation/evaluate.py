@@ -5,6 +5,7 @@ import json
 import signal
 import sys
 import time
+import tomllib
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
@@ -16,7 +17,7 @@ from tqdm import tqdm
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.evaluation.pool import Work, local
-from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors
+from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors, run_of
 from hil_sim.evaluation.summary import Summary, summarise
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
 from hil_sim.ground_truth.episodes import Episode, save_suite
@@ -188,19 +189,17 @@ def claim(evaluation: Evaluation) -> None:
         "tilt": settings.tilt,
         "seed": settings.seed,
         "realtime": settings.realtime,
-        "models": _digest(MANIFEST.read_text(encoding="utf-8")),
+        "models": _digest(json.dumps(tomllib.loads(MANIFEST.read_text(encoding="utf-8")))),
     }
     path = settings.out / RUN_FILE
     try:
         settings.out.mkdir(parents=True, exist_ok=True)
-        if path.is_file():
-            other = json.loads(path.read_text(encoding="utf-8"))
-            other["settings"] = [modern(setting) for setting in other.get("settings", [])]
-            different = [key for key, value in mine.items() if other.get(key) != value]
-            if different:
-                raise HarnessError(
-                    f"{settings.out}: holds results of another {different[0]}; choose another --out"
-                )
+        other = run_of(settings.out)
+        different = [key for key, value in mine.items() if other and other.get(key) != value]
+        if different:
+            raise HarnessError(
+                f"{settings.out}: holds results of another {different[0]}; choose another --out"
+            )
         path.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
         save_suite(evaluation.all_episodes, settings.out / SUITE_FILE)
     except OSError as error:

@@ -6,15 +6,20 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import METHODS
 from hil_sim.ground_truth.episodes import Episode
+from runtime.former_keys import modern
 
 RUN_FILE = "run.json"
 RESULTS_FILE, SUITE_FILE, TIMES_FILE = "episodes.jsonl", "suite.json", "times.jsonl"
 LOCK_FILE = ".lock"
+FORMER_MODELS = {"06f013d8935ca412": "1f57d91d3cd921bb"}
+"""What run.json of a4db551 calls the models that are bundled: a digest of the manifest with its
+comments, one of which has changed since."""
 FRAMES = ("rendered", "recalled")
 """Counts that stand among the wall times, since they depend on what ran together."""
 
@@ -35,6 +40,18 @@ def sole(out: Path) -> Iterator[None]:
                 f"{out}: in use by another `hil-sim eval`; wait for it or choose another --out"
             ) from None
         yield
+
+
+def run_of(out: Path) -> dict[str, Any]:
+    """The configuration that a folder was driven with, by the names of today; {} where no run.json
+    is."""
+    path = out / RUN_FILE
+    if not path.is_file():
+        return {}
+    run: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    settings = [modern(setting) for setting in run.get("settings", [])]
+    models = str(run.get("models"))
+    return run | {"settings": settings, "models": FORMER_MODELS.get(models, models)}
 
 
 class Results:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hil_sim.evaluation.compare import main
+from hil_sim.evaluation.results import FORMER_MODELS
 
 
 def folder(
@@ -42,6 +43,18 @@ def test_a_key_that_was_renamed_since_is_the_same_key(tmp_path: Path) -> None:
     other = folder(tmp_path / "c", settings=("research.experts_bar=1.4", "models.threads=1"))
     assert main([one, two]) == 0
     assert main([one, other]) == 1
+
+
+def test_a_folder_from_before_the_manifest_changed_a_comment_has_the_same_models(
+    tmp_path: Path,
+) -> None:
+    runs = {"a": "06f013d8935ca412", "b": FORMER_MODELS["06f013d8935ca412"], "c": "another"}
+    for name, models in runs.items():
+        folder(tmp_path / name)
+        run = tmp_path / name / "run.json"
+        run.write_text(json.dumps({**json.loads(run.read_text()), "models": models}))
+    assert main([str(tmp_path / "a"), str(tmp_path / "b")]) == 0
+    assert main([str(tmp_path / "a"), str(tmp_path / "c")]) == 1
 
 
 @pytest.mark.parametrize(
