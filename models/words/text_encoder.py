@@ -18,7 +18,7 @@ Rows = NDArray[np.float32]
 
 
 class TextEncoder:
-    """`model.onnx` and `tokenizer.json` in one directory. One thread at a time may use it."""
+    """`model.onnx` and `tokenizer.json` in one directory. Any thread may use it."""
 
     def __init__(self, directory: Path, threads: int = 1) -> None:
         self._session: onnxruntime.InferenceSession = open_session(
@@ -38,11 +38,13 @@ class TextEncoder:
         return np.concatenate([self._row(text) for text in texts])
 
     def _row(self, text: str) -> Rows:
-        if text not in self._memo:
-            if len(self._memo) >= MEMO:
+        row = self._memo.get(text)
+        if row is None:
+            row = self._embedded(text)
+            if len(self._memo) >= MEMO:  # another thread may clear it, too, at any time
                 self._memo.clear()
-            self._memo[text] = self._embedded(text)
-        return self._memo[text]
+            self._memo[text] = row
+        return row
 
     def _embedded(self, text: str) -> Rows:
         ids = np.array([self._tokenizer.encode(text).ids], np.int64)

@@ -1,11 +1,13 @@
 """The text encoder ranks household words as people would."""
 
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from models.errors import ModelFileError
+from models.words import text_encoder
 from models.words.text_encoder import TextEncoder
 
 
@@ -37,3 +39,14 @@ def test_missing_and_damaged_files(tmp_path: Path) -> None:
     with pytest.raises(ModelFileError, match="not a usable ONNX file") as error:
         TextEncoder(tmp_path)
     assert "\n" not in str(error.value)
+
+
+def test_threads_may_share_an_encoder_whose_memo_is_full(
+    encoder: TextEncoder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(text_encoder, "MEMO", 1)
+    words = ["sofa", "bed", "sink", "stove"] * 5
+    alone = {word: encoder.embed([word])[0].tolist() for word in set(words)}
+    with ThreadPoolExecutor(4) as pool:
+        rows = list(pool.map(lambda word: encoder.embed([word])[0].tolist(), words))
+    assert rows == [alone[word] for word in words]
