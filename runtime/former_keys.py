@@ -1,6 +1,8 @@
 """Keys that the configuration once had: what they are called now, or which constant they became."""
 
 RENAMED = {
+    "map.clear_above_m": "robot.height_m",
+    "cloud.timeout_s": "research.cloud_timeout_s",
     "consensus.rank": "research.consensus_rank",
     "consensus.mode": "research.consensus_mode",
     "consensus.fallback": "research.consensus_fallback",
@@ -36,7 +38,6 @@ GONE = {
         "map.side_m": "SIDE_M",
         "map.stride": "STRIDE",
         "map.floor_below_m": "FLOOR_BELOW_M",
-        "map.clear_above_m": "CLEAR_ABOVE_M",
         "map.hit": "HIT",
         "map.miss": "MISS",
         "map.hits_needed": "HITS_NEEDED",

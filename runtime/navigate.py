@@ -49,7 +49,10 @@ def perceive(
     world.lens = obs.intrinsics, mount
     world.body.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
     world.grow(cfg.map.max_depth_m + 1.0)
-    outline = grid.integrate(world.map, obs, mount, cfg.robot.radius_m, cfg.map.max_depth_m)
+    robot = cfg.robot
+    outline = grid.integrate(
+        world.map, obs, mount, robot.radius_m, robot.height_m, cfg.map.max_depth_m
+    )
     coverage.look(world.explored.looked, world.map.frame, outline)
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     if detections.scene.size or cfg.keyframes.image_width_px:
@@ -109,7 +112,7 @@ def adopt(world: World, decision: Decision) -> None:
 
 def act(world: World, cfg: NavigateConfig) -> Command:
     """What to do now: finish the first look, else go to the target, else to the elected frontier.
-    The command is booked as told; a loop that steers by its course books what it sent instead."""
+    Whoever sends the command books what was sent (`steer`, `BaseState.told`)."""
     command = (
         _look_around(world, cfg)
         or approach_target(world, cfg)
@@ -117,7 +120,6 @@ def act(world: World, cfg: NavigateConfig) -> Command:
         or _finish(world, cfg)
     )
     world.body.step += 1
-    world.body.last = command
     return command
 
 

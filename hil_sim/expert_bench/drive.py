@@ -150,7 +150,7 @@ def stops(
                 asked, last = asked + 1, step
                 yield Stop(number, known, why, start)
             _decide(known, why, rng, plan.wander, eyes)
-        command = navigate.act(known, cfg)
+        command = navigate.steer(known, navigate.act(known, cfg), cfg)
         if command.action is Action.STOP or asked == plan.moments:
             return
         robot = act(robot, command.action, world, HM3D)

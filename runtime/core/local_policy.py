@@ -70,11 +70,12 @@ def limited(world: World, cfg: NavigateConfig) -> ControlConfig:
     return replace(cfg.control, max_speed_mps=0.0) if world.body.blind else cfg.control
 
 
-def likeness(command: Command, twist: Twist) -> Command:
-    """A course's command with the velocity that was sent, and the action that resembles it."""
-    if command.action is Action.STOP:
-        return replace(command, twist=STILL)
-    return replace(command, action=velocity_policy.nearest_action(twist), twist=twist)
+def as_sent(command: Command, twist: Twist) -> Command:
+    """A course's command with the velocity that was sent, and the action that resembles it; while
+    the base stands, the action is what it is about to do."""
+    sent = STILL if command.action is Action.STOP else twist
+    action = command.action if sent == STILL else velocity_policy.nearest_action(sent)
+    return replace(command, action=action, twist=sent)
 
 
 @dataclass(frozen=True)
@@ -213,12 +214,14 @@ class Velocities:
         return Action.MOVE_FORWARD, Along(world.terrain, field)
 
     def steer(self, world: World, command: Command) -> Command:
-        """With the velocity that begins the command's course."""
+        """With the velocity that begins the command's course, and the action that resembles it."""
+        if command.action is Action.STOP:
+            return replace(command, twist=STILL)
         limits, body = limited(world, self.cfg), world.body
         twist = velocity_policy.steer(
             command.course, world.pose, body.twist, body.dt_s, self.cfg.robot.radius_m, limits
         )
-        return likeness(command, twist)
+        return replace(command, action=velocity_policy.nearest_action(twist), twist=twist)
 
 
 def _moved_m(world: World, obs: Observation) -> float:

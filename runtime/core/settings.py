@@ -14,6 +14,7 @@ class RobotConfig:
     """[robot]"""
 
     radius_m: float = key(0.18, "Radius of the robot's body, a disc.", "m", positive=True)
+    height_m: float = key(1.0, "Its height: what is higher does not block it.", "m", positive=True)
 
 
 @dataclass(frozen=True)

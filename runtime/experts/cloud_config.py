@@ -38,7 +38,10 @@ class CloudConfig:
         "text", '"text": no image leaves the robot; "full": SLE may send its pictures.'
     )
     timeout_s: float = key(
-        20.0, "The longest that a call may take, where the decision allows more.", "s"
+        20.0,
+        "The longest that a call may take, where the decision allows more.",
+        "s",
+        research="cloud_timeout_s",
     )
     spending_file: str = key(
         "", "SQLite file of what was spent; \"\" is one in RF-NAV's state.",

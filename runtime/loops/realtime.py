@@ -21,7 +21,7 @@ from runtime import navigate
 from runtime.clock import Clock, Deadline
 from runtime.config import Config
 from runtime.core.geometry import wrap_angle
-from runtime.core.local_policy import likeness, limited
+from runtime.core.local_policy import as_sent, limited
 from runtime.core.types import Ballot, Brief, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, World
@@ -267,7 +267,7 @@ class RealTime:
 
     def _follow(self, drive: _Drive, world: World, command: Command, frame_s: float) -> None:
         """Have the control loop follow the command's course; booked is what it sent last."""
-        command = world.body.told(likeness(command, self._control.sent()))
+        command = world.body.told(as_sent(command, self._control.sent()))
         report = drive.search.stepped(world, command, self._models.rung())
         seconds = dict(drive.search.seconds)
         told = {"seconds": seconds, "models": self._models.health()}

@@ -48,7 +48,7 @@ def search(
             decision = navigate.decide(navigate.snapshot(world, why, cfg), panel, None, cfg)
             navigate.adopt(world, decision)
             decisions.append(decision)
-        commands.append(navigate.act(world, cfg))
+        commands.append(navigate.steer(world, navigate.act(world, cfg), cfg))
         if commands[-1].action is Action.STOP:
             break
         home.apply(commands[-1].action)

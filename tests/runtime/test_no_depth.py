@@ -30,7 +30,7 @@ def test_frames_without_depth_place_nothing(depth: float) -> None:
     for k in range(3):
         frame = replace(blind, stamp_ns=obs.stamp_ns + k)
         navigate.perceive(world, frame, toilet, MOUNT, CFG)
-        navigate.act(world, CFG)
+        navigate.steer(world, navigate.act(world, CFG), CFG)
     assert not world.semantic.instances
     navigate.perceive(world, replace(obs, stamp_ns=obs.stamp_ns + 9), toilet, MOUNT, CFG)
     assert world.semantic.instances

@@ -25,7 +25,6 @@ RESOLUTION_M = 0.05  # side of a cell; a camera's depth is good to about as much
 SIDE_M = 24.0  # of the first grid; it grows when the robot leaves it
 STRIDE = 2  # every n-th pixel of the depth image is used
 FLOOR_BELOW_M = 0.07  # points under this height are floor
-CLEAR_ABOVE_M = 1.0  # points over this height do not block the robot
 HIT = 4  # evidence of a frame with obstacle points in a cell
 MISS = 2  # evidence of a frame that shows floor in a cell
 HITS_NEEDED = 2  # obstacle points in a cell that make a hit
@@ -196,17 +195,23 @@ class NavigationMap:
 
 
 def integrate(
-    grid: NavigationMap, obs: Observation, mount: Mount, radius_m: float, max_depth_m: float
+    grid: NavigationMap,
+    obs: Observation,
+    mount: Mount,
+    radius_m: float,
+    height_m: float,
+    max_depth_m: float,
 ) -> F64:
-    """Add one depth image. Returns the view's outline, (V, 2) m in the map frame: the camera and
-    the free range along each azimuth. The grid must already reach as far as the camera sees."""
+    """Add one depth image, for a body of that radius and height. Returns the view's outline,
+    (V, 2) m in the map frame: the camera and the free range along each azimuth. The grid must
+    already reach as far as the camera sees."""
     table, half = rays(obs.intrinsics, mount, STRIDE), STRIDE // 2
     depth = np.ascontiguousarray(obs.depth_m[half::STRIDE, half::STRIDE])
     depth = np.where((depth > 0) & (depth <= max_depth_m), depth, np.float32(0))
     height = depth * table.up + np.float32(mount.z_m)
     valid = depth > 0
     floor = valid & (np.abs(height) < FLOOR_BELOW_M)
-    obstacle = valid & (height >= FLOOR_BELOW_M) & (height <= CLEAR_ABOVE_M)
+    obstacle = valid & (height >= FLOOR_BELOW_M) & (height <= height_m)
     outline = _outline(table, depth * table.reach, floor, obstacle, obs.pose, mount)
     cells, window = _cells(grid.frame, depth * table.forward, depth * table.left, obs.pose, mount)
     _count(grid, window, cells.ravel()[floor.ravel()], cells.ravel()[obstacle.ravel()])

@@ -22,7 +22,7 @@ from runtime.core.mapping.grid import (
 from runtime.core.types import Observation, Pose
 
 DEPTH_M = 5.0
-RADIUS = 0.18
+RADIUS, HEIGHT = 0.18, 1.0
 START = Pose(3.0, 3.6, 0.0)
 
 
@@ -38,7 +38,7 @@ def mapped(pose: Pose = START, turns: int = 12) -> tuple[NavigationMap, Apartmen
     grid = NavigationMap.around(pose, RADIUS)
     for n in range(turns):
         home.pose = Pose(pose.x_m, pose.y_m, n * math.pi / 6)
-        integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
+        integrate(grid, home.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
     return grid, home
 
 
@@ -94,7 +94,7 @@ def test_seen_floor_clears_what_went_away():
     grid.evidence[row, col] = OCCUPIED_AT
     grid.changed()
     for _ in range(3):
-        integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
+        integrate(grid, home.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
     assert grid.free[row, col]
 
 
@@ -103,7 +103,7 @@ def test_a_bump_stays_until_the_body_has_been_there():
     pose = START
     grid.bump(pose, RADIUS)
     cell = grid.frame.cell(START.x_m + RADIUS + 0.075, START.y_m)
-    integrate(grid, home.observe(), MOUNT, RADIUS, DEPTH_M)
+    integrate(grid, home.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
     assert grid.occupied[cell]
     grid.drive_over(Pose(START.x_m + 0.2, START.y_m, 0.0), RADIUS)
     assert grid.free[cell]
@@ -132,7 +132,7 @@ def test_no_depth_image_breaks_the_map(seed: int, x: float, y: float, yaw: float
     rgb = np.zeros((120, 160, 3), np.uint8)
     grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS)
     obs = Observation(0, rgb, depth, Pose(x, y, yaw), INTRINSICS)
-    outline = integrate(grid, obs, MOUNT, RADIUS, DEPTH_M)
+    outline = integrate(grid, obs, MOUNT, RADIUS, HEIGHT, DEPTH_M)
     assert np.isfinite(outline).all()
     assert np.abs(grid.evidence).max() <= EVIDENCE_MAX
     assert grid.free[grid.frame.cell(x, y)]  # the body stands there
@@ -143,7 +143,7 @@ def test_nothing_seen_changes_nothing():
     before = grid.free.copy()
     rgb = np.zeros((120, 160, 3), np.uint8)
     obs = Observation(0, rgb, np.zeros((120, 160), np.float32), START, INTRINSICS)
-    integrate(grid, obs, MOUNT, RADIUS, DEPTH_M)
+    integrate(grid, obs, MOUNT, RADIUS, HEIGHT, DEPTH_M)
     assert (grid.free == before).all()
 
 
@@ -174,7 +174,7 @@ def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tupl
         there.pose = Pose(*pose)
         before = grid.free
         kept = before.copy()
-        integrate(grid, there.observe(), MOUNT, RADIUS, DEPTH_M)
+        integrate(grid, there.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
         if n % 2:
             grid.bump(there.pose, RADIUS)
         derived = [grid.occupied, grid.free, grid.unknown]
@@ -187,3 +187,15 @@ def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tupl
     held = np.zeros(grid.frame.shape, bool)
     held[window] = True
     assert held[~grid.unknown].all()
+
+
+def test_what_is_higher_than_the_robot_does_not_block_it():
+    """Walls of a room, to a robot of 1 m and to one that is lower than what the map calls floor."""
+    home, blocked = Apartment.of(TWO_ROOMS, START), []
+    for height_m in (HEIGHT, 0.01):
+        grid = NavigationMap.around(START, RADIUS)
+        for _ in range(3):
+            integrate(grid, home.observe(), MOUNT, RADIUS, height_m, DEPTH_M)
+        blocked.append(int(grid.occupied.sum()))
+    assert blocked[0] > 20
+    assert blocked[1] == 0

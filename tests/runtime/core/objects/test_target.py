@@ -351,7 +351,7 @@ def drive(score: float, steps: int = 200) -> tuple[World, list[navigate.Command]
         if why:
             snap = navigate.snapshot(world, why, cfg)
             navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg))
-        commands.append(navigate.act(world, cfg))
+        commands.append(navigate.steer(world, navigate.act(world, cfg), cfg))
         if commands[-1].action is Action.STOP:
             break
         home.apply(commands[-1].action)
