@@ -5,10 +5,8 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from runtime.core.distances.planner import Field
-from runtime.core.objects.instances import Instance
+from runtime.core.objects.instances import RIVAL, Instance, at_one_height, same_thing
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.objects.standpoints import REACH_M
 from runtime.core.objects.verdict import INSPECT_LOG_ODDS
@@ -16,9 +14,7 @@ from runtime.core.objects.verdict import INSPECT_LOG_ODDS
 KEEP_LOG_ODDS = 0.0  # enough to go on for, once on the way
 DETOUR_M = 10.0  # what going to something else costs
 KEEP_M = 1.0  # by so much must another be better to be gone to instead
-RIVAL_SHARE = 0.5  # of footprint and height, shared with what is more surely another
-RIVAL_COSINE = 0.6  # and that alike, or of one size
-RIVAL_SIZE = 0.5  # of the longer side, the shorter's share
+RIVAL_SHARE = 0.5  # of the smaller footprint, shared with what is more surely another
 APART_CONFIDENCE = 0.9  # from which on something else keeps its cells to itself,
 APART_SIZE = 1.2  # unless it is so much larger than the target
 BESIDE_M = 1.5  # between the middles of two things that may share a place
@@ -68,8 +64,7 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap) -> bool:
         if math.dist(other.xy, instance.xy) <= BESIDE_M
         and other.name != goal
         and other.log_odds > instance.log_odds
-        and _level(instance, other)
-        and _resemble(instance, other)
+        and same_thing(instance, other, RIVAL)
     ]
     mine = _places(instance) if rivals else frozenset()
     for other in rivals:
@@ -77,22 +72,6 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap) -> bool:
         if len(mine & theirs) >= RIVAL_SHARE * min(len(mine), len(theirs)):
             return True
     return False
-
-
-def _level(a: Instance, b: Instance) -> bool:
-    """Whether two things are at one height, and not one on top of the other."""
-    common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
-    return common >= RIVAL_SHARE * min(a.high_m - a.low_m, b.high_m - b.low_m)
-
-
-def _resemble(a: Instance, b: Instance) -> bool:
-    """Whether two things in one place look as if they were one: a chair at a desk does not. Where
-    a detector gives no embeddings, they must at least be of one size: a clock is no nightstand."""
-    one, other = a.embedding, b.embedding
-    if one.size and one.shape == other.shape:
-        return float(one @ other) >= RIVAL_COSINE
-    lengths = [float(np.ptp(thing.cells_xy, axis=0).max()) for thing in (a, b)]
-    return min(lengths) >= RIVAL_SIZE * max(lengths)
 
 
 def apart(instance: Instance, semantic: SemanticMap) -> Instance:
@@ -106,7 +85,7 @@ def apart(instance: Instance, semantic: SemanticMap) -> Instance:
             and other.confidence >= APART_CONFIDENCE
             and math.dist(other.xy, instance.xy) <= BESIDE_M
             and len(other.cells_xy) <= largest
-            and _level(instance, other)
+            and at_one_height(instance, other)
         ):
             theirs |= _places(other)
     own = [cell not in theirs for cell in map(tuple, instance.cells_xy.round(3).tolist())]

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from runtime.core.geometry import GridFrame, wrap_angle
+from runtime.core.mapping.grid import RESOLUTION_M
 from runtime.core.types import F32, F64, Pose
 
 LEAST_M = 0.15  # what is so near to an instance's middle is of it
@@ -18,10 +19,12 @@ STRAY = 2.4  # times the median distance from its middle: cells beyond are not o
 ASSOCIATE_M = 0.6  # between a detection and the instance it is another view of
 OTHER_NAME_M = 0.3  # that much nearer, when it was never called that before,
 SAME_COSINE = 0.7
-"""Its embedding at least so like: of one thing's views that were given two names a third are, of
-different things less than a metre apart 2 %."""
+"""Of their embeddings, for two things that are joined to one: of one thing's views that were given
+two names a third are so alike, of different things less than a metre apart 2 %."""
 SAME_SIZE_SHARE = 0.35  # the shorter of the two at least that share of the longer,
 SAME_HEIGHT_SHARE = 0.5  # and that much of the flatter one's height in common
+RIVAL_COSINE = 0.6  # for two things of which the surer outdoes the other
+RIVAL_SIZE = 0.5  # of the longer one's length, the shorter's share, where looks are not told
 NEUTRAL_SCORE = 0.25  # a detection of this score speaks neither for nor against
 MAX_STEP = 2.0  # of log-odds that one view can add
 MISS_STEP = 0.5  # of log-odds that a view without the object costs
@@ -117,6 +120,22 @@ class Instance:
         return self.views[self.evidence[name].since :] if name in self.evidence else self.views[:]
 
 
+@dataclass(frozen=True)
+class Likeness:
+    """How alike two things have to be: by the cosine of their embeddings and by the share that the
+    shorter has of the longer one's length, or by that alone where embeddings are not told."""
+
+    cosine: float
+    size: float
+    size_unseen: float
+
+
+# To be joined is for good, to be outdone is not: new views may turn it. One bar for both lost a
+# find (docs/lab/searches.md).
+ONE_THING = Likeness(SAME_COSINE, SAME_SIZE_SHARE, math.inf)
+RIVAL = Likeness(RIVAL_COSINE, 0.0, RIVAL_SIZE)
+
+
 def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
     """Length and width of the footprint's tightest rectangle, and height, m: of what was seen."""
     _, sides, _ = cv2.minAreaRect(instance.cells_xy.astype(np.float32))
@@ -158,7 +177,7 @@ def fuse(
     cells = without_strays(footprint(frame, sighting.points[:, :2]))
     seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    instance = same(instances, seen, frame.resolution_m)
+    instance = same(instances, seen)
     if instance is None:
         instance = instances[new_id] = seen
     else:
@@ -232,10 +251,10 @@ def _middle(ordered: F64) -> F64:
     return np.asarray((ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2)
 
 
-def same(instances: Mapping[int, Instance], seen: Instance, cell_m: float) -> Instance | None:
+def same(instances: Mapping[int, Instance], seen: Instance) -> Instance | None:
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
-    new to it costs as much as `other_name_m`."""
+    new to it costs as much as OTHER_NAME_M."""
     (name,) = seen.evidence
     best: tuple[float, int] | None = None
     for instance in instances.values():
@@ -253,23 +272,28 @@ def same(instances: Mapping[int, Instance], seen: Instance, cell_m: float) -> In
             gap += OTHER_NAME_M
         if gap > ASSOCIATE_M or (best is not None and (gap, instance.id) >= best):
             continue
-        if known or alike(instance, seen, cell_m):
+        if known or same_thing(instance, seen, ONE_THING):
             best = gap, instance.id
     return instances[best[1]] if best else None
 
 
-def alike(a: Instance, b: Instance, cell_m: float) -> bool:
-    """Whether two things in one place could be one that was called by two names: they look alike,
-    stand at one height, and neither is much smaller than the other."""
+def same_thing(a: Instance, b: Instance, bar: Likeness) -> bool:
+    """Whether two things in one place could be one that was called by two names: they stand at one
+    height, neither is much smaller than the other, and they look alike. Where the detector does
+    not tell how things look, their size has to do: a clock is no nightstand."""
+    if not at_one_height(a, b):
+        return False
+    lengths = size_m(a, RESOLUTION_M)[0], size_m(b, RESOLUTION_M)[0]
     one, other = a.embedding, b.embedding
-    if not one.size or one.shape != other.shape or float(one @ other) < SAME_COSINE:
-        return False
+    if one.size and one.shape == other.shape:
+        return float(one @ other) >= bar.cosine and min(lengths) >= bar.size * max(lengths)
+    return min(lengths) >= bar.size_unseen * max(lengths)
+
+
+def at_one_height(a: Instance, b: Instance) -> bool:
+    """Whether two things are at one height, and not one on top of the other."""
     common = min(a.high_m, b.high_m) - max(a.low_m, b.low_m)
-    least = min(a.high_m - a.low_m, b.high_m - b.low_m)
-    if common < SAME_HEIGHT_SHARE * least:
-        return False
-    lengths = size_m(a, cell_m)[0], size_m(b, cell_m)[0]
-    return min(lengths) >= SAME_SIZE_SHARE * max(lengths)
+    return common >= SAME_HEIGHT_SHARE * min(a.high_m - a.low_m, b.high_m - b.low_m)
 
 
 def weigh(instance: Instance, name: str, step: float, pose: Pose) -> None:
