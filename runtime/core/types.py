@@ -155,6 +155,12 @@ class Vote:
     reason: str
     rung: str = "local"  # which rung of the ladder answered
     against: tuple[int, ...] = ()  # frontiers it speaks against; see `ConsensusConfig.veto`
+    reasons: tuple[tuple[int, str], ...] = ()
+    """(id, why) of each frontier of the set, sorted by id; () when the reason is of all at once."""
+
+    def reason_for(self, frontier: int) -> str:
+        """What was said of this frontier, where reasons are given by frontier; else all of it."""
+        return dict(self.reasons).get(frontier, self.reason)
 
 
 class Absence(StrEnum):

@@ -286,4 +286,5 @@ def _checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
         frontiers=tuple(sorted(set(outcome.frontiers))),
         probabilities=tuple(sorted(pair for pair in outcome.probabilities if pair[0] in known)),
         against=tuple(sorted(known.intersection(outcome.against))),
+        reasons=tuple(sorted(pair for pair in outcome.reasons if pair[0] in known)),
     )

@@ -4,6 +4,7 @@ are arguments, monotonic seconds of arrival."""
 import math
 from collections import Counter
 from dataclasses import dataclass
+from enum import StrEnum
 
 from runtime.core.geometry import wrap_angle
 from runtime.core.keys import key
@@ -49,11 +50,21 @@ class Odometry:
     arrival_s: float
 
 
+class HaltKind(StrEnum):
+    """What is stale or broken."""
+
+    ODOMETRY = "odometry"  # none, or none that is new
+    CLOCK = "clock"  # odometry's went back
+    JUMP = "jump"  # of odometry
+    FRAME = "frame"  # none, or none that is new
+    PLAN = "plan"  # of too old a frame
+
+
 @dataclass(frozen=True)
 class Halt:
     """Why the base is held: the kind is counted, the reason is for people."""
 
-    kind: str  # "odometry" | "clock" | "jump" | "frame" | "plan"
+    kind: HaltKind
     reason: str
 
 
@@ -66,8 +77,8 @@ class Guard:
         self._last: Odometry | None = None
         self._broken: Halt | None = None
         self._broken_s = -math.inf
-        self._standing: str = ""
-        self.halts: Counter[str] = Counter()  # by kind
+        self._standing: HaltKind | None = None
+        self.halts: Counter[HaltKind] = Counter()
 
     def watch(self, odometry: Odometry) -> None:
         """The newest odometry, driving or not; the same may be given again."""
@@ -79,10 +90,11 @@ class Guard:
         turned_rad = abs(wrap_angle(b.yaw_rad - a.yaw_rad))
         if odometry.stamp_ns < last.stamp_ns:
             back_s = (last.stamp_ns - odometry.stamp_ns) / 1e9
-            self._break(odometry, Halt("clock", f"odometry's clock went back by {back_s:.2f} s"))
+            what = f"odometry's clock went back by {back_s:.2f} s"
+            self._break(odometry, Halt(HaltKind.CLOCK, what))
         elif moved_m > self._cfg.odom_jump_m or turned_rad > self._cfg.odom_jump_rad:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
-            self._break(odometry, Halt("jump", what))
+            self._break(odometry, Halt(HaltKind.JUMP, what))
 
     def check(
         self,
@@ -96,10 +108,10 @@ class Guard:
         arrival of the frame that the plan was made of. Only a robot that is driving is halted, as
         far as the counts go."""
         halt = self._judge(now_s, odometry, frame_s, plan_s)
-        kind = halt.kind if halt and driving else ""
-        if kind == "plan" and self._standing:
+        kind = halt.kind if halt and driving else None
+        if kind is HaltKind.PLAN and self._standing:
             return halt  # what was missing is back, but no plan was made of it yet
-        if kind and kind != self._standing:
+        if kind is not None and kind is not self._standing:
             self.halts[kind] += 1
         self._standing = kind
         return halt
@@ -112,17 +124,17 @@ class Guard:
     ) -> Halt | None:
         cfg = self._cfg
         if odometry is None:
-            return Halt("odometry", "no odometry yet")
+            return Halt(HaltKind.ODOMETRY, "no odometry yet")
         if now_s - odometry.arrival_s > cfg.odom_stale_s:
-            return Halt("odometry", f"no odometry for {now_s - odometry.arrival_s:.1f} s")
+            return Halt(HaltKind.ODOMETRY, f"no odometry for {now_s - odometry.arrival_s:.1f} s")
         if self._broken is not None:
             if plan_s <= self._broken_s:
                 return self._broken
             self._broken = None
         if frame_s is None:
-            return Halt("frame", "no matched colour and depth yet")
+            return Halt(HaltKind.FRAME, "no matched colour and depth yet")
         if now_s - frame_s > cfg.frame_stale_s:
-            return Halt("frame", f"no matched colour and depth for {now_s - frame_s:.1f} s")
+            return Halt(HaltKind.FRAME, f"no matched colour and depth for {now_s - frame_s:.1f} s")
         if now_s - plan_s > cfg.plan_stale_s:
-            return Halt("plan", f"the plan is {now_s - plan_s:.1f} s old")
+            return Halt(HaltKind.PLAN, f"the plan is {now_s - plan_s:.1f} s old")
         return None

@@ -13,18 +13,18 @@ def in_words(decision: Decision) -> str:
     without r2f: 3"."""
     if decision.frontier is None:
         return "no frontier can be reached"
-    parts = [f"frontier {decision.frontier}, {_why(decision)}"]
+    parts = [f"frontier {decision.frontier}, {_why(decision, decision.frontier)}"]
     if decision.closest != decision.frontier:
         parts.append(f"the closest is {decision.closest}")
     others = [f"without {e}: {i}" for e, i in decision.without if i != decision.frontier]
     return "; ".join(parts + others)
 
 
-def _why(decision: Decision) -> str:
+def _why(decision: Decision, elected: int) -> str:
     votes = decision.ballot.votes
-    backers = [v for v in votes if decision.frontier in v.frontiers] or list(votes)
+    backers = [v for v in votes if elected in v.frontiers] or list(votes)
     if decision.chosen:
-        said = "; ".join(f"{v.expert}: {_reason(v, decision.frontier)}" for v in backers)
+        said = "; ".join(f"{v.expert}: {_reason(v, elected)}" for v in backers)
         names = [v.expert for v in backers]
         verb = {
             "lone": "for which {0} alone speaks",
@@ -50,11 +50,8 @@ def _no_agreement(decision: Decision) -> str:
     return f"{_listed(names)} do not agree{beside}"
 
 
-def _reason(vote: Vote, frontier: int | None) -> str:
-    """What was said of this frontier, where reasons are listed by frontier; else all of it."""
-    prefix = f"{frontier}: "
-    own = [part for part in vote.reason.split("; ") if part.startswith(prefix)]
-    text = own[0].removeprefix(prefix) if own else vote.reason
+def _reason(vote: Vote, frontier: int) -> str:
+    text = vote.reason_for(frontier)
     return text if len(text) <= REASON_MAX else text[: REASON_MAX - 1] + "…"
 
 

@@ -248,9 +248,10 @@ def recommend(
     chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
     if not chosen:
         return Missing(expert, Absence.NO_PREFERENCE)
-    reason = "; ".join(f"{i}: {told[i]} ({p[i]:.2f})" for i in chosen)
+    reasons = tuple((i, f"{told[i]} ({p[i]:.2f})") for i in chosen)
+    reason = "; ".join(f"{i}: {why}" for i, why in reasons)
     against = tuple(i for i in ids if p[i] <= cfg.doubt / len(ids))
-    return Vote(expert, chosen, tuple(p.items()), reason, against=against)
+    return Vote(expert, chosen, tuple(p.items()), reason, against=against, reasons=reasons)
 
 
 def _vote(

@@ -11,7 +11,8 @@ FRONTIERS = [FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)]
 
 def vote(expert: str, *ids: int) -> Vote:
     p = tuple((i, 1 / len(ids)) for i in ids)
-    return Vote(expert, ids, p, "; ".join(f"{i}: thing {i} (0.50)" for i in ids))
+    reasons = tuple((i, f"thing {i} (0.50)") for i in ids)
+    return Vote(expert, ids, p, "; ".join(f"{i}: {why}" for i, why in reasons), reasons=reasons)
 
 
 @pytest.mark.parametrize(
@@ -68,6 +69,13 @@ def test_nothing_to_choose_and_too_much_to_say():
     line = in_words(elect(Ballot((prose,)), FRONTIERS, ConsensusConfig(mode="lenient")))
     assert "…" in line
     assert len(line) < 220
+
+
+def test_a_reason_of_the_whole_set_is_told_whole():
+    prose = Vote("o2f", (2, 3), ((2, 0.5), (3, 0.5)), "both are near a sink; 3: it is a bathroom")
+    assert prose.reason_for(3) == prose.reason
+    line = in_words(elect(Ballot((prose,)), FRONTIERS, ConsensusConfig(mode="lenient")))
+    assert "o2f: both are near a sink; 3: it is a bathroom" in line
 
 
 def test_an_agreement_on_what_is_too_far_away_is_told():

@@ -95,7 +95,8 @@ def test_o2f_prefers_near_and_certain_evidence():
     p = dict(vote.probabilities)
     assert p[1] > p[3] > p[2]
     assert sum(p.values()) == pytest.approx(1.0)
-    assert "sink" in vote.reason
+    assert vote.reason == f"1: sink ({p[1]:.2f})"
+    assert vote.reason_for(1) == f"sink ({p[1]:.2f})"
 
 
 def test_the_goal_itself_is_no_evidence_for_the_goal():
