@@ -20,11 +20,13 @@ from hil_sim.driving.rig import home_of, open_world
 from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode, sample_episode
 from hil_sim.ground_truth.freespace import instances
+from hil_sim.ground_truth.witness import TARGET_MODES
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import Fault, model_fault, parse_faults
 from hil_sim.simulation.protocol import Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
+from runtime.core.world import Mode
 from runtime.errors import ConfigError
 from runtime.journal import MAP_FILE
 
@@ -151,7 +153,7 @@ def _tell(step: Step) -> None:
     state = answer.state
     frontier = state.get("frontier")
     aim = f"frontier {frontier}" if frontier is not None else "no frontier"
-    if state.get("mode") in ("target", "face", "stop", "look"):
+    if state.get("mode") in (*TARGET_MODES, Mode.LOOK):
         aim = str(state["mode"])
     click.echo(f"{step.number:4}  {answer.action.value:12}  {aim:12}  {state.get('reason', '')}")
 

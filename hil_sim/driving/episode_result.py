@@ -6,6 +6,7 @@ from enum import Enum
 from typing import Any
 
 from hil_sim.ground_truth.metrics import Outcome
+from hil_sim.ground_truth.witness import Claim
 
 
 class End(Enum):
@@ -46,7 +47,7 @@ class EpisodeResult:
     Steps count from 1, an observation each. `seen_at`: the first at which an instance of the goal
     truly showed 200 pixels within 5 m; `seen_steps`: at how many. `believed_at`: the first at which
     the runtime went for a point within 0.5 m of an instance. `claim`: whether the place that it
-    stopped for is one ("true", "false"; "" when no find was claimed). `frontier_m`: for each
+    stopped for is one. `frontier_m`: for each
     decision, the true way from the elected frontier to success, unless there is none. `actions`:
     steps by the runtime's mode. `stopped`: it ended standing still. `fault`: what was done to it.
     `wall` holds wall-clock seconds and nothing else does.
@@ -71,7 +72,7 @@ class EpisodeResult:
     seen_at: int | None = None
     seen_steps: int = 0
     believed_at: int | None = None
-    claim: str = ""
+    claim: Claim = Claim.NONE
     frontier_m: tuple[float, ...] = ()
     actions: dict[str, int] = field(default_factory=dict)
     stopped: bool = False
@@ -88,8 +89,10 @@ class EpisodeResult:
     def from_json(cls, row: dict[str, Any]) -> "EpisodeResult":
         """A row as `to_json` makes it."""
         steps = tuple(row.get("frontier_m", ()))
-        return cls(**{**row, "ended": Ended.parsed(row["ended"]), "frontier_m": steps})
+        claim = Claim(row.get("claim", Claim.NONE))
+        ended = Ended.parsed(row["ended"])
+        return cls(**{**row, "ended": ended, "claim": claim, "frontier_m": steps})
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, in the order of the fields."""
-        return {**asdict(self), "ended": str(self.ended)}
+        return {**asdict(self), "ended": str(self.ended), "claim": self.claim.value}

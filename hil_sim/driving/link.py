@@ -20,7 +20,7 @@ import zenoh
 from numpy.typing import NDArray
 
 from hil_sim.driving.child import end, last_line, spawn
-from runtime.core.types import Action, Intrinsics, Pose, Twist
+from runtime.core.types import Action, Intrinsics, Pose, SearchState, Twist
 from runtime.errors import RfNavError, SensorError
 from runtime.robot import wire
 from runtime.robot.session import (
@@ -153,8 +153,8 @@ class Runtime:
         beside: Mapping[str, bytes] = NOTHING,
     ) -> Answer:
         """Publish one observation and wait for the action: one step of the lockstep. `labels`
-        (see `sightings.true_labels`) go ahead of the images that they belong to, and so does what
-        is published `beside` them (topic: CDR)."""
+        (see `ground_truth.true_labels`) go ahead of the images that they belong to, and so does
+        what is published `beside` them (topic: CDR)."""
         for topic, payload in beside.items():
             self.publish(topic, payload)
         observation = _encoded(stamp_ns, rgb, depth_m, odometry, intrinsics, labels)
@@ -236,7 +236,7 @@ class Runtime:
             self._session = open_session(self._bus)
             self._declare()
             if wait:
-                self._wait_ready(("ready", "searching"))
+                self._wait_ready((SearchState.READY, SearchState.SEARCHING))
 
     def _declare(self) -> None:
         bus = self._bus
@@ -268,7 +268,7 @@ class Runtime:
             )
         self._declared += self._publish.values()
 
-    def _wait_ready(self, states: tuple[str, ...] = ("ready",)) -> None:
+    def _wait_ready(self, states: tuple[SearchState, ...] = (SearchState.READY,)) -> None:
         # Also for Zenoh's sake: what is sent in the first moments of a link can be lost, so the
         # status is asked until it is answered, and observations come after that.
         until_s = time.monotonic() + READY_S

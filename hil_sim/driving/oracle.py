@@ -18,6 +18,7 @@ from hil_sim.driving.link import Answer, HarnessError
 from hil_sim.ground_truth.freespace import FreeSpace
 from hil_sim.simulation.protocol import Protocol
 from runtime.core.types import Action, Pose
+from runtime.core.world import Mode
 
 TURN_COST_M = 0.01
 """Of two ways equally long, the one with fewer turns."""
@@ -73,7 +74,7 @@ class ShortestPath:
         """The next action, as a runtime says it."""
         action = self.next_action(self.where())
         self._way.pop(0)
-        mode = "stop" if action is Action.STOP else "target"
+        mode = Mode.STOP if action is Action.STOP else Mode.TARGET
         return Answer(action, {"mode": mode, "reason": "the shortest path"}, ())
 
 

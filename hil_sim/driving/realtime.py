@@ -1,8 +1,8 @@
 """An episode in real time: the base rolls and reports 50 times a second, frames come at up to 5 a
 second, and the runtime commands velocities on `cmd_vel` whenever it likes.
 
-    with Eyes(scene, protocol, episode.id, seed, renderer) as eyes:
-        run_episode(..., play=partial(realtime.drive, eyes=eyes))
+    with CameraProcess(scene, protocol, episode.id, seed, renderer) as camera:
+        run_episode(..., play=partial(realtime.drive, camera=camera))
 
 `run_realtime` does that. The runtime must have been started without `--lockstep`
 (`link.rfnav_command(())`).
@@ -32,7 +32,8 @@ from hil_sim.simulation.noise import generator
 from hil_sim.simulation.protocol import DifferentialDrive, Protocol
 from hil_sim.simulation.robot import Robot
 from hil_sim.simulation.sensors import beside
-from runtime.core.types import Action, Pose, Twist
+from runtime.core.types import Action, Pose, SearchState, Twist
+from runtime.core.world import Mode
 from runtime.robot import wire
 
 TICK_S = 0.02
@@ -41,11 +42,11 @@ LONGEST_S = 0.5
 """A tick that comes later than this does not make up for it."""
 BRAKE_S = 2.0
 """How long the base has to come to rest when the search is over."""
-OVER = ("found", "not_found")
+OVER = (SearchState.FOUND, SearchState.NOT_FOUND)
 
 
 class CameraPort(Port):
-    """What looks; see `Eyes`."""
+    """What looks; see `CameraProcess`."""
 
     busy: bool
 
@@ -70,8 +71,8 @@ def run_realtime(
     allowed is its observations times the time between them. PyBullet's calls for collisions are
     made in the calling thread; frames are rendered in another process."""
     protocol = replace(protocol, base=protocol.base or DifferentialDrive())
-    with CameraProcess(home.scene, protocol, episode.id, seed, renderer) as eyes:
-        play = partial(drive, eyes=eyes)
+    with CameraProcess(home.scene, protocol, episode.id, seed, renderer) as camera:
+        play = partial(drive, camera=camera)
         return run_episode(
             episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play
         )
@@ -101,19 +102,19 @@ class _State:
     collisions: int = 0  # until the last frame
 
 
-def drive(run: EpisodeRun, eyes: CameraPort, clock: Callable[[], float] = time.monotonic) -> None:
+def drive(run: EpisodeRun, camera: CameraPort, clock: Callable[[], float] = time.monotonic) -> None:
     """Until the runtime says that the search is over, or the time allowed has passed."""
     if not isinstance(run.driver, Runtime) or run.protocol.base is None:
         raise HarnessError("real time needs a runtime, and a base that drives")
     state = _State(clock(), clock())
     allowed_s = run.protocol.max_steps * run.protocol.observe_s
     while not run.tally.robot.stopped and state.now_s - state.began_s < allowed_s:
-        _tick(run, run.driver, eyes, state, clock)
+        _tick(run, run.driver, camera, state, clock)
         if state.said is not None and state.said.get("state") in OVER:
             _conclude(run, state, state.said)
     until_s = clock() + BRAKE_S
     while not still(run.tally.robot) and clock() < until_s:
-        _tick(run, run.driver, eyes, state, clock)
+        _tick(run, run.driver, camera, state, clock)
     run.driver.call_again(wait=False)
     run.tally.halted = still(run.tally.robot)
 
@@ -122,16 +123,16 @@ def _conclude(run: EpisodeRun, state: _State, said: dict[str, Any]) -> None:
     """The runtime says that the search is over: a stop, for what it went for last if it found."""
     tally = run.tally
     robot = tally.robot
-    aim = state.aim if said["state"] == "found" else None
+    aim = state.aim if said["state"] == SearchState.FOUND else None
     here = to_scene(robot.pose, robot.odometry(run.start))
-    run.witness.hear(tally.steps, {"mode": "stop", "toward_xy": aim}, state.decisions, here)
+    run.witness.hear(tally.steps, {"mode": Mode.STOP, "toward_xy": aim}, state.decisions, here)
     tally.decisions += len(state.decisions)
     tally.reason = str(said.get("reason", ""))
     tally.robot, state.decisions = replace(robot, stopped=True), ()
 
 
 def _tick(
-    run: EpisodeRun, runtime: Runtime, eyes: CameraPort, state: _State, clock: Callable[[], float]
+    run: EpisodeRun, runtime: Runtime, camera: CameraPort, state: _State, clock: Callable[[], float]
 ) -> None:
     """Obey, roll, report; begin a frame or hand one over when it is time."""
     time.sleep(max(0.0, state.now_s + TICK_S - clock()))
@@ -152,16 +153,16 @@ def _tick(
     _link(run, runtime, when)
     _report(run, runtime, when, stamp_ns)
     _listen(runtime, state)
-    sight = eyes.seen() if eyes.busy else None
+    sight = camera.seen() if camera.busy else None
     if sight is not None and state.frame is not None:
         _deliver(run, runtime, state, state.frame, sight)
         state.frame = None
-    if not eyes.busy and state.now_s >= state.next_frame_s:
+    if not camera.busy and state.now_s >= state.next_frame_s:
         state.next_frame_s = state.now_s + FRAME_S
         run.mishaps.move_bodies(when, run.tally.robot.pose)
         robot = run.tally.robot
         state.frame = _Frame(when, robot, stamp_ns)
-        eyes.look(Glance(when.step, robot.pose, robot.twist.w_radps, run.mishaps.bodies))
+        camera.look(Glance(when.step, robot.pose, robot.twist.w_radps, run.mishaps.bodies))
 
 
 def _link(run: EpisodeRun, runtime: Runtime, when: When) -> None:

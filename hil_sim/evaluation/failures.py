@@ -1,4 +1,4 @@
-"""Why an episode failed: in the eyes, in the feet or in where it looked. Decided from the log.
+"""Why an episode failed: in detection, in planning or in exploration. Decided from the log.
 
 The rule, for an episode that is no success; the first that holds:
 1. error: it ended in an error of the runtime or of the harness;
@@ -12,11 +12,20 @@ In view is 200 pixels of a 640x480 frame within 5 m, by the true segmentation.
 
 from collections import Counter
 from collections.abc import Sequence
+from enum import StrEnum
 from typing import Protocol
 
 from hil_sim.driving.episode_result import Ended
+from hil_sim.ground_truth.witness import Claim
 
-CAUSES = ("detection", "planning", "exploration", "error")
+
+class Cause(StrEnum):
+    """What a failure is put down to."""
+
+    DETECTION = "detection"
+    PLANNING = "planning"
+    EXPLORATION = "exploration"
+    ERROR = "error"
 
 
 class Log(Protocol):
@@ -27,33 +36,33 @@ class Log(Protocol):
     @property
     def ended(self) -> Ended: ...
     @property
-    def claim(self) -> str: ...
+    def claim(self) -> Claim: ...
     @property
     def believed_at(self) -> int | None: ...
     @property
     def seen_at(self) -> int | None: ...
 
 
-def cause(log: Log) -> str | None:
-    """One of CAUSES; None for a success."""
+def cause(log: Log) -> Cause | None:
+    """By the rule above; None for a success."""
     if log.success:
         return None
     if log.ended.failed:
-        return "error"
-    if log.claim == "false":
-        return "detection"
-    if log.claim == "true" or log.believed_at is not None:
-        return "planning"
-    return "exploration" if log.seen_at is None else "detection"
+        return Cause.ERROR
+    if log.claim is Claim.FALSE:
+        return Cause.DETECTION
+    if log.claim is Claim.TRUE or log.believed_at is not None:
+        return Cause.PLANNING
+    return Cause.EXPLORATION if log.seen_at is None else Cause.DETECTION
 
 
-def split(logs: Sequence[Log]) -> dict[str, int]:
+def split(logs: Sequence[Log]) -> dict[Cause, int]:
     """Failures by cause, all causes named."""
     count = Counter(cause(log) for log in logs)
-    return {name: count[name] for name in CAUSES}
+    return {name: count[name] for name in Cause}
 
 
 def false_finds(logs: Sequence[Log], frames: int) -> float:
     """How often, in 1,000 frames looked at, something was confirmed from several views and stopped
     for that is no instance of the goal; `frames` is how many these episodes had together."""
-    return 1000.0 * sum(log.claim == "false" for log in logs) / max(frames, 1)
+    return 1000.0 * sum(log.claim is Claim.FALSE for log in logs) / max(frames, 1)

@@ -11,18 +11,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from hil_sim.driving.episode_result import EpisodeResult
-from hil_sim.evaluation.failures import CAUSES, split
+from hil_sim.evaluation.failures import Cause, split
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.freespace import instances
 from hil_sim.ground_truth.witness import TRACK_FILE
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.plan_view import plan_bounds, plan_image
+from runtime.core.world import Mode
 
 Runs = Mapping[str, Sequence[EpisodeResult]]
 DPI = 110
 CAUSE_COLOURS = ("tab:orange", "tab:purple", "tab:brown", "0.3")
-MODES = ("look", "frontier", "target", "face", "stop")
+MODES = tuple(Mode)
 
 
 def draw_paths(
@@ -91,13 +92,13 @@ def draw_failures(runs: Runs, out: Path) -> Path:
     axes = figure.add_subplot()
     names = list(runs)
     begun = np.zeros(len(names))
-    for cause, colour in zip(CAUSES, CAUSE_COLOURS, strict=True):
+    for cause, colour in zip(Cause, CAUSE_COLOURS, strict=True):
         shares = np.array([100 * split(runs[n])[cause] / max(1, len(runs[n])) for n in names])
         axes.barh(names, shares, left=begun, color=colour, label=cause)
         begun += shares
     axes.invert_yaxis()
     axes.set_xlabel("failed episodes, %")
-    axes.legend(fontsize=8, ncols=len(CAUSES), loc="lower left", bbox_to_anchor=(0.0, 1.0))
+    axes.legend(fontsize=8, ncols=len(Cause), loc="lower left", bbox_to_anchor=(0.0, 1.0))
     figure.savefig(out)
     return out
 

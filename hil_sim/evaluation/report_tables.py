@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from hil_sim.driving.episode_result import EpisodeResult
-from hil_sim.evaluation.failures import CAUSES, false_finds, split
+from hil_sim.evaluation.failures import Cause, false_finds, split
 from hil_sim.evaluation.results import FRAMES, mean_wall
 from hil_sim.evaluation.summary import Figure, bootstrap, cell, difference, summarise
 
@@ -76,7 +76,7 @@ def progress(runs: Runs, before: Runs, seed: int) -> str:
             continue
         (gain,) = gains({"after": new, "before": old}, "after", seed)
         was, now = (summarise([r.outcome for r in rows], seed) for rows in (old, new))
-        missed = (split(rows)["detection"] for rows in (old, new))
+        missed = (split(rows)[Cause.DETECTION] for rows in (old, new))
         lines.append(_row(name, str(len(both)), *(
             f"{100 * getattr(was, key).mean:.1f} → {100 * getattr(now, key).mean:.1f}"
             for key in ("success", "spl")
@@ -86,14 +86,14 @@ def progress(runs: Runs, before: Runs, seed: int) -> str:
 
 def failures(runs: Runs) -> str:
     """How many episodes failed for which cause, collisions, and how the robot ended."""
-    lines = _head("method", "failed", *CAUSES, "collisions an episode",
+    lines = _head("method", "failed", *Cause, "collisions an episode",
                   "ended stopped %", "false finds in 1,000 frames")  # fmt: skip
     for name, results in runs.items():
         causes = split(results)
         hits = sum(r.collisions for r in results) / len(results)
         still = 100 * sum(r.stopped for r in results) / len(results)
         failed = sum(causes.values())
-        counts = (str(causes[cause]) for cause in CAUSES)
+        counts = (str(causes[cause]) for cause in Cause)
         false = false_finds(results, sum(r.outcome.steps for r in results))
         lines.append(_row(name, f"{failed} of {len(results)}", *counts, f"{hits:.2f}",
                           f"{still:.0f}", f"{false:.2f}"))  # fmt: skip

@@ -5,6 +5,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +17,24 @@ from hil_sim.ground_truth.true_labels import pixels
 from hil_sim.simulation.protocol import GoalSighting
 from hil_sim.simulation.robot import Robot
 from runtime.core.types import Pose
+from runtime.core.world import Mode
 
 LEAST_PIXELS, SEEN_M = 200, 5.0
 """The goal counts as seen with this many pixels of one instance, no further than this."""
 BELIEVED_M = 0.5
 """How far from an instance's box a point may lie that the runtime takes for the goal."""
-TARGET_MODES = ("target", "face", "stop")
+TARGET_MODES = (Mode.TARGET, Mode.FACE, Mode.STOP)
 TRACK_FILE = "track.jsonl"
 
 Footprint = NDArray[np.float64]  # (4, 2) m, scene frame, counter-clockwise
+
+
+class Claim(StrEnum):
+    """Whether the place that the runtime stopped for is an instance of the goal."""
+
+    NONE = ""  # it claimed no find
+    TRUE = "true"
+    FALSE = "false"
 
 
 @dataclass(frozen=True)
@@ -34,7 +44,7 @@ class Facts:
     seen_at: int | None
     seen_steps: int
     believed_at: int | None
-    claim: str
+    claim: Claim
     frontier_m: tuple[float, ...]
     actions: dict[str, int]
 
@@ -54,7 +64,7 @@ class Witness:
         self._seen_at: int | None = None
         self._believed_at: int | None = None
         self._seen_steps = 0
-        self._claim = ""
+        self._claim = Claim.NONE
         self._frontier_m: list[float] = []
         self._actions: Counter[str] = Counter()
         self.sightings: tuple[GoalSighting, ...] = ()  # of the newest frame
@@ -98,8 +108,8 @@ class Witness:
             at_goal = self._is_goal(*in_scene(*aim))
             if at_goal and self._believed_at is None:
                 self._believed_at = step
-            if mode == "stop":
-                self._claim = "true" if at_goal else "false"
+            if mode == Mode.STOP:
+                self._claim = Claim.TRUE if at_goal else Claim.FALSE
         for decision in decisions:
             point = _elected(decision)
             if point is not None:

@@ -25,7 +25,7 @@ PROTOCOL = replace(SMALL, base=DifferentialDrive(), max_steps=30, observe_s=0.2)
 
 
 class Blink:
-    """Eyes without a process: what is looked at is seen at the next tick."""
+    """A camera without a process: what is looked at is seen at the next tick."""
 
     def __init__(self) -> None:
         self.busy = False
@@ -57,7 +57,7 @@ def rover(tmp_path: Path) -> Iterator[Runtime]:
 def drive(
     runtime: Runtime, log_dir: Path, *faults: str, max_steps: int = 30
 ) -> tuple[EpisodeResult, Blink]:
-    eyes = Blink()
+    camera = Blink()
     result = run_episode(
         EPISODE,
         Corridor().home(),
@@ -66,13 +66,13 @@ def drive(
         "rfnav",
         log_dir,
         faults=parse_faults(faults),
-        play=partial(realtime.drive, eyes=eyes),
+        play=partial(realtime.drive, camera=camera),
     )
-    return result, eyes
+    return result, camera
 
 
 def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path) -> None:
-    result, eyes = drive(rover, tmp_path)
+    result, camera = drive(rover, tmp_path)
     assert (str(result.ended), result.collisions, result.stopped) == ("stop", 0, True)
     assert 0.6 < result.path_m < 1.1
     assert result.wall["runtime.frames"] >= 2
@@ -80,7 +80,7 @@ def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path
     assert result.claim == "true"
     assert result.reason == "found it"
     assert result.actions["stop"] == 1
-    numbers = [glance.number for glance in eyes.glances]
+    numbers = [glance.number for glance in camera.glances]
     assert numbers == list(range(1, len(numbers) + 1))
     rows = (tmp_path / "track.jsonl").read_text().splitlines()
     assert len(rows) == result.steps

@@ -6,13 +6,14 @@ import pytest
 
 from hil_sim.driving.episode_result import End, Ended
 from hil_sim.evaluation.failures import false_finds
+from hil_sim.ground_truth.witness import Claim
 
 STOPPED = Ended(End.STOP)
 
 
 @dataclass(frozen=True)
 class Log:
-    claim: str
+    claim: Claim
     success: bool = False
     ended: Ended = STOPPED
     believed_at: int | None = None
@@ -20,7 +21,7 @@ class Log:
 
 
 def test_false_finds_are_counted_by_the_frames_looked_at() -> None:
-    logs = [Log("false"), Log("true", True), Log(""), Log("false")]
+    logs = [Log(Claim.FALSE), Log(Claim.TRUE, True), Log(Claim.NONE), Log(Claim.FALSE)]
     assert false_finds(logs, 500) == pytest.approx(4)
     assert false_finds(logs[1:3], 500) == 0
     assert false_finds([], 0) == 0

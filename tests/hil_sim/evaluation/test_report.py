@@ -13,13 +13,14 @@ from hil_sim.__main__ import cli
 from hil_sim.driving.episode_result import End, Ended, EpisodeResult
 from hil_sim.driving.methods import METHODS
 from hil_sim.evaluation.evaluate import Evaluation, claim
-from hil_sim.evaluation.failures import CAUSES, cause, split
+from hil_sim.evaluation.failures import Cause, cause, split
 from hil_sim.evaluation.report import fill, groups, section
 from hil_sim.evaluation.result_folder import read_folder
 from hil_sim.evaluation.results import Results
 from hil_sim.evaluation.summary import bootstrap, difference
 from hil_sim.evaluation.worker import Settings
 from hil_sim.ground_truth.episodes import Episode, Start
+from hil_sim.ground_truth.witness import Claim
 from runtime.errors import RfNavError
 
 EPISODES = tuple(
@@ -189,10 +190,10 @@ BED = EPISODES[0]
         ({"seen_at": None}, "exploration"),
         ({"seen_at": 9}, "detection"),
         ({"seen_at": 9, "believed_at": 12}, "planning"),
-        ({"seen_at": 9, "believed_at": 12, "claim": "true"}, "planning"),
-        ({"seen_at": 9, "believed_at": 12, "claim": "false"}, "detection"),
-        ({"seen_at": None, "claim": "false"}, "detection"),
-        ({"seen_at": 9, "claim": "false", "ended": Ended(End.ERROR, "late")}, "error"),
+        ({"seen_at": 9, "believed_at": 12, "claim": Claim.TRUE}, "planning"),
+        ({"seen_at": 9, "believed_at": 12, "claim": Claim.FALSE}, "detection"),
+        ({"seen_at": None, "claim": Claim.FALSE}, "detection"),
+        ({"seen_at": 9, "claim": Claim.FALSE, "ended": Ended(End.ERROR, "late")}, "error"),
     ],
 )
 def test_why_an_episode_failed(facts: dict[str, object], wanted: str) -> None:
@@ -200,13 +201,15 @@ def test_why_an_episode_failed(facts: dict[str, object], wanted: str) -> None:
     assert cause(result("rfnav", BED, True, **facts)) is None
 
 
-@given(st.lists(st.tuples(st.booleans(), st.sampled_from(["", "true", "false"]),
+@given(st.lists(st.tuples(st.booleans(), st.sampled_from(Claim),
                           st.sampled_from([None, 3]), st.sampled_from([None, 3]))))  # fmt: skip
-def test_every_failure_has_one_cause(rows: list[tuple[bool, str, int | None, int | None]]) -> None:
+def test_every_failure_has_one_cause(
+    rows: list[tuple[bool, Claim, int | None, int | None]],
+) -> None:
     logs = [result("rfnav", BED, ok, claim=claim, seen_at=seen, believed_at=believed)
             for ok, claim, seen, believed in rows]  # fmt: skip
     counts = split(logs)
-    assert tuple(counts) == CAUSES
+    assert tuple(counts) == tuple(Cause)
     assert sum(counts.values()) == sum(not ok for ok, *_ in rows)
 
 
