@@ -1,6 +1,7 @@
 """`python -m hil_sim.driving.faulty_runtime hang|nonsense|cloud-down run --lockstep ...`: the
-runtime as it is, with a language model that is at fault, or a cloud that is. The harness's own
-composition root, and the one module of it that may reach into the runtime."""
+runtime as it is, with a language model that is at fault, or a cloud that is. It puts the runtime
+together anew, so it may import what the rest of driving may not (see `ignore_imports` in
+pyproject.toml)."""
 
 import hashlib
 import itertools

@@ -65,12 +65,12 @@ class Moment:
 @dataclass(frozen=True)
 class BankHome:
     """What one home gave. `left_out` counts goals at moments that are no questions, by why;
-    `eyes` names the detector that saw it."""
+    `detector` names the detector that saw it."""
 
     name: str
     moments: tuple[Moment, ...]
     left_out: Mapping[str, int]
-    eyes: str
+    detector: str
 
 
 @dataclass(frozen=True)
@@ -132,13 +132,13 @@ def side_of(home: str) -> str:
 
 def load_bank(folder: Path, side: str = "all") -> Bank:
     """The questions of one side, or of both; RfNavError when the folder holds none."""
-    found, left_out, eyes = [], dict[str, int](), set()
+    found, left_out, detectors = [], dict[str, int](), set()
     for path in sorted((folder / HOMES).glob("*.jsonl.gz")):
         name = path.name.removesuffix(".jsonl.gz")
         if side not in ("all", side_of(name)):
             continue
         home = read_home(path)
-        eyes.add(home.eyes)
+        detectors.add(home.detector)
         questions = list(questions_of(home))
         found += questions
         count = sum(len(moment.costs_m) for moment in home.moments) - len(questions)
@@ -146,7 +146,7 @@ def load_bank(folder: Path, side: str = "all") -> Bank:
             left_out[why] = left_out.get(why, 0) + more
     if not found:
         raise RfNavError(f"{folder}: no questions of side {side}; make them: hil-sim questions")
-    if len(eyes) > 1:
+    if len(detectors) > 1:
         raise RfNavError(f"{folder}: homes were seen by different detectors; make a new bank")
     return Bank(tuple(found), left_out)
 
@@ -164,7 +164,7 @@ def questions_of(home: BankHome) -> Iterator[BenchQuestion]:
 
 def write_home(path: Path, home: BankHome) -> None:
     """Whole or not at all; equal homes give equal bytes."""
-    head = {"format": FORMAT, "home": home.name, "left_out": home.left_out, "eyes": home.eyes}
+    head = {"format": FORMAT, "home": home.name, "left_out": home.left_out, "eyes": home.detector}
     rows = [head, *(_row(moment) for moment in home.moments)]
     text = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in rows)
     draft = path.with_name(f".{os.getpid()}-{path.name}")

@@ -26,7 +26,7 @@ from runtime import navigate
 from runtime.core.objects.instances import Evidence
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import Action, Ballot, Decision, Frontier, Observation, Pose
-from runtime.core.world import World as Known
+from runtime.core.world import World
 from runtime.navigate import NavigateConfig
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
@@ -46,7 +46,7 @@ class Stop:
     """A moment at which the runtime would decide. `start` is where the map's origin truly is."""
 
     drive: int
-    known: Known
+    known: World
     why: str
     start: Pose
 
@@ -66,17 +66,17 @@ def drive_home(
     with open_world(scene, assets, "auto") as world:
         from hil_sim.ground_truth.truth import SceneTruth
 
-        eyes, truth = BenchDetector.open(), SceneTruth(world, assets)
+        detector, truth = BenchDetector.open(), SceneTruth(world, assets)
         goals = Goals.of(scene, truth, plan)
         moments = []
         for number in range(plan.starts):
-            for stop in stops(name, number, world, truth.space, eyes, plan):
+            for stop in stops(name, number, world, truth.space, detector, plan):
                 costs_m = priced(stop, goals, left_out)
                 if costs_m:
-                    moments.append(frozen(name, stop, costs_m, plan, eyes.config.navigate))
+                    moments.append(frozen(name, stop, costs_m, plan, detector.config.navigate))
                     keep(stop)
-        eyes.models.close()
-        return BankHome(name, tuple(moments), dict(sorted(left_out.items())), eyes.identity())
+        detector.models.close()
+        return BankHome(name, tuple(moments), dict(sorted(left_out.items())), detector.identity())
 
 
 @dataclass
@@ -124,13 +124,13 @@ def stops(
     number: int,
     world: "ScenePhysics",
     space: "FreeSpace",
-    eyes: BenchDetector,
+    detector: BenchDetector,
     plan: BankPlan,
 ) -> Iterator[Stop]:
     """One drive: to the closest frontier or to a random one, as the seed has it. Yields where
     there is a choice, some steps apart."""
     rng = random.Random(f"questions/{plan.seed}/{home}/{number}")
-    start, cfg = start_in(space, rng), eyes.config.navigate
+    start, cfg = start_in(space, rng), detector.config.navigate
     robot, camera, known, asked, last = Robot(start), camera_of(HM3D), None, 0, -plan.apart
     for step in range(plan.steps):
         at = robot.pose
@@ -139,17 +139,17 @@ def stops(
         depth_m = HM3D.sensed(frame.depth_m)
         obs = Observation(stamp_ns, frame.rgb, depth_m, odometry, HM3D.intrinsics)
         if known is None:
-            known = Known.begin(NOTHING, eyes.names, eyes.models.rooms, odometry,
+            known = World.begin(NOTHING, detector.names, detector.models.rooms, odometry,
                                 cfg.robot.radius_m)  # fmt: skip
-        seen = eyes.see(world.scene, at, frame)
-        navigate.perceive(known, obs, seen, eyes.config.camera, cfg)
+        seen = detector.see(world.scene, at, frame)
+        navigate.perceive(known, obs, seen, detector.config.camera, cfg)
         why = navigate.due(known, cfg)
         if why:
             choice = sum(math.isfinite(f.distance_m) for f in known.frontiers) >= 2
             if choice and step - last >= plan.apart and asked < plan.moments:
                 asked, last = asked + 1, step
                 yield Stop(number, known, why, start)
-            _decide(known, why, rng, plan.wander, eyes)
+            _decide(known, why, rng, plan.wander, detector)
         command = navigate.steer(known, navigate.act(known, cfg), cfg)
         if command.action is Action.STOP or asked == plan.moments:
             return
@@ -164,7 +164,9 @@ def start_in(space: "FreeSpace", rng: random.Random) -> Pose:
     return Pose(float(x), float(y), rng.randrange(-180, 180, 30) * math.pi / 180)
 
 
-def _decide(known: Known, why: str, rng: random.Random, wander: float, eyes: BenchDetector) -> None:
+def _decide(
+    known: World, why: str, rng: random.Random, wander: float, detector: BenchDetector
+) -> None:
     """Adopt the closest frontier or a random one; one that is driven to is kept while it lasts."""
     near = sorted((f.distance_m, f.id) for f in known.frontiers if math.isfinite(f.distance_m))
     ids = [id for _, id in near]

@@ -15,7 +15,8 @@ from hil_sim.simulation.protocol import Protocol
 
 
 class Seen(Port):
-    """A view as it truly is; see `stage.View`."""
+    """A view as it truly is, before noise: colour (H, W, 3), depth (H, W) m, 0 where nothing is,
+    and the index of the object in each pixel, or -1."""
 
     @property
     def rgb(self) -> NDArray[np.uint8]: ...

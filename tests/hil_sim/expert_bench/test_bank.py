@@ -21,8 +21,8 @@ from hil_sim.expert_bench.make import home_names
 from runtime.errors import RfNavError
 
 
-def home(name: str = "train-100000", eyes: str = "e") -> BankHome:
-    return BankHome(name, (moment(name), moment(name, 20)), {"on the map": 2}, eyes)
+def home(name: str = "train-100000", detector: str = "e") -> BankHome:
+    return BankHome(name, (moment(name), moment(name, 20)), {"on the map": 2}, detector)
 
 
 def write(folder: Path, *homes: BankHome) -> Path:
@@ -102,7 +102,7 @@ def test_a_side_is_loaded_alone(tmp_path: Path) -> None:
 def test_what_cannot_be_used_is_named(tmp_path: Path) -> None:
     with pytest.raises(RfNavError, match="no questions of side fit"):
         load_bank(tmp_path, "fit")
-    bank = write(tmp_path, home(), home("train-100001", eyes="others"))
+    bank = write(tmp_path, home(), home("train-100001", detector="others"))
     with pytest.raises(RfNavError, match="different detectors"):
         load_bank(bank)
     path = bank / HOMES / "train-100000.jsonl.gz"

@@ -62,7 +62,7 @@ class Grey:
 
 
 @pytest.fixture(scope="module")
-def eyes() -> BenchDetector:
+def detector() -> BenchDetector:
     return BenchDetector(Grey(), ("bed", "toilet"), BenchDetector.settings())
 
 
@@ -77,26 +77,26 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ScenePhysic
 
 
 def asked(
-    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector, plan: BankPlan = PLAN
+    home: tuple[ScenePhysics, SceneTruth], detector: BenchDetector, plan: BankPlan = PLAN
 ) -> tuple[BankHome, list[bytes]]:
     """What the command asks of a home, and the maps behind it."""
     world, truth = home
     goals, left_out = Goals.of(world.scene, truth, plan), Counter[str]()
     moments, kept = [], []
     for number in range(plan.starts):
-        for stop in stops("three", number, world, truth.space, eyes, plan):
+        for stop in stops("three", number, world, truth.space, detector, plan):
             costs_m = priced(stop, goals, left_out)
             if costs_m:
-                moments.append(frozen("three", stop, costs_m, plan, eyes.config.navigate))
+                moments.append(frozen("three", stop, costs_m, plan, detector.config.navigate))
                 kept.append(pickle.dumps(stop))
     return BankHome("three", tuple(moments), dict(left_out), "grey"), kept
 
 
 @pytest.fixture(scope="module")
 def driven(
-    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
+    home: tuple[ScenePhysics, SceneTruth], detector: BenchDetector
 ) -> tuple[BankHome, list[bytes]]:
-    return asked(home, eyes)
+    return asked(home, detector)
 
 
 @pytest.fixture(scope="module")
@@ -127,11 +127,11 @@ def test_a_cost_is_no_less_than_the_way_to_the_frontier(made: BankHome) -> None:
 
 
 def test_costs_agree_with_the_truth_at_the_frontiers(
-    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
+    home: tuple[ScenePhysics, SceneTruth], detector: BenchDetector
 ) -> None:
     world, truth = home
     goals = Goals.of(world.scene, truth, PLAN)
-    stop = next(stops("three", 0, world, truth.space, eyes, PLAN))
+    stop = next(stops("three", 0, world, truth.space, detector, PLAN))
     costs = priced(stop, goals, Counter())
     assert costs
     place = to_scene(stop.start, ORIGIN)
@@ -143,13 +143,13 @@ def test_costs_agree_with_the_truth_at_the_frontiers(
 
 
 def test_the_same_plan_asks_the_same(
-    made: BankHome, home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector, tmp_path: Path
+    made: BankHome, home: tuple[ScenePhysics, SceneTruth], detector: BenchDetector, tmp_path: Path
 ) -> None:
-    again, _ = asked(home, eyes)
+    again, _ = asked(home, detector)
     write_home(tmp_path / "a", made)
     write_home(tmp_path / "b", again)
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
-    other, _ = asked(home, eyes, replace(PLAN, seed=1))
+    other, _ = asked(home, detector, replace(PLAN, seed=1))
     assert other != made
 
 
@@ -177,10 +177,10 @@ def test_all_conditions_tell_of_the_same_frontiers(made: BankHome) -> None:
 
 
 def test_objects_are_misnamed_and_left_out_as_often_as_said(
-    home: tuple[ScenePhysics, SceneTruth], eyes: BenchDetector
+    home: tuple[ScenePhysics, SceneTruth], detector: BenchDetector
 ) -> None:
     world, truth = home
-    stop: Stop = next(stops("three", 0, world, truth.space, eyes, PLAN))
+    stop: Stop = next(stops("three", 0, world, truth.space, detector, PLAN))
     (first, *_) = stop.known.semantic.instances.values()
     many = {n: replace(first, id=n, evidence={"bed": Evidence(2.0)}) for n in range(500)}
     semantic = replace(stop.known.semantic, instances=many)

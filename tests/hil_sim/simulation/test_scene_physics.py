@@ -151,12 +151,12 @@ def test_it_backs_up_as_carefully_as_it_drives(world: ScenePhysics):
     assert 0.05 + 0.18 <= x < 0.05 + 0.18 + 0.04
 
 
-def test_eyes_see_from_another_process_what_the_world_shows(world: ScenePhysics):
+def test_a_camera_sees_from_another_process_what_the_world_shows(world: ScenePhysics):
     protocol = replace(protocols.HM3D, width=160, height=120)
-    with CameraProcess(scene(), protocol, "e", 0, "tiny") as eyes:
-        eyes.look(Glance(1, Pose(1.2, 2.5, 0.0), 0.0))
+    with CameraProcess(scene(), protocol, "e", 0, "tiny") as camera:
+        camera.look(Glance(1, Pose(1.2, 2.5, 0.0), 0.0))
         until_s = time.monotonic() + 30
-        while (sight := eyes.seen()) is None:
+        while (sight := camera.seen()) is None:
             assert time.monotonic() < until_s
             time.sleep(0.01)
     frame = world.render(1.2, 2.5, 0.0, SMALL)
@@ -164,7 +164,7 @@ def test_eyes_see_from_another_process_what_the_world_shows(world: ScenePhysics)
     np.testing.assert_array_equal(sight.depth_m, protocol.sensed(frame.depth_m))
 
 
-def test_eyes_say_in_one_line_why_they_cannot_open():
+def test_a_camera_says_in_one_line_why_it_cannot_open():
     lamp = SceneObject("lamp", "lamp", "builtin:lampp", (1.0, 1.0, 0.0))
     home = replace(scene(), objects=(lamp,))
     with pytest.raises(HarnessError, match=r"^camera: tiny: objects\[0\] \(lamp\): unknown mesh"):
