@@ -153,7 +153,7 @@ class _Bench:
             if name != expert:
                 return votes.of(name, number)
             if kind == "one absent":
-                return Missing(name, Absence.UNREACHED, "absent")
+                return Missing(name, Absence.LATE)
             return at_random(name, self._questions[number], self._seed)
 
         seats = config.panel.experts

@@ -153,7 +153,7 @@ class Vote:
     frontiers: tuple[int, ...]  # sorted ids, never empty
     probabilities: tuple[tuple[int, float], ...]  # (id, p), sorted by id
     reason: str
-    rung: str = "local"  # which rung of the ladder answered
+    rung: str = "local"  # which of its models answered
     against: tuple[int, ...] = ()  # frontiers it speaks against; see `ConsensusConfig.veto`
     reasons: tuple[tuple[int, str], ...] = ()
     """(id, why) of each frontier of the set, sorted by id; () when the reason is of all at once."""
@@ -166,6 +166,7 @@ class Vote:
 class Absence(StrEnum):
     """Why an expert did not vote."""
 
+    OUT = "still out"  # in a ballot that is looked at while the round goes on
     LATE = "late"
     BUSY = "busy"  # still with the question before
     SETTLED = "settled without it"
@@ -176,12 +177,22 @@ class Absence(StrEnum):
     PRIVACY = "privacy"
     NONSENSE = "nonsense"
     ERROR = "error"
-    UNREACHED = "unreached"  # no model on any rung could be asked, or none answered
+    NO_TIME = "no time"  # too little is left to begin a call
+    AT_REST = "left alone after"  # a failure, for a while
+    NOT_AFFORDED = "nothing may be spent"  # or the call could cost more than a cap leaves
+    CALL_FAILED = "the call failed"
+    HAS_VOTED = "the cloud has voted"  # so an appeal to it would bring nothing new
+    NO_MODEL = "no model"  # none could be asked, or none answered
 
     @property
     def is_answer(self) -> bool:
         """Whether it is the expert's own word: it has looked, and recommends nothing."""
         return self in (Absence.NO_EVIDENCE, Absence.NO_PREFERENCE, Absence.ABSTAINS)
+
+    @property
+    def is_told_by_detail(self) -> bool:
+        """Whether the detail, where there is one, already says all of it."""
+        return self in (Absence.NOT_AFFORDED, Absence.CALL_FAILED, Absence.NO_MODEL)
 
 
 @dataclass(frozen=True)
@@ -195,9 +206,9 @@ class Missing:
     @property
     def cause(self) -> str:
         """The same for people."""
-        if self.why is Absence.UNREACHED:
-            return self.detail or "no model"
-        return f"{self.why.value}: {self.detail}" if self.detail else self.why.value
+        if not self.detail:
+            return self.why.value
+        return self.detail if self.why.is_told_by_detail else f"{self.why.value}: {self.detail}"
 
     def told(self) -> dict[str, str]:
         """As it is journaled and published."""

@@ -118,11 +118,9 @@ class Cloud:
         if not self.ready(by):
             with self._lock:
                 resting = self._clock.now_s() < self._rest_until_s
-                return Missing(
-                    name,
-                    Absence.UNREACHED,
-                    f"left alone after: {self._error}" if resting else "no time",
-                )
+                if resting:
+                    return Missing(name, Absence.AT_REST, self._error)
+                return Missing(name, Absence.NO_TIME)
         prompt = prompted_experts.compose(name, brief, self.cfg.sends_images)
         if isinstance(prompt, Missing):
             return prompt
@@ -131,7 +129,7 @@ class Cloud:
         except (CapReached, SpendingError) as error:
             with self._lock:
                 self._error = str(error)
-            return Missing(name, Absence.UNREACHED, str(error))
+            return Missing(name, Absence.NOT_AFFORDED, str(error))
         return self._call(prompt, booking, by)
 
     def _call(self, prompt: prompted_experts.Prompt, booking: int, by: Deadline) -> Vote | Missing:
@@ -152,7 +150,7 @@ class Cloud:
             if reply.tokens_in is not None and reply.tokens_out is not None:
                 cost = self._prices.nano(reply.tokens_in, reply.tokens_out)
         except CallFailed as error:
-            outcome = Missing(prompt.expert, Absence.UNREACHED, str(error))
+            outcome = Missing(prompt.expert, Absence.CALL_FAILED, str(error))
             self._note(error)
             cost = None if error.billable else 0
         finally:

@@ -1,7 +1,7 @@
 """One expert on several rungs: the best is asked first, and the next below when it cannot answer.
 
-A rung that has nothing to go by, or sees no reason to prefer anything, has answered: the ladder
-ends there, and the expert abstains. One that is late, broken, at rest or talks nonsense has not.
+A rung that has nothing to go by, or sees no reason to prefer anything, has answered: none below is
+asked, and the expert abstains. One that is late, broken, at rest or talks nonsense has not.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ class Rung:
     ready: Callable[[Deadline], bool] = lambda by: True
 
 
-def climb(name: str, rungs: Sequence[Rung]) -> Expert:
+def with_fallback(name: str, rungs: Sequence[Rung]) -> Expert:
     """The expert `name` that asks one rung after the other, until one has answered."""
 
     def ask(brief: Brief, by: Deadline) -> Vote | Missing:
@@ -39,7 +39,7 @@ def climb(name: str, rungs: Sequence[Rung]) -> Expert:
             if outcome.why.is_answer:
                 return replace(outcome, expert=name)
             causes.append(f"{rung.name}: {outcome.cause}")
-        return Missing(name, Absence.UNREACHED, "; ".join(causes))
+        return Missing(name, Absence.NO_MODEL, "; ".join(causes))
 
     return ask
 
@@ -49,4 +49,4 @@ def _try(rung: Rung, brief: Brief, by: Deadline) -> Vote | Missing:
         return rung.expert(brief, by)
     except Exception as error:  # noqa: BLE001 -- whatever it is, the rung below may do better
         told = " ".join(str(error).split())[:160] or type(error).__name__
-        return Missing("", Absence.UNREACHED, told)
+        return Missing("", Absence.CALL_FAILED, told)

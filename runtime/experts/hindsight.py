@@ -8,7 +8,7 @@ from runtime.core.distances import planner
 from runtime.core.types import Decision, Frontier, Vote
 from runtime.core.voting import expert_weights
 from runtime.core.voting.consensus import ConsensusConfig
-from runtime.core.voting.expert_weights import Reliance
+from runtime.core.voting.expert_weights import NormalEquations
 from runtime.core.world import World
 
 CHOICES_KEPT = 200  # of one search
@@ -30,7 +30,8 @@ class Choice:
 class Hindsight:
     """The experts' weights, as far as they were learned."""
 
-    learned: dict[tuple[str, ...], Reliance] = field(default_factory=dict)  # by who was seated
+    learned: dict[tuple[str, ...], NormalEquations] = field(default_factory=dict)
+    """By who was seated."""
     configured: dict[tuple[str, ...], dict[str, float]] = field(default_factory=dict)
 
     def applied(self, rule: ConsensusConfig, seated: tuple[str, ...]) -> ConsensusConfig:
@@ -47,7 +48,7 @@ class Hindsight:
         """From a search that stands at its target; what is to be journaled. The way on from a
         frontier is that from its goal point over the map as it is known now: where a shorter one
         was never seen, it is too long."""
-        state = self.learned.get(seated) or Reliance.of(seated)
+        state = self.learned.get(seated) or NormalEquations.of(seated)
         here = planner.march_from(world.terrain, world.pose.xy, unhurried=False)
         for choice in choices:
             onward = {id: here.at(*xy) for id, xy in choice.places}

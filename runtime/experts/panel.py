@@ -203,7 +203,7 @@ class Panel:
     def _done(self, now: _Round, appeal_s: float) -> bool:
         """Whether the round can end before its deadline; asks the appeals when they are due."""
         out = [name for name in now.asked if name not in self._answers]
-        ballot = self._ballot(now, Absence.LATE)
+        ballot = self._ballot(now, Absence.OUT)
         if self._appeals and now.appealed is None:
             agreed = self._agreed is not None and self._agreed(ballot)
             if not agreed and (not out or self._clock.now_s() >= appeal_s):

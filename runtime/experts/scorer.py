@@ -1,4 +1,4 @@
-"""The language model behind a memo: one worker thread owns the model, questions queue on it.
+"""The language model behind a score cache: one worker thread owns it, questions queue on it.
 
 Equal questions have equal answers, so every score is kept under (model, context, continuation); a
 room type or an object is asked about once, when it first appears, and decisions only look it up.
@@ -17,7 +17,7 @@ from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.score_cache import ScoreFile
 
 # Contexts of one home number in the hundreds; the bound only keeps a service of many days small.
-MEMO_SIZE = 100_000
+CACHE_SIZE = 100_000
 STUCK_S = 5.0  # at one prompt
 UNSAVED = 500  # scores that are kept back from the file at most, while somebody waits
 SHARED = 60  # characters in common from which on it pays to ask of two contexts in a row
@@ -36,7 +36,7 @@ class Embedder(Protocol):
 
 
 class Similarity:
-    """The ladder's rung below a language model: cosine of the two sentences' embeddings.
+    """The rung below a language model: cosine of the two sentences' embeddings.
 
     Divided by a temperature, so that it spreads over about as many nats as a likelihood does.
     """
@@ -64,7 +64,7 @@ class _Job:
 
 
 class Scorer:
-    """Memoised likelihoods. `rungs` are tried from the first: (name, model), best first.
+    """Cached likelihoods. `rungs` are tried from the first: (name, model), best first.
 
     A rung whose model raises is left for good, and the next one answers: scores of different
     models are never mixed in one answer, for their scales differ. The first rung's scores are kept
@@ -84,10 +84,10 @@ class Scorer:
         self._clock = clock
         self._condition = threading.Condition()
         self._file = file
-        self._memo: dict[tuple[str, LikelihoodQuestion], float] = {}
+        self._cache: dict[tuple[str, LikelihoodQuestion], float] = {}
         if file is not None:
             name = self._rungs[0][0]
-            self._memo = {(name, q): value for q, value in file.load().items()}
+            self._cache = {(name, q): value for q, value in file.load().items()}
         self._urgent: deque[_Job] = deque()
         self._background: deque[LikelihoodQuestion] = deque()
         self._busy = False
@@ -120,7 +120,7 @@ class Scorer:
     def __len__(self) -> int:
         """How many scores are kept."""
         with self._condition:
-            return len(self._memo)
+            return len(self._cache)
 
     def answer(
         self, questions: Iterable[LikelihoodQuestion], by: Deadline
@@ -133,7 +133,7 @@ class Scorer:
         with self._condition:
             name = self._rungs[0][0]
             job = _Job(wanted, by)
-            if all((name, q) in self._memo for q in wanted):
+            if all((name, q) in self._cache for q in wanted):
                 job.done = True
             else:
                 self._urgent.append(job)
@@ -143,14 +143,14 @@ class Scorer:
             if job.error is not None:
                 raise job.error
             name = self._rungs[0][0]
-            return {q: self._memo[name, q] for q in wanted if (name, q) in self._memo}
+            return {q: self._cache[name, q] for q in wanted if (name, q) in self._cache}
 
     def warm(self, questions: Iterable[LikelihoodQuestion]) -> None:
         """Score in the background, after everything that somebody waits for. Returns at once."""
         with self._condition:
             name = self._rungs[0][0]
             known = set(self._background)
-            fresh = dict.fromkeys(q for q in questions if (name, q) not in self._memo)
+            fresh = dict.fromkeys(q for q in questions if (name, q) not in self._cache)
             self._background.extend(q for q in fresh if q not in known)
             self._condition.notify_all()
 
@@ -184,7 +184,7 @@ class Scorer:
                 job, prompt = self._next_prompt()
                 name, model = self._rungs[0]
                 self._busy, self._began_s = bool(prompt), self._clock.now_s()
-                self._condition.notify_all()  # some may have found their answers in the memo
+                self._condition.notify_all()  # some may have found their answers in the cache
             if not prompt:
                 continue
             outcome = _score(model, prompt)
@@ -216,7 +216,7 @@ class Scorer:
         one did, if there is such, since what models have read of it they need not read again;
         else the first."""
         name = self._rungs[0][0]
-        open_ = [q for q in waiting if (name, q) not in self._memo]
+        open_ = [q for q in waiting if (name, q) not in self._cache]
         if not open_:
             waiting.clear()
             return []
@@ -239,9 +239,9 @@ class Scorer:
             self._step_down(name, job, outcome)
             return
         for question, value in zip(prompt, outcome, strict=True):
-            self._memo[name, question] = value
-        while len(self._memo) > MEMO_SIZE:
-            self._memo.pop(next(iter(self._memo)))
+            self._cache[name, question] = value
+        while len(self._cache) > CACHE_SIZE:
+            self._cache.pop(next(iter(self._cache)))
         if job is not None and not job.waiting:
             self._leave(job)
 

@@ -1,4 +1,4 @@
-"""Who answers for each expert: the ladder of models under it, and the cloud it may appeal to."""
+"""Who answers for each expert: its rungs in order, and the cloud it may appeal to."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -9,7 +9,7 @@ from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.cloud import RUNG, Bill, Cloud
-from runtime.experts.fallback import Rung, climb
+from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert
 from runtime.experts.reasoner import Reasoner
@@ -22,16 +22,16 @@ CLOUD_SHARE = 0.85
 
 @dataclass
 class Seating:
-    """The models that experts are seated on. `language` names the one that answers on the robot,
+    """The models that answer for the experts. `language` names the one that answers on the robot,
     `likeness` is the cosine of each frontier's view with the goal; `looks_in_words`: whether a
     model that sees is asked about all pictures at once, for a reason and a set."""
 
     language: str
     likeness: Callable[[Brief], Mapping[int, float]]
-    alike: LikelihoodExperts  # by the text encoder, the lowest rung
-    scored: LikelihoodExperts | None = None  # by a small language model
+    by_embedding: LikelihoodExperts  # the text encoder, the last rung
+    by_likelihood: LikelihoodExperts | None = None  # a small language model
     reasoner: Reasoner | None = None  # a large one
-    eyes: Reasoner | None = None  # one that sees
+    vision: Reasoner | None = None  # one that sees
     looks_in_words: bool = False
     cloud: Cloud | None = None
     answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
@@ -40,26 +40,26 @@ class Seating:
     def begin(self, goal: str) -> None:
         """Score in the background what every search for this goal needs."""
         self.answered.clear()
-        for scored in self._scoring():
-            scored.begin(goal)
+        for experts in self._scoring():
+            experts.begin(goal)
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
-        for scored in self._scoring():
-            scored.notice(goal, names)
+        for experts in self._scoring():
+            experts.notice(goal, names)
 
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""
-        return all(scored.scorer.settle(by) for scored in self._scoring())
+        return all(experts.scorer.settle(by) for experts in self._scoring())
 
     def close(self) -> None:
         """End the worker threads."""
-        for part in (self.reasoner, self.eyes):
+        for part in (self.reasoner, self.vision):
             if part is not None:
                 part.close()
-        for scored in (self.scored, self.alike):
-            if scored is not None:
-                scored.scorer.close()
+        for experts in (self.by_likelihood, self.by_embedding):
+            if experts is not None:
+                experts.scorer.close()
 
     def rung(self) -> str:
         """Which model answers the experts of words: that of the lowest rung any came down to."""
@@ -72,7 +72,7 @@ class Seating:
         what the cloud costs."""
         told: dict[str, object] = {
             "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
-            "errors": self.scored.scorer.errors if self.scored is not None else [],
+            "errors": self.by_likelihood.scorer.errors if self.by_likelihood is not None else [],
         }
         return told if self.cloud is None else told | {"cloud": self.cloud.status()}
 
@@ -82,12 +82,13 @@ class Seating:
 
     def experts(self, names: Sequence[str], cfg: ExpertConfig) -> dict[str, Expert]:
         """Those of these names, as `cfg` has them vote."""
-        local, below = self._local(cfg), self.alike.experts(cfg)
+        local, below = self._local(cfg), self.by_embedding.experts(cfg)
         below["sle"] = lambda brief, by: likelihood_experts.vote_scene(
             brief, self.likeness(brief), cfg
         )
         return {
-            name: self._noting(name, climb(name, self._rungs(name, local, below))) for name in names
+            name: self._noting(name, with_fallback(name, self._rungs(name, local, below)))
+            for name in names
         }
 
     def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
@@ -98,8 +99,8 @@ class Seating:
 
     def _scoring(self) -> list[LikelihoodExperts]:
         """Those that are asked in the background: the lower one only after it was needed."""
-        below = self.alike if self.alike.used else None
-        return [scored for scored in (self.scored, below) if scored is not None]
+        below = self.by_embedding if self.by_embedding.used else None
+        return [experts for experts in (self.by_likelihood, below) if experts is not None]
 
     def _rungs(
         self, name: str, local: Mapping[str, Rung], below: Mapping[str, Expert]
@@ -113,21 +114,21 @@ class Seating:
         """The rungs of the language models on the robot."""
         share = LOCAL_SHARE if self.cloud is None else self.cloud.cfg.local_share
         table: dict[str, Rung] = {}
-        if self.scored is not None:
-            scorer = self.scored.scorer
+        if self.by_likelihood is not None:
+            scorer = self.by_likelihood.scorer
 
             def ready(by: Deadline) -> bool:
                 return math.isinf(by.at_s) or not scorer.stuck
 
-            for name, ask in self.scored.experts(cfg).items():
+            for name, ask in self.by_likelihood.experts(cfg).items():
                 table[name] = Rung(LOCAL, ask, share, ready)
         if self.reasoner is not None:
             for name in ("o2f", "r2f", "both"):
                 table[name] = Rung(LOCAL, self.reasoner.expert(name), share, self.reasoner.ready)
-        if self.eyes is not None:
-            look = self.eyes.look(cfg)
-            look = self.eyes.expert("sle") if self.looks_in_words else look
-            table["sle"] = Rung(LOCAL, look, share, self.eyes.ready)
+        if self.vision is not None:
+            look = self.vision.look(cfg)
+            look = self.vision.expert("sle") if self.looks_in_words else look
+            table["sle"] = Rung(LOCAL, look, share, self.vision.ready)
         return table
 
     def _appeal(self, name: str, cloud: Cloud) -> Expert:
@@ -136,7 +137,7 @@ class Seating:
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
             last = self.answered.get(name)
             if last is not None and last[0] is brief and last[1] == RUNG:
-                return Missing(name, Absence.UNREACHED, "the cloud has voted")
+                return Missing(name, Absence.HAS_VOTED)
             return asked(brief, by)
 
         return ask

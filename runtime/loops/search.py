@@ -51,7 +51,7 @@ class SearchModels(Protocol):
         it cannot see."""
 
     def rung(self) -> str:
-        """Which rung of the ladder answers the experts."""
+        """Which rung answers the experts."""
 
     def health(self) -> Mapping[str, object]:
         """For people: rungs by expert, what models said that failed, what the cloud costs."""

@@ -45,7 +45,7 @@ class LoadedModels:
         vocabulary = load_vocabulary(*words)
         self.rooms = vocabulary.rooms
         self._spoken = tuple(likelihood_experts.spoken_room(name) for name in vocabulary.rooms)
-        self._seats: Seating | None = None
+        self._seating: Seating | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
         self._encoder = TextEncoder(_directory(TEXT_MODEL), threads)
@@ -53,7 +53,7 @@ class LoadedModels:
         self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
         if config.panel.experts:
-            self._open_seats()
+            self._open_seating()
 
     def __enter__(self) -> Self:
         return self
@@ -63,13 +63,13 @@ class LoadedModels:
 
     def close(self) -> None:
         """End the worker threads."""
-        for part in (self._panel, self._seats, self._cloud):
+        for part in (self._panel, self._seating, self._cloud):
             if part is not None:
                 part.close()
 
     @models_told()
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
-        """Understand a goal, set the detector's vocabulary, seat and warm the experts. When it
+        """Understand a goal, set the detector's vocabulary, make and warm the experts. When it
         raises, the goal accepted before is still looked for."""
         if config.models != self._models:
             raise ConfigError("models: cannot change while the runtime runs; start another")
@@ -79,13 +79,13 @@ class LoadedModels:
         others = tuple((name,) for name in config.detector.labels if name not in known)
         words = replace(self._words, classes=(*self._words.classes, *others))
         understood = understand(goal, words, self._encoder.embed)
-        seats = self._open_seats() if config.panel.experts else None
+        seating = self._open_seating() if config.panel.experts else None
         told = self._detector.seek(understood, config)
         understood = replace(understood, how=understood.how + told)
         if self._cloud is not None:
             self._cloud.begin(understood.name)
-        if seats is not None:
-            seats.begin(understood.name)
+        if seating is not None:
+            seating.begin(understood.name)
         if self._panel is not None:
             self._panel.close()
         rule = config.navigate.consensus
@@ -96,7 +96,7 @@ class LoadedModels:
         def agreed(ballot: Ballot) -> bool:
             return consensus.agreed(ballot, rule)
 
-        appeals = seats.appeals(config.panel.experts) if seats else {}
+        appeals = seating.appeals(config.panel.experts) if seating else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         return understood, self._panel
 
@@ -105,28 +105,30 @@ class LoadedModels:
         if self._cloud is not None:
             self._cloud.finish()
 
-    def _open_seats(self) -> Seating:
-        """The experts' models; they are loaded when the first expert is seated."""
-        if self._seats is None:
-            self._seats = self._load_seats()
-        return self._seats
+    def _open_seating(self) -> Seating:
+        """The experts' models; they are loaded when the first expert is asked for."""
+        if self._seating is None:
+            self._seating = self._load_seating()
+        return self._seating
 
-    def _load_seats(self) -> Seating:
+    def _load_seating(self) -> Seating:
         models = self._models
         below = Scorer([(EMBEDDING, Similarity(self._encoder))], self._clock)
-        seats = Seating(models.language, self._likeness, LikelihoodExperts(below, self._spoken))
-        seats.cloud = self._cloud
+        seating = Seating(models.language, self._likeness, LikelihoodExperts(below, self._spoken))
+        seating.cloud = self._cloud
         if models.vision:
-            seats.eyes = self._reason(_open_vision(models), sees=True)
-            seats.looks_in_words = _style(models.vision, models.vision_style) == "reason"
+            seating.vision = self._reason(_open_vision(models), sees=True)
+            seating.looks_in_words = _style(models.vision, models.vision_style) == "reason"
         if _style(models.language, models.language_style) == "score":
-            seats.scored = LikelihoodExperts(self._open_scorer(), self._spoken)
+            seating.by_likelihood = LikelihoodExperts(self._open_scorer(), self._spoken)
         elif models.language == models.vision:  # one model for all experts
-            seats.reasoner = seats.eyes
+            seating.reasoner = seating.vision
         else:
             path, sizes = _file(models.language), (models.context_tokens, models.gpu_layers)
-            seats.reasoner = self._reason(ReasoningModel(path, models.threads, *sizes), sees=False)
-        return seats
+            seating.reasoner = self._reason(
+                ReasoningModel(path, models.threads, *sizes), sees=False
+            )
+        return seating
 
     def _open_scorer(self) -> Scorer:
         local = LanguageModel(_file(self._models.language), self._models.threads)
@@ -153,12 +155,12 @@ class LoadedModels:
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
-        if self._seats is not None:
-            self._seats.notice(goal, names)
+        if self._seating is not None:
+            self._seating.notice(goal, names)
 
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""
-        return self._seats is None or self._seats.settle(by)
+        return self._seating is None or self._seating.settle(by)
 
     def capabilities(self) -> Mapping[str, object]:
         """The detector's; see models.detection.detections.Detector."""
@@ -166,21 +168,21 @@ class LoadedModels:
 
     def rung(self) -> str:
         """Which model answers the experts."""
-        return self._seats.rung() if self._seats is not None else "none"
+        return self._seating.rung() if self._seating is not None else "none"
 
     def health(self) -> dict[str, object]:
         """For people: rungs by expert, models' errors, what the cloud costs."""
-        return self._seats.health() if self._seats is not None else {}
+        return self._seating.health() if self._seating is not None else {}
 
     def bills(self) -> tuple[Bill, ...]:
         """Calls of the cloud since this was asked last, for the journal."""
-        return self._seats.bills() if self._seats is not None else ()
+        return self._seating.bills() if self._seating is not None else ()
 
     @models_told()
     def seated(self, config: Config) -> dict[str, Expert]:
-        """Those that the configuration seats, by name; they may be asked without a panel too."""
+        """Those that the configuration names; they may be asked without a panel too."""
         names = config.panel.experts
-        return self._open_seats().experts(names, config.experts) if names else {}
+        return self._open_seating().experts(names, config.experts) if names else {}
 
     def _likeness(self, brief: Brief) -> dict[int, float]:
         """Cosine of each frontier's view with the goal's room prompt: the rung below a

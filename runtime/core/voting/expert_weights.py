@@ -20,8 +20,8 @@ PRIOR_DECISIONS = 30.0
 
 
 @dataclass(frozen=True)
-class Reliance:
-    """Sums over the decisions that were learned from; their order does not matter."""
+class NormalEquations:
+    """Of the regression, as sums over the decisions that were learned from, in whatever order."""
 
     experts: tuple[str, ...]
     products: F64  # (E, E) of evidence, nats squared
@@ -29,13 +29,15 @@ class Reliance:
     decisions: int = 0
 
     @classmethod
-    def of(cls, experts: Iterable[str]) -> "Reliance":
+    def of(cls, experts: Iterable[str]) -> "NormalEquations":
         """Nothing learned yet."""
         names = tuple(sorted(set(experts)))
         return cls(names, np.zeros((len(names), len(names))), np.zeros(len(names)))
 
 
-def learned(before: Reliance, votes: Sequence[Vote], onward_m: Mapping[int, float]) -> Reliance:
+def learned(
+    before: NormalEquations, votes: Sequence[Vote], onward_m: Mapping[int, float]
+) -> NormalEquations:
     """With one more decision: its votes, and the way on to the target from each frontier, as it
     turned out. Frontiers that no way leads from are left out; of one alone nothing is learned."""
     known = {id: way for id, way in onward_m.items() if np.isfinite(way)}
@@ -47,7 +49,7 @@ def learned(before: Reliance, votes: Sequence[Vote], onward_m: Mapping[int, floa
     nats -= nats.mean(axis=0)
     way = np.array([known[i] for i in ids])
     saved = way.mean() - way
-    return Reliance(
+    return NormalEquations(
         before.experts,
         before.products + nats.T @ nats / len(ids),
         before.saved + nats.T @ saved / len(ids),
@@ -56,13 +58,13 @@ def learned(before: Reliance, votes: Sequence[Vote], onward_m: Mapping[int, floa
 
 
 def weights(
-    reliance: Reliance, prior: Mapping[str, float], decisions: float = PRIOR_DECISIONS
+    equations: NormalEquations, prior: Mapping[str, float], decisions: float = PRIOR_DECISIONS
 ) -> tuple[tuple[str, float], ...]:
     """Metres a nat by expert: least squares, ridged toward `prior` as if that had been learned from
     so many decisions, none below 0."""
-    start = np.array([prior.get(name, 0.0) for name in reliance.experts])
-    matrix = reliance.products + decisions * np.eye(len(start))
-    target = reliance.saved + decisions * start
+    start = np.array([prior.get(name, 0.0) for name in equations.experts])
+    matrix = equations.products + decisions * np.eye(len(start))
+    target = equations.saved + decisions * start
     found = np.zeros(len(start))
     used = np.ones(len(start), bool)
     while used.any():  # whoever is below 0 goes, and the others are asked again without it
@@ -72,5 +74,5 @@ def weights(
             break
         used &= found > 0
     return tuple(
-        (e, round(max(0.0, float(w)), 4)) for e, w in zip(reliance.experts, found, strict=True)
+        (e, round(max(0.0, float(w)), 4)) for e, w in zip(equations.experts, found, strict=True)
     )

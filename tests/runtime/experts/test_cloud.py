@@ -129,9 +129,9 @@ def test_a_call_ends_at_its_deadline(behave: str, server: Server, config: CloudC
     """Although a slow stream says something all the time, and no single read takes long."""
     server.behave = behave
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon(0.8)) == Missing("o2f", Absence.UNREACHED, "late")
+        assert cloud.expert("o2f")(BRIEF, soon(0.8)) == Missing("o2f", Absence.CALL_FAILED, "late")
         again = cloud.expert("o2f")(BRIEF, soon())
-        assert again == Missing("o2f", Absence.UNREACHED, "left alone after: late")
+        assert again == Missing("o2f", Absence.AT_REST, "late")
     assert len(server.requests) == 1
 
 
@@ -139,11 +139,11 @@ def test_a_cloud_that_is_not_there_is_left_alone_for_longer_and_longer(config: C
     clock = ManualClock()
     with Cloud(replace(config, base_url="http://127.0.0.1:9/v1"), clock) as cloud:
         ask = lambda: cloud.expert("o2f")(BRIEF, Deadline.never(clock))  # noqa: E731
-        down, resting = "cannot be reached", "left alone after: cannot be reached"
+        down = "cannot be reached"
         for rest_s in (1.0, 2.0, 4.0):
-            assert ask() == Missing("o2f", Absence.UNREACHED, down)
+            assert ask() == Missing("o2f", Absence.CALL_FAILED, down)
             clock.advance(rest_s - 0.1)
-            assert ask() == Missing("o2f", Absence.UNREACHED, resting)
+            assert ask() == Missing("o2f", Absence.AT_REST, down)
             clock.advance(0.1)
         assert cloud.status()["goal_usd"] == 0.0  # what never arrived costs nothing
 
@@ -162,7 +162,7 @@ def test_retry_after_is_respected(server: Server, config: CloudConfig) -> None:
 
 def test_without_time_nothing_is_asked(server: Server, config: CloudConfig) -> None:
     with asking(server, config) as cloud:
-        assert cloud.expert("o2f")(BRIEF, soon(0.1)) == Missing("o2f", Absence.UNREACHED, "no time")
+        assert cloud.expert("o2f")(BRIEF, soon(0.1)) == Missing("o2f", Absence.NO_TIME)
     assert server.requests == []
 
 
@@ -203,7 +203,7 @@ def test_a_server_that_takes_no_form_is_asked_without(server: Server, config: Cl
     server.behave = lambda body: (400, {"error": {"message": f"never, {KEY}"}})
     with asking(server, config) as cloud:
         assert cloud.expert("o2f")(BRIEF, soon()) == Missing(
-            "o2f", Absence.UNREACHED, "refused (400): never, ***"
+            "o2f", Absence.CALL_FAILED, "refused (400): never, ***"
         )
 
 
@@ -212,8 +212,9 @@ def test_a_server_that_takes_no_form_is_asked_without(server: Server, config: Cl
 
 def test_what_a_call_may_cost_must_fit_under_the_cap(server: Server, config: CloudConfig) -> None:
     with asking(server, replace(config, cap_goal_usd=0.004)) as cloud:
-        assert isinstance(cloud.expert("o2f")(BRIEF, soon()), Missing)
-        assert "cap per goal" in str(cloud.status()["error"])
+        missing = cloud.expert("o2f")(BRIEF, soon())
+        assert missing == Missing("o2f", Absence.NOT_AFFORDED, str(cloud.status()["error"]))
+        assert missing.cause.startswith("cap per goal: ")
         assert cloud.bills() == ()
     assert server.requests == []
 

@@ -128,7 +128,7 @@ def test_another_key_is_refused(config: CloudConfig) -> None:
     clock = SystemClock()
     with Cloud(replace(config, key_file=""), clock) as cloud:
         assert cloud.expert("o2f")(BRIEF, Deadline.never(clock)) == Missing(
-            "o2f", Absence.UNREACHED, "the key is refused (401)"
+            "o2f", Absence.CALL_FAILED, "the key is refused (401)"
         )
 
 
@@ -136,4 +136,4 @@ def test_a_server_that_is_too_slow_is_not_waited_for(config: CloudConfig) -> Non
     clock = SystemClock()
     with Cloud(config, clock) as cloud:
         outcome = cloud.expert("o2f")(BRIEF, Deadline.after(0.4, clock))
-        assert outcome == Missing("o2f", Absence.UNREACHED, "late")
+        assert outcome == Missing("o2f", Absence.CALL_FAILED, "late")

@@ -4,7 +4,7 @@ import math
 
 from runtime.clock import Deadline, ManualClock
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
-from runtime.experts.fallback import Rung, climb
+from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.panel import Expert
 
 BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2)))
@@ -29,7 +29,7 @@ def never() -> Deadline:
 
 def test_the_first_rung_that_answers_is_named() -> None:
     asked: list[float] = []
-    ladder = climb(
+    expert = with_fallback(
         "o2f",
         [
             Rung("local", says(Missing("", Absence.LATE))),
@@ -37,21 +37,23 @@ def test_the_first_rung_that_answers_is_named() -> None:
             Rung("embedding", says(vote(1), asked)),
         ],
     )
-    assert ladder(BRIEF, never()) == Vote("o2f", (2,), ((2, 0.5),), "because", "cloud")
+    assert expert(BRIEF, never()) == Vote("o2f", (2,), ((2, 0.5),), "because", "cloud")
     assert asked == []
 
 
 def test_an_abstention_is_an_answer() -> None:
     for cause in (Absence.NO_EVIDENCE, Absence.NO_PREFERENCE, Absence.ABSTAINS):
-        ladder = climb("o2f", [Rung("a", says(Missing("x", cause, "x"))), Rung("b", says(vote(1)))])
-        assert ladder(BRIEF, never()) == Missing("o2f", cause, "x")
+        expert = with_fallback(
+            "o2f", [Rung("a", says(Missing("x", cause, "x"))), Rung("b", says(vote(1)))]
+        )
+        assert expert(BRIEF, never()) == Missing("o2f", cause, "x")
 
 
 def test_every_rung_says_why_it_could_not() -> None:
     def falls_over(brief: Brief, by: Deadline) -> Vote:
         raise RuntimeError("out\nof memory")
 
-    ladder = climb(
+    expert = with_fallback(
         "sle",
         [
             Rung("local", falls_over),
@@ -60,13 +62,13 @@ def test_every_rung_says_why_it_could_not() -> None:
         ],
     )
     causes = "local: out of memory; cloud: not ready; embedding: nonsense: x"
-    assert ladder(BRIEF, never()) == Missing("sle", Absence.UNREACHED, causes)
-    assert climb("sle", [])(BRIEF, never()) == Missing("sle", Absence.UNREACHED)
+    assert expert(BRIEF, never()) == Missing("sle", Absence.NO_MODEL, causes)
+    assert with_fallback("sle", [])(BRIEF, never()) == Missing("sle", Absence.NO_MODEL)
 
 
 def test_time_is_left_for_the_rungs_below() -> None:
     clock, asked = ManualClock(), list[float]()
-    ladder = climb(
+    expert = with_fallback(
         "o2f",
         [
             Rung("local", says(Missing("", Absence.LATE), asked), share=0.4),
@@ -74,8 +76,8 @@ def test_time_is_left_for_the_rungs_below() -> None:
             Rung("embedding", says(vote(1), asked), share=0.1),
         ],
     )
-    ladder(BRIEF, Deadline.after(2.0, clock))
+    expert(BRIEF, Deadline.after(2.0, clock))
     assert [round(left, 6) for left in asked] == [0.8, 1.8, 2.0]
     asked.clear()
-    ladder(BRIEF, Deadline.never(clock))
+    expert(BRIEF, Deadline.never(clock))
     assert asked == [math.inf] * 3

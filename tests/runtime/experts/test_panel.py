@@ -87,10 +87,10 @@ def test_a_failing_expert_abstains_with_the_cause() -> None:
 
 def test_an_abstention_keeps_its_cause() -> None:
     clock = SystemClock()
-    with Panel({"sle": lambda brief, by: Missing("sle", Absence.UNREACHED)}, clock) as panel:
+    with Panel({"sle": lambda brief, by: Missing("sle", Absence.NO_MODEL)}, clock) as panel:
         ballot = panel.ask(BRIEF, never(clock))
     assert ballot.votes == ()
-    assert ballot.missing == (Missing("sle", Absence.UNREACHED),)
+    assert ballot.missing == (Missing("sle", Absence.NO_MODEL),)
 
 
 def test_nonsense_is_dropped_with_the_cause() -> None:

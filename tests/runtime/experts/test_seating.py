@@ -74,7 +74,7 @@ def seated(
     )
     seats = Seating("small", lambda brief: NO_VIEWS, below, cloud=cloud)
     if model is not None:
-        seats.scored = LikelihoodExperts(
+        seats.by_likelihood = LikelihoodExperts(
             stack.enter_context(Scorer([("small", model)], clock)), ROOMS
         )
     return seats
@@ -110,7 +110,7 @@ def test_the_model_on_the_robot_answers_first(stack: ExitStack) -> None:
     assert voted(table["r2f"](BRIEF, never())) == ((1,), "local")
     assert table["sle"](BRIEF, never()) == Missing("sle", Absence.NO_EVIDENCE)
     assert seats.rung() == "small"
-    assert not seats.alike.used
+    assert not seats.by_embedding.used
     assert seats.appeals(SEATED) == {}
     assert seats.health() == {"rungs": {"o2f": "local", "r2f": "local"}, "errors": []}
 
@@ -161,8 +161,8 @@ def test_a_model_that_hangs_is_stepped_over(stack: ExitStack) -> None:
     clock.advance(10.0)  # now it is known to be stuck, and costs no time any more
     assert voted(ask(BRIEF, Deadline.after(2.0, clock))) == ((2,), "embedding")
     gate.set()
-    assert seats.scored is not None
-    assert seats.scored.scorer.settle(Deadline.never(clock))
+    assert seats.by_likelihood is not None
+    assert seats.by_likelihood.scorer.settle(Deadline.never(clock))
     assert voted(ask(BRIEF, Deadline.after(2.0, clock))) == ((1,), "local")
 
 
@@ -193,7 +193,7 @@ def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
     seats = seated(stack, Broken(), cloud_at(stack, tmp_path, server))
     seats.experts(SEATED, CFG)["o2f"](BRIEF, never())
     appeal = seats.appeals(SEATED)["o2f"]
-    assert appeal(BRIEF, never()) == Missing("o2f", Absence.UNREACHED, "the cloud has voted")
+    assert appeal(BRIEF, never()) == Missing("o2f", Absence.HAS_VOTED)
     assert isinstance(appeal(replace(BRIEF, stamp_ns=8), never()), Vote)
     assert len(server.requests) == 2
 
@@ -212,7 +212,7 @@ class Eyes:
 
 def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
     seats = seated(stack, Likes("sink"))
-    seats.eyes = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=True))
+    seats.vision = stack.enter_context(Reasoner(Eyes(), SystemClock(), 100, sees=True))
     for in_words in (False, True):
         seats.looks_in_words = in_words
         assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "local")

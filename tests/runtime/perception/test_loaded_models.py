@@ -168,7 +168,7 @@ def test_a_model_that_sees_by_its_name(tmp_path: Path, monkeypatch: pytest.Monke
     )
     with LoadedModels(config, SystemClock()) as models:
         outcome = models.seated(config)["sle"](BRIEF, never())
-        assert models._open_seats().looks_in_words
+        assert models._open_seating().looks_in_words
     if isinstance(outcome, Vote):
         assert outcome.rung == "local"
     else:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from runtime.core.types import Vote
 from runtime.core.voting.comparison_modes import evidence
-from runtime.core.voting.expert_weights import Reliance, learned, weights
+from runtime.core.voting.expert_weights import NormalEquations, learned, weights
 
 EXPERTS = ("o2f", "r2f", "sle")
 
@@ -36,7 +36,7 @@ def lesson(true: dict[str, float], rng: random.Random, noise_m: float = 0.0):
 @given(st.tuples(*(st.floats(0.0, 3.0) for _ in EXPERTS)), st.integers(0, 1000))
 def test_what_was_true_is_found_out(true, seed: int):
     truth, rng = dict(zip(EXPERTS, true, strict=True)), random.Random(seed)
-    state = Reliance.of(EXPERTS)
+    state = NormalEquations.of(EXPERTS)
     for _ in range(60):
         state = learned(state, *lesson(truth, rng))
     found = dict(weights(state, {}, decisions=1e-6))
@@ -46,7 +46,7 @@ def test_what_was_true_is_found_out(true, seed: int):
 
 def test_an_expert_at_random_and_one_that_misleads_are_not_listened_to():
     truth, rng = {"o2f": -1.5, "r2f": 1.0, "sle": 0.0}, random.Random(7)
-    state = Reliance.of(EXPERTS)
+    state = NormalEquations.of(EXPERTS)
     for _ in range(1500):
         state = learned(state, *lesson(truth, rng, noise_m=2.0))
     found = dict(weights(state, {}))
@@ -58,7 +58,7 @@ def test_an_expert_at_random_and_one_that_misleads_are_not_listened_to():
 @given(st.tuples(*(st.floats(0.0, 3.0) for _ in EXPERTS)))
 def test_with_nothing_learned_the_prior_stands_and_much_of_it_holds(prior):
     start = dict(zip(EXPERTS, prior, strict=True))
-    state = Reliance.of(EXPERTS)
+    state = NormalEquations.of(EXPERTS)
     assert dict(weights(state, start)) == pytest.approx(start, abs=1e-4)
     rng = random.Random(1)
     for _ in range(5):
@@ -72,7 +72,7 @@ def test_with_nothing_learned_the_prior_stands_and_much_of_it_holds(prior):
 def test_the_order_of_decisions_does_not_matter(seed: int):
     rng = random.Random(seed)
     lessons = [lesson({"o2f": 1.0, "r2f": 0.2, "sle": 0.0}, rng, 1.0) for _ in range(10)]
-    one = two = Reliance.of(EXPERTS)
+    one = two = NormalEquations.of(EXPERTS)
     for votes, onward in lessons:
         one = learned(one, votes, onward)
     for votes, onward in lessons[::-1]:
@@ -81,7 +81,7 @@ def test_the_order_of_decisions_does_not_matter(seed: int):
 
 
 def test_nothing_is_learned_where_there_is_nothing_to_compare():
-    state, rng = Reliance.of(EXPERTS), random.Random(0)
+    state, rng = NormalEquations.of(EXPERTS), random.Random(0)
     votes, onward = lesson(dict.fromkeys(EXPERTS, 1.0), rng)
     assert learned(state, [], onward) is state
     assert learned(state, votes, {0: 3.0}) is state
