@@ -89,7 +89,7 @@ GONE = {
         "semantics.before_m": "BEFORE_M",
         "semantics.min_points": "MIN_POINTS",
         "semantics.miss_range_m": "MISS_RANGE_M",
-        "semantics.room_range_m": "ROOM_RANGE_M",
+        "semantics.room_range_m": "ROOM_CREDIT_M",
     },
     "runtime/core/objects/instances.py": {
         "semantics.stray": "STRAY",
@@ -150,7 +150,7 @@ GONE = {
         "control.hold_s": "HOLD_S",
         "control.side_accel_mps2": "SIDE_ACCEL_MPS2",
         "control.tight_share": "TIGHT_SHARE",
-        "control.comfort_m": "COMFORT_M",
+        "control.comfort_m": "FULL_SPEED_M",
         "control.look_ahead_m": "LOOK_AHEAD_M",
         "control.turn_gain": "TURN_GAIN",
         "control.turn_on_spot_rad": "TURN_ON_SPOT_RAD",
@@ -197,7 +197,7 @@ GONE = {
         "gain.doorway_m": "DOORWAY_M",
     },
     "runtime/core/voting/likelihood_experts.py": {
-        "experts.object_range_m": "OBJECT_RANGE_M",
+        "experts.object_range_m": "OBJECT_DECAY_M",
         "experts.objects_heard": "OBJECTS_HEARD",
         "experts.prior_weight": "PRIOR_WEIGHT",
         "experts.view_scale": "VIEW_SCALE",

@@ -137,6 +137,7 @@ GOALS: dict[str, tuple[str, ...]] = {
     **BROAD,
 }
 """What a goal's words mean, where they are not the one category of that name."""
+# The runtime reads a goal by a pattern of its own: the harness must not share what it judges.
 ARTICLE = re.compile(r"^(the|a|an|my|our|your|some) ")
 
 

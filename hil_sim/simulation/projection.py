@@ -3,11 +3,10 @@
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+
+from runtime.core.types import F64
 
 NEAR_M, FAR_M = 0.05, 25.0
-
-F64 = NDArray[np.float64]
 
 
 def placed(position_m: tuple[float, float, float], yaw_rad: float) -> F64:

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from hil_sim.scenes.furniture.obj import read_geometry
 from hil_sim.simulation.projection import (
-    F64,
     FAR_M,
     NEAR_M,
     applied,
@@ -27,6 +26,7 @@ from hil_sim.simulation.projection import (
     placed,
     side_planes,
 )
+from runtime.core.types import F64
 from runtime.errors import RfNavError
 
 SHADOW_PX = 4096

@@ -13,7 +13,7 @@ from runtime.core.types import F64, Action, Pose, Twist
 HOLD_S = 0.3  # how long a velocity may act before the next: period, sensing and wire
 SIDE_ACCEL_MPS2 = 0.3  # slows curves
 TIGHT_SHARE = 0.4  # of the speed, where the body barely fits
-COMFORT_M = 0.20  # clearance beyond the body from which on nothing slows
+FULL_SPEED_M = 0.20  # clearance beyond the body from which on nothing slows
 LOOK_AHEAD_M = 0.35  # along the descent path
 TURN_GAIN = 2.0  # yaw rate per heading error, 1/s
 TURN_ON_SPOT_RAD = 0.7  # heading error from which on the robot does not drive
@@ -164,7 +164,7 @@ def _ease(terrain: Terrain, pose: Pose, aim: tuple[float, float], radius_m: floa
         row, col = terrain.frame.cell(x, y)
         if terrain.frame.contains(row, col):
             spare = min(spare, float(terrain.clearance_m[row, col]) - radius_m - MARGIN_M)
-    return TIGHT_SHARE + (1 - TIGHT_SHARE) * min(1.0, max(0.0, spare / COMFORT_M))
+    return TIGHT_SHARE + (1 - TIGHT_SHARE) * min(1.0, max(0.0, spare / FULL_SPEED_M))
 
 
 def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> float:

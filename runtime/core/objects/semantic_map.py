@@ -32,7 +32,7 @@ with it: what is nearer stands before it."""
 BEFORE_M = 0.1  # at least
 MIN_POINTS = 6  # of an object, else its box gives none
 MISS_RANGE_M = (1.2, 4.0)  # where not seeing an object means something
-ROOM_RANGE_M = 3.0  # a view's room type is credited to cells this close
+ROOM_CREDIT_M = 3.0  # a view's room type is credited to cells this close
 EDGE_PX = 2.0
 """A box that ends so near to the image's edge is cut off by it."""
 
@@ -179,7 +179,7 @@ def _credit_room(
     apex = outline[0]
     offset = outline - apex
     reach = np.hypot(*offset.T)
-    near = apex + offset * np.minimum(1.0, ROOM_RANGE_M / np.maximum(reach, 1e-6))[:, None]
+    near = apex + offset * np.minimum(1.0, ROOM_CREDIT_M / np.maximum(reach, 1e-6))[:, None]
     low = np.clip(frame.cells(near.min(axis=0)) - 1, 0, None)
     high = np.minimum(frame.cells(near.max(axis=0)) + 2, frame.shape)
     window = (slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1])))

@@ -58,6 +58,11 @@ class ConsensusConfig:
     )  # fmt: skip
     seed: int = key(0, "Of the samples that a majority is drawn from.", research="consensus_seed")
 
+    @property
+    def counts_sets(self) -> bool:
+        """Whether only the experts' sets count, as in the paper, not their probabilities."""
+        return self.mode in ("strict", "lenient")
+
 
 class Candidate(Protocol):
     """A frontier, as far as a vote needs to know it."""
@@ -159,7 +164,7 @@ def _outcome(
     """The elected frontier, the rule, the chosen set."""
     field = field.without(_vetoed(votes, cfg)).within(cfg.detour_m)
     far = field.distance_m
-    if cfg.mode in ("strict", "lenient"):
+    if cfg.counts_sets:
         rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")
     elif cfg.mode == "weighted":
         rule, chosen = comparison_modes.weighted(votes, far, dict(cfg.weights))
@@ -175,7 +180,7 @@ def _outcome(
 def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
     """Whether the experts agree: if not, the fallback decides. Votes are taken to be for reachable
     frontiers, as a brief lists no others; how far those are is not asked (`detour_m`)."""
-    if cfg.mode in ("strict", "lenient"):
+    if cfg.counts_sets:
         out = _vetoed(ballot.votes, cfg)
         sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
         return bool(agree(sets, cfg.mode == "lenient")[1])
@@ -202,7 +207,7 @@ def settled(
         return True
     if cfg.veto or cfg.mode == "weighted":
         return False
-    if cfg.mode in ("strict", "lenient"):
+    if cfg.counts_sets:
         return _stands(field.sets(votes), len(pending), field, cfg)
     return any(v.expert < min(pending) for v in votes)  # the first by name decides
 

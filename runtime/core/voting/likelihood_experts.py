@@ -14,7 +14,7 @@ from statistics import fmean
 from runtime.core.keys import key
 from runtime.core.types import Absence, Brief, Missing, Vote
 
-OBJECT_RANGE_M = 1.5  # distance at which an object's weight has fallen to 1 / e
+OBJECT_DECAY_M = 1.5  # distance at which an object's weight has fallen to 1 / e
 OBJECTS_HEARD = 5  # around a frontier, the nearest; of many the average says nothing
 PRIOR_WEIGHT = 0.3  # of "nothing known", in objects right at the frontier
 VIEW_SCALE = 8.0  # nats per unit of cosine between a view and the goal
@@ -163,7 +163,7 @@ def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tu
     evidence: dict[int, tuple[float, str]] = {}
     for frontier in brief.frontiers:
         weights = [
-            (o.confidence * math.exp(-o.distance_m / OBJECT_RANGE_M), o.name)
+            (o.confidence * math.exp(-o.distance_m / OBJECT_DECAY_M), o.name)
             for o in frontier.objects
             if o.name in affinity and o.name != brief.goal
         ]
