@@ -179,7 +179,7 @@ def _finish(run_dir: Path, result: EpisodeResult) -> None:
     for line in final_lines(result):
         click.echo(line)
     if (run_dir / MAP_FILE).is_file():
-        from hil_sim.driving.draw import draw_map
+        from hil_sim.evaluation.map_picture import draw_map
 
         draw_map(run_dir, run_dir / PICTURE_FILE)
     names = [SUMMARY_FILE, "decisions.jsonl", PICTURE_FILE]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 
-from hil_sim.driving.draw import draw_map
+from hil_sim.evaluation.map_picture import draw_map
 from runtime.journal import write_map
 
 
