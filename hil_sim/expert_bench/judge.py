@@ -54,7 +54,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Likeness:
+class ExpertLikeness:
     """How far two experts say the same. Of the questions: share on which both vote; of those,
     share with a frontier in common, and what it would be by chance; and the rank correlation of
     their evidence, set or no set. Values (N,), NaN where there is nothing to compare."""
@@ -75,7 +75,7 @@ class Table:
     spoilt: Mapping[str, Mapping[str, Row]]
     votes: Mapping[str, Mapping[str, float]]
     insight: Mapping[str, Values]  # rank correlation of evidence with a short way on
-    likeness: Mapping[tuple[str, str], Likeness]
+    likeness: Mapping[tuple[str, str], ExpertLikeness]
 
 
 class Electorate(Protocol):
@@ -177,7 +177,7 @@ class _Bench:
             found.append(rank_correlation(list(p.values()), [-onward[id] for id in p]))
         return np.array(found)
 
-    def likeness(self, config: Config, one: str, other: str) -> Likeness:
+    def likeness(self, config: Config, one: str, other: str) -> ExpertLikeness:
         """Two experts compared."""
         votes, evidence = self._votes_under(config), self._evidence(config)
         rows = []
@@ -189,7 +189,7 @@ class _Bench:
             both = bool(a and b)
             chance = _chance(len(a), len(b), len(question.costs_m)) if both else np.nan
             rows.append((both, bool(a & b) if both else np.nan, chance, alike))
-        return Likeness(*np.array(rows, float).T)
+        return ExpertLikeness(*np.array(rows, float).T)
 
     def _votes_under(self, config: Config) -> Votes:
         if config.experts not in self._votes:
