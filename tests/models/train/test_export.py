@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 torch = pytest.importorskip("torch")
 
+from drawn_shapes import SHAPES, draw_frames  # noqa: E402
 from onnx import TensorProto, helper, numpy_helper  # noqa: E402
 
 from models.detection.detector import OpenDetector, open_detector  # noqa: E402
@@ -19,7 +20,6 @@ from models.train.data import batches, read_frames  # noqa: E402
 from models.train.export import export, load_network, parse_size  # noqa: E402
 from models.train.network import Network  # noqa: E402
 from models.train.restore import main, restore  # noqa: E402
-from models.train.synthetic import SHAPES, draw_frames  # noqa: E402
 from models.train.trainer import save  # noqa: E402
 from models.words.text_encoder import TextEncoder  # noqa: E402
 

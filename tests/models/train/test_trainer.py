@@ -16,13 +16,14 @@ from click.testing import CliRunner
 
 torch = pytest.importorskip("torch")
 
+from drawn_shapes import SHAPES, draw_frames  # noqa: E402
+
 from models.errors import ModelFileError  # noqa: E402
 from models.train import average, data, finish, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou, room_loss  # noqa: E402
 from models.train.names import PATH, load_names  # noqa: E402
 from models.train.network import Network  # noqa: E402
-from models.train.synthetic import SHAPES, draw_frames  # noqa: E402
 from models.train.trainer import Recipe, Trainer  # noqa: E402
 
 

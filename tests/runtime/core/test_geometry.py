@@ -1,9 +1,11 @@
 """Frames and projections are inverse to each other and follow REP 103 / 105."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from apartment import MOUNT
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -14,6 +16,7 @@ from runtime.core.geometry import (
     optical_to_base,
     project,
     rays,
+    seen_from_m,
     wrap_angle,
 )
 from runtime.core.types import Intrinsics, Mount, Pose
@@ -100,3 +103,12 @@ def test_a_cells_centre_is_in_the_cell(x: float, y: float):
 @pytest.mark.parametrize(("cell", "inside"), [((0, 0), True), ((-1, 0), False), ((0, 160), False)])
 def test_containment(cell: tuple[int, int], inside: bool):
     assert GridFrame(0.0, 0.0, 0.05, 160, 160).contains(*cell) is inside
+
+
+def test_how_far_away_a_thing_is_in_the_image():
+    lens = Intrinsics(fx=240.0, fy=240.0, cx=320.0, cy=240.0, width=640, height=480)
+    ahead = replace(MOUNT, x_m=0.1, z_m=0.9)  # its lowest ray falls by 45 degrees
+    assert seen_from_m(lens, ahead, 0.4) == pytest.approx(0.6)
+    assert seen_from_m(lens, ahead, 0.9) == seen_from_m(lens, ahead, 1.5) == 0.0
+    assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.4) < 0.5
+    assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.4) == math.inf

@@ -1,0 +1,96 @@
+"""Where a thing is looked at from: within reach, in view, and from another side."""
+
+import math
+
+import numpy as np
+import pytest
+from apartment import MOUNT
+from hypothesis import given
+from hypothesis import strategies as st
+from open_floor import POSE, RADIUS_M, SPOT, at, axes, bed, floor, open_floor
+
+from runtime.core.distances.planner import look_around
+from runtime.core.geometry import seen_from_m
+from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.objects.standpoints import REACH_M, look_from, other_sides, standpoints
+from runtime.core.objects.verdict import SECOND_SIDE_RAD
+from runtime.core.types import Intrinsics, Pose
+
+
+def test_a_vase_amid_a_table_can_be_stood_before():
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x - 1.5) < 0.5) & (np.abs(y) < 0.8)] = 10  # the table top
+    grid.changed()
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
+    vase = Instance(
+        1, {"vase": Evidence(4.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
+    )
+    stands = standpoints(grid, terrain, reach, vase, "vase")
+    assert stands.any()
+    rows, cols = np.nonzero(stands)
+    ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
+    assert (ahead[:, 0] < 1.0).all()  # on the side it was seen from
+
+
+def test_nothing_is_looked_at_through_a_wall():
+    """A toilet against a thin wall, once seen from over there: not from this side."""
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x - 1.0) < 0.05) & (y < 1.0)] = 10
+    grid.changed()
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
+    cells = np.array([[1.075, 0.025], [1.125, -0.025], [1.175, 0.025], [1.275, 0.025]])
+    seen_from = Pose(1.2, 1.5, -1.5)
+    toilet = Instance(1, {"toilet": Evidence(4.0)}, (1.25, 0.0), 0.4, cells, views=[seen_from])
+    stands = standpoints(grid, terrain, reach, toilet, "toilet")
+    assert stands.any()
+    rows, cols = np.nonzero(stands)
+    ahead = terrain.frame.centres(np.stack([rows, cols], 1).astype(np.int32))
+    assert (ahead[:, 0] > 1.0).all()
+
+
+def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    ball = bed(Pose(0.0, 0.0, 0.0))
+    lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
+    for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
+        seen_from = seen_from_m(lens, MOUNT, high_m)
+        stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
+        away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
+        gaps = np.hypot(*away.T)
+        assert nearest_m - 0.03 < gaps.min()
+        assert 0.65 < gaps.max() < farthest_m + 0.03
+
+
+@given(st.floats(math.pi - 1.2, math.pi + 1.2))
+def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    thing = bed(at(bearing, 1.2))
+    thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
+    thing.looks.append(at(bearing + 0.2, 1.0))
+    cells = np.argwhere(other_sides(grid, terrain, reach, thing, "bed"))
+    assert len(cells)
+    xy = terrain.frame.centres(cells.astype(np.int32)) - SPOT
+    angles = np.arctan2(xy[:, 1], xy[:, 0])
+    for seen in (bearing, bearing + 0.2):
+        off = np.abs(np.angle(np.exp(1j * (angles - seen))))
+        assert off.min() >= SECOND_SIDE_RAD - 1e-3
+    assert np.isfinite(reach.arrival_m[tuple(cells.T)]).all()
+    assert np.hypot(*xy.T).max() < REACH_M + 0.3
+
+
+def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    thing = bed(at(math.pi, 2.0))
+    thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
+    spot = look_from(grid, terrain, reach, thing)
+    assert spot is not None
+    stands = standpoints(grid, terrain, reach, thing, "bed")
+    assert stands[terrain.frame.cell(*spot)]
+    assert reach.at(*spot) == pytest.approx(reach.arrival_m[stands].min())
+    thing.cells_xy = thing.cells_xy + 40.0  # beyond what is known
+    assert look_from(grid, terrain, reach, thing) is None

@@ -1,0 +1,75 @@
+"""The way to the target: what is stopped at, and from how many sides it is looked at first."""
+
+import numpy as np
+from apartment import MOUNT, TWO_ROOMS, Apartment
+from open_floor import POSE, RADIUS_M, axes, floor
+
+from runtime import navigate
+from runtime.core.approach import approach_target
+from runtime.core.distances.planner import look_around
+from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.objects.verdict import from_two_sides
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import Action, Ballot, Pose
+from runtime.core.world import World
+
+
+def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
+    """The robot stands before the table, whose cells were taken for a part of the sofa."""
+    cfg, grid = NavigateConfig(), floor()
+    x, y = axes(grid)
+    table, sofa = ((x > low) & (x < low + 0.4) & (np.abs(y) < 0.4) for low in (0.6, 1.7))
+    grid.evidence[table | sofa] = 10
+    grid.changed()
+    before, behind = (np.stack([x[at], y[at]], 1) for at in (table, sofa))
+    world = World.begin("sofa", ("sofa", "coffee table"), (), POSE, RADIUS_M, 0)
+    world.map, world.seen = grid, look_around(grid, POSE, RADIUS_M)
+    both = np.concatenate([before, behind])
+    views = [POSE, Pose(1.9, -2.0, 1.5)]
+    believed = {"sofa": Evidence(4.0, backing=views, near_m=1.0)}
+    target = Instance(1, believed, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
+    world.semantic.instances[1] = target
+    alone = approach_target(world, cfg)
+    assert alone is not None
+    assert alone.mode == "stop"  # it believes to be there
+    other = Instance(2, {"coffee table": Evidence(4.0)}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
+    world.semantic.instances[2] = other
+    command = approach_target(world, cfg)
+    assert command is not None
+    assert command.mode == "target"
+
+
+class Silent:
+    def ask(self, brief: object, by: None) -> Ballot:
+        return Ballot()
+
+
+def drive(score: float, steps: int = 200) -> tuple[World, list[navigate.Command]]:
+    """The robot begins right before a thing that is reported with a constant score while it is in
+    view, though never from any other side than the one it is in."""
+    home, cfg = Apartment.of(TWO_ROOMS, Pose(6.4, 2.2, 0.0)), navigate.NavigateConfig()
+    home.things = {"toilet": (7.4, 2.2, 0.3)}
+    world, commands = None, []
+    for _ in range(steps):
+        obs = home.observe()
+        if world is None:
+            world = World.begin("toilet", ("toilet",), (), obs.pose, 0.18)
+        navigate.perceive(world, obs, home.detect(("toilet",), obs, score), MOUNT, cfg)
+        why = navigate.due(world, cfg)
+        if why:
+            snap = navigate.snapshot(world, why, cfg)
+            navigate.adopt(world, navigate.decide(snap, Silent(), None, cfg))
+        commands.append(navigate.steer(world, navigate.act(world, cfg), cfg))
+        if commands[-1].action is Action.STOP:
+            break
+        home.apply(commands[-1].action)
+    assert world is not None
+    return world, commands
+
+
+def test_a_target_it_begins_before_is_looked_at_from_another_side_first():
+    world, commands = drive(0.8)
+    assert commands[-1].reason.startswith("found toilet")
+    assert any("from another side" in c.reason for c in commands)
+    (toilet,) = (i for i in world.semantic.instances.values() if i.log_odds > 1)
+    assert from_two_sides(toilet, "toilet")

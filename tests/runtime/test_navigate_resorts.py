@@ -1,0 +1,34 @@
+"""What was seen only from afar, or doubted, is gone to before the search ends."""
+
+import numpy as np
+from open_floor import POSE, RADIUS_M, floor
+
+from runtime import navigate
+from runtime.core.exploration import with_frontiers
+from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.settings import NavigateConfig
+from runtime.core.world import Resort, World
+
+
+def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
+    """It is worth no detour before everything else was tried."""
+    cfg = NavigateConfig()
+    world = World.begin("vase", ("vase",), (), POSE, RADIUS_M, 0)
+    world.map = floor()
+    faint = Instance(
+        1, {"vase": Evidence(-2.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
+    )
+    world.semantic.instances[1] = faint
+    world.explored.given_up[:] = True  # no frontier is left
+    with_frontiers(world, cfg)
+    said = []
+    while not said or said[-1].mode == "look":
+        said.append(navigate._finish(world, cfg))
+        world.explored.given_up[:] = True
+        with_frontiers(world, cfg)
+    assert [command.reason for command in said[:-1]] == [
+        r.reason for r in Resort if r is not Resort.NONE
+    ]
+    assert said[-1].reason.startswith("inspect vase 1")
+    world.semantic.instances.clear()
+    assert navigate._finish(world, cfg).mode == "stop"
