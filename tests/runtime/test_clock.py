@@ -6,8 +6,9 @@ import threading
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.clock import Deadline, SystemClock
 
 
 @given(st.floats(0, 100), st.lists(st.floats(0, 100), max_size=5))

@@ -6,12 +6,13 @@ from pathlib import Path
 import pytest
 from asked import moment
 from click.testing import CliRunner
+from manual_clock import ManualClock
 
 from hil_sim.commands.questions import questions_command
 from hil_sim.expert_bench import voting
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, write_home
 from hil_sim.expert_bench.make import make_bank, plan_of
-from runtime.clock import Deadline, ManualClock
+from runtime.clock import Deadline
 from runtime.core.types import Absence, Missing
 from runtime.errors import RfNavError
 from runtime.experts.panel import EXPERTS

@@ -7,13 +7,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from asked import moment
+from manual_clock import ManualClock
 
 from hil_sim.expert_bench import report
 from hil_sim.expert_bench.bank import CLEAN, Bank, BankHome, BenchQuestion, questions_of
 from hil_sim.expert_bench.judge import CONDITIONS, METHODS, NEAR, RANDOM, Table, judge
 from hil_sim.expert_bench.statistics import Resampling
 from hil_sim.expert_bench.voting import Votes, at_random
-from runtime.clock import Deadline, ManualClock
+from runtime.clock import Deadline
 from runtime.config import Config
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from manual_clock import ManualClock
 from places import ROOT
 
 from hil_sim.driving.faulty_runtime import Babbling, cloud_settings, down, nonsense
@@ -28,7 +29,7 @@ from hil_sim.simulation.body import (
 from hil_sim.simulation.faults import KINDS, Fault, Sensed, When, model_fault, parse_faults
 from hil_sim.simulation.mishaps import Mishaps
 from runtime import config as configuration
-from runtime.clock import Deadline, ManualClock
+from runtime.clock import Deadline
 from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Pose
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Cloud

@@ -14,8 +14,9 @@ import pytest
 from cloud_double import Server, answer, completion, ids_of, vote
 from hypothesis import given
 from hypothesis import strategies as st
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.clock import Deadline, SystemClock
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Cloud

@@ -2,7 +2,9 @@
 
 import math
 
-from runtime.clock import Deadline, ManualClock
+from manual_clock import ManualClock
+
+from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.panel import Expert

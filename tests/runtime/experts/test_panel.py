@@ -3,7 +3,9 @@
 import threading
 from collections.abc import Callable
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from manual_clock import ManualClock
+
+from runtime.clock import Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, Vote
 from runtime.experts.panel import Panel
 

@@ -5,8 +5,9 @@ import threading
 from collections.abc import Callable
 
 import pytest
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.clock import Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, Vote
 from runtime.core.voting import consensus
 from runtime.core.voting.consensus import ConsensusConfig

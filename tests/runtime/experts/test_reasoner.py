@@ -5,8 +5,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.clock import Deadline, SystemClock
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.experts.reasoner import Late, Reasoner

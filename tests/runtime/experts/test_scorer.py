@@ -5,8 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock, SystemClock
+from runtime.clock import Deadline, SystemClock
 from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.scorer import Scorer, Similarity

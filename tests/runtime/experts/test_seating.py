@@ -9,8 +9,9 @@ from typing import Any
 
 import pytest
 from cloud_double import Server, answer, completion
+from manual_clock import ManualClock
 
-from runtime.clock import Clock, Deadline, ManualClock, SystemClock
+from runtime.clock import Clock, Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
 from runtime.core.voting.consensus import ConsensusConfig

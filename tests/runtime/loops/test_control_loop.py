@@ -5,8 +5,9 @@ import threading
 
 import numpy as np
 import pytest
+from manual_clock import ManualClock
 
-from runtime.clock import ManualClock, SystemClock
+from runtime.clock import SystemClock
 from runtime.config import RealtimeConfig
 from runtime.core.distances.planner import Field, Terrain
 from runtime.core.geometry import GridFrame

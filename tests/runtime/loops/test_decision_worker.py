@@ -4,8 +4,9 @@ import threading
 from dataclasses import dataclass, field
 
 import numpy as np
+from manual_clock import ManualClock
 
-from runtime.clock import Deadline, ManualClock
+from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing, Vote
 from runtime.core.voting.rehearsal import expected
 from runtime.core.world import Snapshot
