@@ -5,6 +5,7 @@ import importlib.util
 import os
 import re
 import shlex
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,9 @@ from places import ROOT
 from hil_sim.__main__ import cli as hil_sim
 from hil_sim.driving.methods import METHODS
 from runtime.__main__ import cli as rfnav
-from runtime.config import known_keys
+from runtime.config import _tell, known_keys, load
+from runtime.errors import ConfigError
+from runtime.former_keys import FORMER
 
 PAGES = [
     ROOT / "README.md",
@@ -27,8 +30,6 @@ PAGES = [
 ]
 LAB = sorted((ROOT / "docs/lab").glob("*.md"))
 """What was tried, and how: its commands are of their day, its links and pictures are not."""
-TOLD = [page for page in PAGES if page.name != "ARCHITECTURE.md"]
-"""Where `table.key` is a key of the configuration, and no function of a module."""
 PROGRAMS = {"hil-sim": hil_sim, "rfnav": rfnav}
 ROOMS = ("runtime", "models", "hil_sim", "tests", "scripts", "docs", "deploy")
 GONE = "## Names that went away"
@@ -36,6 +37,8 @@ GONE = "## Names that went away"
 FENCED = re.compile(r"^ *```(\w*)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 INLINE = re.compile(r"`([^`]+)`")
 FIRST = r"(?:\.venv/bin/)?(?:hil-sim|rfnav|python)|scripts/[\w-]+"
+DOTTED = re.compile(r"(?<![\w./])[a-z_]+(?:\.[a-z_0-9]+)+(?![\w/(])")
+"""What may be a key, `table.name`, wherever it stands."""
 COMMAND = re.compile(rf"(?:^|\s)((?:{FIRST})(?:\s.*)?)$", re.DOTALL)
 
 
@@ -143,6 +146,37 @@ def _wrong_value(given: dict[str, object]) -> str | None:
     return None
 
 
+def wrong_keys(text: str) -> list[str]:
+    """What is named as keys are, though there is no such key: one that went away or was renamed
+    wherever it stands, one that never was where a sentence marks it."""
+    tables = {key.partition(".")[0] for key in (*known_keys(), *FORMER)}
+    former = [key for key in DOTTED.findall(text) if key in FORMER]
+    unknown = []
+    for name in INLINE.findall(FENCED.sub("", text)):
+        key = name.partition(" ")[0].partition("=")[0]
+        if key.endswith((".py", ".png", ".npz", ".md")) or not DOTTED.fullmatch(key):
+            continue
+        if key.partition(".")[0] in tables and key not in {*known_keys(), *former}:
+            unknown += [] if _is_module(key) else [key]
+    return former + unknown
+
+
+def configurations(text: str) -> list[str]:
+    """The fenced TOML of a page, as it would be copied to a file."""
+    return [textwrap.dedent(block) for kind, block in FENCED.findall(text) if kind == "toml"]
+
+
+def told_of(block: str, path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """What reading a configuration says: the error, or the renamed keys; "" when nothing."""
+    path.write_text(block, encoding="utf-8")
+    _tell.cache_clear()  # a renamed key is told once a process
+    try:
+        load(path)
+    except ConfigError as error:
+        return str(error)
+    return capsys.readouterr().err
+
+
 def slug(heading: str) -> str:
     """What a heading is linked by."""
     kept = re.sub(r"[^\w\- ]", "", re.sub(r"[`*]", "", heading.strip().lower()))
@@ -177,15 +211,56 @@ def test_every_file_that_is_named_exists(page: Path) -> None:
             assert (ROOT / name).exists(), name
 
 
-@pytest.mark.parametrize("page", TOLD, ids=lambda page: str(page.relative_to(ROOT)))
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_key_that_is_named_exists(page: Path) -> None:
-    tables = {key.partition(".")[0] for key in known_keys()}
-    for name in INLINE.findall(FENCED.sub("", text_of(page))):
-        key = name.partition(" ")[0].partition("=")[0]
-        if key.endswith((".py", ".png")):
-            continue
-        if re.fullmatch(r"[a-z_]+(\.[a-z_0-9]+)+", key) and key.partition(".")[0] in tables:
-            assert key in known_keys() or _is_module(key), name
+    assert not wrong_keys(text_of(page))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_configuration_can_be_loaded(
+    page: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = [told_of(b, tmp_path / "robot.toml", capsys) for b in configurations(text_of(page))]
+    assert not any(said), said
+
+
+def test_there_are_configurations_to_load() -> None:
+    assert len([block for page in PAGES for block in configurations(text_of(page))]) >= 6
+
+
+@pytest.mark.parametrize(
+    ("text", "wrong"),
+    [
+        ("the key `cloud.enabled`, or `models.threads=2`, and `research.consensus_mode`", []),
+        ("`models.train.export` is a module, `map.png` a picture, `cloud.py` a file", []),
+        ("set `consensus.mode`", ["consensus.mode"]),
+        ("or planner.margin_m without marks", ["planner.margin_m"]),
+        ("```sh\nhil-sim demo --set semantics.max_step=2\n```", ["semantics.max_step"]),
+        ("`planner.no_such_key` of a table that went away", ["planner.no_such_key"]),
+        ("`cloud.no_such_key` of one that did not", ["cloud.no_such_key"]),
+    ],
+)
+def test_a_key_that_is_none_is_found(text: str, wrong: list[str]) -> None:
+    assert wrong_keys(text) == wrong
+
+
+@pytest.mark.parametrize(
+    ("block", "said"),
+    [
+        ("[models]\nthreads = 2\n", ""),
+        ("[consensus]\nmode = 'lenient'\n", "is called research.consensus_mode now"),
+        ("[planner]\nmargin_m = 0.05\n", "cannot be set any more"),
+        ("[cloud]\nno_such_key = 1\n", "unknown"),
+        ("[cloud\n", "not valid TOML"),
+    ],
+)
+def test_a_configuration_that_is_none_is_found(
+    block: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    [found] = configurations(f"as in\n\n```toml\n{block}```\n")
+    told = told_of(found, tmp_path / "robot.toml", capsys)
+    assert said in told
+    assert bool(said) == bool(told)
 
 
 def _is_module(name: str) -> bool:
