@@ -17,6 +17,7 @@ CONTAINERS = ("runtime", "runtime.core", "hil_sim", "hil_sim.scenes", "models")
 
 
 def _load() -> Any:
+    sys.path.append(str(ROOT / "scripts"))  # where its other half lies
     spec = importlib.util.spec_from_file_location("house", ROOT / "scripts" / "house.py")
     assert spec is not None
     assert spec.loader is not None
@@ -26,6 +27,7 @@ def _load() -> Any:
 
 
 house = _load()
+CONTRACTS = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
 
 
 def test_the_rules_hold(capfd: pytest.CaptureFixture[str]) -> None:
@@ -61,7 +63,30 @@ def test_two_public_classes_of_one_name_are_told() -> None:
     ]
 
 
-@pytest.mark.parametrize("room", ["work", "root", "farm", "home/ann"])
+@pytest.mark.parametrize(
+    "second",
+    [
+        "if True:\n    class Plan: ...\n",
+        "try:\n    import a\nexcept ImportError:\n    class Plan: ...\n",
+        "Plan = NamedTuple('Plan', [('a', int)])\n",
+        "Plan = collections.namedtuple('Plan', 'a b')\n",
+    ],
+)
+def test_a_class_of_that_name_is_seen_however_it_is_made(second: str) -> None:
+    code = {"runtime/a.py": "class Plan: ...\n", "models/b.py": second}
+    assert len(house.same_class_names(code)) == 1
+
+
+def test_what_is_no_class_of_the_module_may_have_a_name_again() -> None:
+    others = "Plan = make(3)\ndef f():\n    class Plan: ...\nclass A:\n    class Plan: ...\n"
+    assert (
+        house.same_class_names({"runtime/a.py": "class Plan: ...\n", "models/b.py": others}) == []
+    )
+
+
+@pytest.mark.parametrize(
+    "room", ["work", "root", "farm", "mnt", "data", "workspace", "scratch", "home/ann", "Users/ann"]
+)
 def test_a_path_of_one_machine_is_told(room: str) -> None:
     line = f'HERE = "/{room}/main/file.json"'
     assert len(house.machine_paths({"a.md": f"first\n{line}\n"})) == 1
@@ -74,6 +99,7 @@ def test_a_path_of_one_machine_is_told(room: str) -> None:
         "detector = '/opt/models/detector.onnx'",
         "/etc/rf-nav/robot.toml",
         "https://example.org/work/of/others",
+        "https://example.org/data/of/others",
         "~/work/rf-nav and $HOME/work/rf-nav",
     ],
 )
@@ -90,6 +116,53 @@ def test_a_test_without_a_room_is_told() -> None:
     ]
 
 
+@pytest.mark.parametrize("name", ["test_open.py", "test_open_twice.py", "test_shapes_small.py"])
+def test_a_test_is_named_after_what_it_tests(name: str) -> None:
+    rooms = ["hil_sim/scenes/open.py", "hil_sim/scenes/shapes/__init__.py"]
+    assert house.tests_without_a_room([*rooms, f"tests/hil_sim/scenes/{name}"]) == []
+
+
+@pytest.mark.parametrize("name", ["test_opening.py", "test_the_open.py", "test_twice_open.py"])
+def test_a_test_that_is_named_after_nothing_is_told(name: str) -> None:
+    path = f"tests/hil_sim/scenes/{name}"
+    assert house.tests_without_a_room(["hil_sim/scenes/open.py", path]) == [
+        f"{path}: hil_sim/scenes/ has no module that it is named after"
+    ]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import datetime",
+        "import sqlite3",
+        "import logging",
+        "import importlib",
+        "import os.path",
+        "import time as t",
+        "from pathlib import Path",
+        "from runtime import clock",
+        "from runtime.experts.panel import Panel",
+        "from models import errors",
+        "from . import grid",
+        "import corexample",
+        "def f():\n    import heapq",
+        "if True:\n    from concurrent.futures import Future",
+    ],
+)
+def test_an_import_that_the_core_may_not_have_is_told(line: str) -> None:
+    [said] = house.foreign_imports({"runtime/core/a.py": line})
+    assert said.endswith(": the core imports only what computes")
+
+
+def test_what_only_computes_may_be_imported() -> None:
+    lines = (
+        "import json\nimport cv2\nimport numpy as np\nimport numpy.typing as npt\nimport skfmm\n"
+        "from collections.abc import Iterable\nfrom runtime import core\n"
+        "from runtime.core.types import Pose\n"
+    )
+    assert house.foreign_imports({"runtime/core/a.py": lines}) == []
+
+
 @pytest.mark.parametrize(
     "line",
     [
@@ -102,6 +175,16 @@ def test_a_test_without_a_room_is_told() -> None:
         "path.write_bytes(b'a')",
         "np.load('a.npy')",
         "numpy.save('a.npy', x)",
+        "read = n.load",
+        "np.lib.format.open_memmap('a.npy')",
+        "from numpy.lib.format import open_memmap",
+        "layout.open_memmap('a.npy')",
+        "vision.imread('a.png')",
+        "cv2.VideoCapture(0)",
+        "cv2.dnn.readNet('a')",
+        "cv2.getTickCount()",
+        "from cv2 import getTickCount as ticks",
+        "__import__('time')",
         "x.tofile('a')",
         "cv2.imread('a.png')",
         "cv2.imwrite('a.png', x)",
@@ -109,14 +192,54 @@ def test_a_test_without_a_room_is_told() -> None:
         "from numpy import load",
     ],
 )
-def test_a_file_that_the_core_opens_is_told(line: str) -> None:
-    [said] = house.files_opened({"runtime/core/a.py": f"import math\n{line}\n"})
+def test_a_file_or_a_clock_that_the_core_reaches_is_told(line: str) -> None:
+    imports = (
+        "import cv2, numpy, numpy as np, numpy as n, cv2 as vision; from numpy.lib "
+        "import format as layout"
+    )
+    [said] = house.reaches_out({"runtime/core/a.py": f"{imports}\n{line}\n"})
     assert said.startswith("runtime/core/a.py:2: ")
 
 
 def test_what_opens_no_file_may_stand_in_the_core() -> None:
-    lines = "cv2.morphologyEx(a, cv2.MORPH_OPEN, k)\ndoor.open\njson.loads(a)\nnp.zeros(3)\n"
-    assert house.files_opened({"runtime/core/a.py": lines}) == []
+    lines = "import cv2, json, numpy as np\ncv2.morphologyEx(a, cv2.MORPH_OPEN, k)\n"
+    lines += "door.open\njson.loads(a)\nnp.zeros(3)\nbasket.load()\n"
+    assert house.reaches_out({"runtime/core/a.py": lines}) == []
+
+
+def test_what_only_tests_use_is_told() -> None:
+    code = {
+        "runtime/a.py": (
+            "class Used: ...\nclass Idle: ...\ndef idle(): ...\ndef _own(): ...\n"
+            "@group.command('go')\ndef go(): ...\n@cache\ndef idle_too(): ...\ndef main(): ...\n"
+            "def quoted() -> 'Annotated': ...\nclass Annotated: ...\n"
+        ),
+        "models/b.py": "from runtime.a import Used\nx: 'quoted' = 1  # Idle, idle\n",
+    }
+    texts = {**code, "tests/test_a.py": "Idle(); idle()", "pyproject.toml": 'a = "a:main"'}
+    assert house.only_tested(code, texts) == [
+        "runtime/a.py:2: Idle: only tests use it: it belongs to them",
+        "runtime/a.py:3: idle: only tests use it: it belongs to them",
+        "runtime/a.py:8: idle_too: only tests use it: it belongs to them",
+    ]
+
+
+def test_a_key_too_many_is_told() -> None:
+    keys = [f"map.key{n}" for n in range(59)] + [f"research.key{n}" for n in range(99)]
+    assert house.too_many_keys(keys) == []
+    assert house.too_many_keys([*keys, "map.one_more"]) == [
+        "60 keys outside [research], 59 at most: make some constants"
+    ]
+
+
+def test_only_perception_opens_models() -> None:
+    """The contract lists everything else in `runtime`: a new room has to be added."""
+    [contract] = (c for c in CONTRACTS["contracts"] if c["name"] == "only perception opens models")
+    children = {p.stem for p in (ROOT / "runtime").glob("*.py")} | {
+        p.parent.name for p in (ROOT / "runtime").glob("*/__init__.py")
+    }
+    others = children - {"__init__", "perception"}
+    assert sorted(contract["source_modules"]) == sorted(f"runtime.{name}" for name in others)
 
 
 def test_a_module_that_no_layer_lists_is_an_error(tmp_path: Path) -> None:
@@ -140,9 +263,8 @@ def test_a_module_that_no_layer_lists_is_an_error(tmp_path: Path) -> None:
 
 def _lint_layers(root: Path) -> subprocess.CompletedProcess[str]:
     """lint-imports in `root`, with this checkout's contracts of layers."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["importlinter"]
-    lines = ["[tool.importlinter]", f"root_packages = {json.dumps(contracts['root_packages'])}"]
-    for contract in contracts["contracts"]:
+    lines = ["[tool.importlinter]", f"root_packages = {json.dumps(CONTRACTS['root_packages'])}"]
+    for contract in CONTRACTS["contracts"]:
         if contract["type"] == "layers":
             kept = {key: value for key, value in contract.items() if key != "ignore_imports"}
             lines += ["[[tool.importlinter.contracts]]"]
