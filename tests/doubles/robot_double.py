@@ -16,6 +16,7 @@ from runtime.robot.session import DECISION, FEEDBACK, STATE, BusConfig, open_ses
 
 WATCHDOG_S = 0.5
 STEP_S = 0.02
+SILENCE_S = 0.2  # without a message, after which it is looked again
 
 
 class RobotDouble:
@@ -71,9 +72,11 @@ class RobotDouble:
             return bool(self.changed.wait_for(what, seconds))
 
     def until(self, what: Callable[[], Any], seconds: float = 60.0) -> None:
-        """Wait for something to become true of what was heard."""
+        """Wait for something to become true, of what was heard or of what makes no sound."""
+        by_s = time.monotonic() + seconds
         with self.changed:
-            assert self.changed.wait_for(what, seconds), self.states[-1:]
+            while not self.changed.wait_for(what, SILENCE_S):
+                assert time.monotonic() < by_s, self.states[-1:]
 
     def state(self) -> dict[str, Any]:
         return self.states[-1] if self.states else {}

@@ -95,6 +95,7 @@ def test_a_vote_sends_the_robot_elsewhere_than_the_closest():
     assert world.standing.decision is not None
 
 
+@pytest.mark.slow
 def test_the_same_run_twice_is_the_same():
     runs = [search(home(), "toilet", limit=40) for _ in range(2)]
     assert [(c.action, c.reason) for c in runs[0][1]] == [(c.action, c.reason) for c in runs[1][1]]
@@ -133,6 +134,7 @@ def test_a_target_with_nowhere_to_stand_does_not_hide_the_next(monkeypatch: pyte
     assert navigate.act(world, CFG).toward_xy == far.xy
 
 
+@pytest.mark.slow
 def test_a_single_false_sighting_is_inspected_and_rejected():
     there = home()
     there.things = {"toilet": (4.0, 2.2, 0.3)}

@@ -70,6 +70,7 @@ def test_a_mistake_is_one_line_and_exit_2(arguments: tuple[str, ...], message: s
     assert len(done.stderr.strip().splitlines()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "message"),
     [

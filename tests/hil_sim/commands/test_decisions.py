@@ -51,6 +51,7 @@ def test_a_third_of_the_calls_are_at_fault() -> None:
     assert all(faulty.faults.values())
 
 
+@pytest.mark.slow
 def test_every_decision_is_made_and_nothing_is_left_over() -> None:
     config = load(None, ["panel.decide_budget_s=0.1"])
     figures, told = _with_faults(FakeModels(), [BRIEF], config, 40, 0)  # type: ignore[arg-type]

@@ -108,6 +108,7 @@ def test_a_refused_goal_is_an_error_with_the_runtimes_own_words(
         drive(walker, tmp_path / "e", replace(EPISODE, goal="nothing"))
 
 
+@pytest.mark.slow
 def test_a_runtime_that_does_not_answer_fails_the_episode(tmp_path: Path) -> None:
     with start("mute", tmp_path / "log", answer_s=0.6) as runtime:
         result = drive(runtime, tmp_path / "e")
@@ -181,6 +182,7 @@ def test_the_bus_is_the_harnesss_to_place() -> None:
     assert 'bus.topics.color="camera/color/image_raw"' in settings
 
 
+@pytest.mark.slow
 def test_an_observation_that_got_lost_is_sent_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

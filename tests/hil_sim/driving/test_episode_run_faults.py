@@ -96,6 +96,7 @@ def test_clocks_step_forward_and_never_back_in_lockstep(walker: Runtime, tmp_pat
         drive(walker, tmp_path, "clock-step:size=-5")
 
 
+@pytest.mark.slow
 def test_a_link_that_is_lost_comes_back(walker: Runtime, tmp_path: Path) -> None:
     result = drive(walker, tmp_path, "link-lost:at=2,for=3")
     assert (str(result.ended), result.success, result.steps) == ("stop", True, 8)

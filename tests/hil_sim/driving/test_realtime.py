@@ -86,17 +86,20 @@ def test_the_base_obeys_reports_and_comes_to_rest(rover: Runtime, tmp_path: Path
     assert len(rows) == result.steps
 
 
+@pytest.mark.slow
 def test_a_deaf_base_stands(rover: Runtime, tmp_path: Path) -> None:
     result, _ = drive(rover, tmp_path, "base-deaf:at=1,for=999", max_steps=8)
     assert (str(result.ended), result.path_m, result.stopped) == ("steps", 0.0, True)
 
 
+@pytest.mark.slow
 def test_without_odometry_the_runtime_holds_the_base(rover: Runtime, tmp_path: Path) -> None:
     result, _ = drive(rover, tmp_path, "odometry-stop:at=3,for=999", max_steps=12)
     assert (str(result.ended), result.stopped) == ("steps", True)
     assert result.path_m < 0.6
 
 
+@pytest.mark.slow
 def test_a_lost_link_stops_the_base_by_its_watchdog(rover: Runtime, tmp_path: Path) -> None:
     result, _ = drive(rover, tmp_path, "link-lost:at=3,for=999", max_steps=15)
     assert result.stopped

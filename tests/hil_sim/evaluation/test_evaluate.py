@@ -205,6 +205,7 @@ def test_jobs_are_of_one_scene_and_fill_the_workers(worker: Any, tmp_path: Path)
     assert plan(alone, results)[1].tasks[0].methods == ("closest",)
 
 
+@pytest.mark.slow
 def test_two_runs_leave_the_same_file_whoever_was_first(worker: Any, tmp_path: Path) -> None:
     texts = []
     for name in ("a", "b"):
@@ -274,6 +275,7 @@ def test_bad_input_is_one_line_and_exit_2(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_goals_that_a_scene_lacks_are_passed_over_where_asked(tmp_path: Path) -> None:
     out = tmp_path / "suite.json"
     command = ["episodes", str(FLAT), "--goal", "sofa", "--goal", "toilet", "--starts", "1"]

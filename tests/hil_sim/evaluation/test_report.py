@@ -105,6 +105,7 @@ def test_experts_with_true_labels_stand_beside_the_closest_frontier(tmp_path: Pa
     assert "| oracle-perception/o2f | 10 | **-100.0 [-100.0, -100.0]** |" in text
 
 
+@pytest.mark.slow
 def test_one_command_makes_the_document_and_keeps_prose(out: Path, tmp_path: Path) -> None:
     page = tmp_path / "docs" / "results.md"
     page.parent.mkdir()

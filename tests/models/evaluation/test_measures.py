@@ -176,6 +176,7 @@ def test_a_name_is_worth_what_it_is_understood_as(
     assert "other names (1): share of own AP" in text
 
 
+@pytest.mark.slow
 def test_a_sheet_is_drawn(truth: FrameTruth, detector: OpenDetector, tmp_path: Path) -> None:
     draw_sheet(detector, truth, read_words(), tmp_path / "sheet.png")
     sheet = cv2.imread(str(tmp_path / "sheet.png"))

@@ -38,6 +38,7 @@ def test_an_answer_is_bounded_in_tokens(model: ReasoningModel) -> None:
     assert 0 < len(model._llama.tokenize(said.encode(), add_bos=False)) <= 5
 
 
+@pytest.mark.slow
 def test_the_time_bounds_a_prompt_that_is_being_read(model: ReasoningModel) -> None:
     """And what is left of it in the cache does not change the next answer."""
     before = model.reply(WHERE, GRAMMAR, max_tokens=60)

@@ -382,6 +382,7 @@ def open_files() -> int:
     return len(os.listdir("/proc/self/fd"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.isdir("/proc/self/fd"), reason="needs Linux's /proc")
 def test_nothing_grows_over_many_bad_calls(server: Server, config: CloudConfig) -> None:
     bad = [behave for behave, _ in REPLIES[:-2]] + [vote]

@@ -66,6 +66,7 @@ def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
     assert decision["frontier"] == decision["without"]["r2f"]
 
 
+@pytest.mark.slow
 def test_a_late_expert_is_left_behind_and_the_loop_goes_on(tmp_path: Path):
     there, release = home(), threading.Event()
 
@@ -153,6 +154,7 @@ def test_a_goal_that_was_seen_before_is_driven_to_from_memory_and_looked_at_agai
     assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
 
 
+@pytest.mark.slow
 def test_what_is_remembered_and_not_there_any_more_is_not_stopped_at(tmp_path: Path):
     there = with_beanbag()
     with running(Wordy(there)) as (peer, ended):

@@ -149,6 +149,7 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
     assert robot.decisions[0]["rule"] == "all"
 
 
+@pytest.mark.slow
 def test_the_next_decision_is_rehearsed_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("runtime.core.voting.rehearsal.SLOW_S", 0.0)
     models = FakeModels(home(4.0, 3.0), o2f=farthest, r2f=farthest)
@@ -205,6 +206,7 @@ def test_cancel_stops_the_base_and_a_second_goal_preempts(tmp_path: Path):
     assert [end["reason"] for end in ends] == ["preempted", "enough"]
 
 
+@pytest.mark.slow
 def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path: Path):
     with running(FakeModels(home(4.0, 3.0))) as (robot, ended):
         begin(robot, tmp_path)
@@ -317,6 +319,7 @@ def process(frames: int) -> Iterator[tuple[subprocess.Popen, RobotDouble]]:
         robot.close()
 
 
+@pytest.mark.slow
 def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: Path):
     with process(frames=16) as (child, robot):
         robot.ask("status")
@@ -332,6 +335,7 @@ def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: P
     assert "Traceback" in end["traceback"]
 
 
+@pytest.mark.slow
 def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
     with process(frames=10_000) as (child, robot):
         robot.ask("status")

@@ -65,6 +65,7 @@ def test_a_detector_is_asked_as_the_runtime_would(
     assert "cost" not in report
 
 
+@pytest.mark.slow
 def test_less_is_judged_when_less_is_asked(
     frames: tuple[Path, Path], constant_graph, encoder: TextEncoder
 ) -> None:

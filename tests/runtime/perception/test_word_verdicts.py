@@ -68,6 +68,7 @@ def test_a_goal_that_is_more_than_a_class_keeps_its_kinds(
     assert kind in understood(word).names
 
 
+@pytest.mark.slow
 def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextEncoder) -> None:
     words = read_words()
     own = {}
@@ -84,6 +85,7 @@ def test_the_dictionary_helps_and_bare_classes_stay_what_they_are(encoder: TextE
     assert [understood(names[0]).name for names in classes] == [names[0] for names in classes]
 
 
+@pytest.mark.slow
 def test_the_command_tells_where_each_name_ends() -> None:
     done = CliRunner().invoke(models_command, ["words", "--asked"], catch_exceptions=False)
     lines, asked = done.output.splitlines(), sum(map(len, read_words().asked.values()))

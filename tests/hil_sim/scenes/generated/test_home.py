@@ -109,6 +109,7 @@ def test_a_seed_gives_the_same_home() -> None:
     assert generate(5).objects != generate(5, "val").objects
 
 
+@pytest.mark.slow
 def test_held_out_meshes_never_appear_in_training() -> None:
     held_out = {m.id for meshes in furniture().values() for m in meshes if m.split == "val"}
     used = {obj.mesh for seed in range(20) for obj in generate(seed).objects}

@@ -308,6 +308,7 @@ def test_the_whole_loop_drives_to_the_target_faces_it_and_stops():
     assert all(isinstance(c.course, Along | Toward | Spin) for c in commands[:-1])
 
 
+@pytest.mark.slow
 def test_a_robot_that_sees_no_depth_may_turn_but_not_drive():
     there = Apartment.of(TWO_ROOMS, Pose(1.0, 3.2, 0.5))
     observe, count = there.observe, [0]

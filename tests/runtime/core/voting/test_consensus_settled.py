@@ -68,6 +68,7 @@ def test_settled_is_exact_with_one_out(data, poll, cast: int):
     assert settled(votes, ["x"], frontiers, cfg, order) == (len(can) == 1)
 
 
+@pytest.mark.slow
 @settings(max_examples=CASES, deadline=None)
 @given(st.data(), polls(4), st.integers(0, 2))
 def test_settled_is_exact_with_two_out(data, poll, cast: int):
