@@ -1,4 +1,5 @@
-"""YOLO exports with a fixed class list, whose names are matched to the vocabulary by meaning."""
+"""YOLO exports with a fixed class list, whose names are matched to the vocabulary: COCO's by the
+map in models/words/coco.toml, others by meaning."""
 
 import ast
 from collections.abc import Sequence
@@ -15,6 +16,7 @@ from models.detection.detections import Floats, RawDetections, boxes_only, check
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
 from models.words.class_names import ClassText, check_names, read_names
+from models.words.coco import coco_map, is_coco, stands_for
 from models.words.text_encoder import TextEncoder
 
 NAME_MATCH = 0.6
@@ -47,18 +49,23 @@ class YoloDetector:
         }
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
-        """Match each fixed class with the vocabulary class whose name is nearest, or with none."""
-        text = ClassText(classes, self._encoder)
-        cosine = text.similarity(self._encoder.embed(self._names))
-        best = cosine.argmax(axis=1)
-        nearness = cosine[np.arange(len(best)), best]
+        """Match each fixed class with a class of the vocabulary, or with none: COCO's as the map
+        says, others with the class whose name is nearest."""
+        if is_coco(self._names):
+            check_names([name for names in classes for name in names], "vocabulary")
+            likeness = stands_for(self._names, classes, coco_map())
+        else:
+            text = ClassText(classes, self._encoder)
+            likeness = text.similarity(self._encoder.embed(self._names))
+        best = likeness.argmax(axis=1)
+        nearness = likeness[np.arange(len(best)), best]
         self._matched = np.where(nearness >= NAME_MATCH, best, -1).astype(np.int32)
         found: dict[str, dict[str, float]] = {}
         for k in np.flatnonzero(self._matched >= 0):
-            name = text.classes[self._matched[k]][0]
+            name = classes[self._matched[k]][0]
             found.setdefault(name, {})[self._names[k]] = round(float(nearness[k]), 2)
         self.capabilities["matched"] = found
-        self.capabilities["unseen"] = [c[0] for c in text.classes if c[0] not in found]
+        self.capabilities["unseen"] = [c[0] for c in classes if c[0] not in found]
 
     def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
         """(H, W, 3) uint8 RGB -> detections of the matched classes."""

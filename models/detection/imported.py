@@ -27,6 +27,7 @@ from models.detection.detector import (
 )
 from models.errors import ModelFileError
 from models.store import manifest
+from models.words.coco import is_coco
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 
@@ -174,7 +175,10 @@ def describe(capabilities: dict[str, Any]) -> list[str]:
     unseen = capabilities.get("unseen", [])
     lines = [f"contract: {capabilities['contract']}"]
     if fixed is not None:
-        lines.append(f"classes: a fixed list of {len(fixed)}, matched to the goal by similarity")
+        how = "matched to the goal by similarity"
+        if is_coco(fixed):
+            how = "COCO's, each read as one of ours or none"
+        lines.append(f"classes: a fixed list of {len(fixed)}, {how}")
         pairs = sorted((-s, c, n) for c, by in matched.items() for n, s in by.items())
         lines.append(
             f"matched: {', '.join(f'{c} <- {n} ({-s:.2f})' for s, c, n in pairs) or 'none'}"

@@ -7,8 +7,11 @@ import pytest
 from places import SHARED
 
 from models.detection.detector import open_detector
+from models.detection.imported import describe
 from models.errors import ModelFileError
+from models.words.coco import coco_names
 from models.words.text_encoder import TextEncoder
+from models.words.vocabulary import load_vocabulary
 
 SIZE = (64, 96)
 CELLS = 8 * 12 + 4 * 6 + 2 * 3
@@ -113,3 +116,23 @@ def test_a_real_yolox_runs(tmp_path: Path, encoder: TextEncoder) -> None:
     detector.set_vocabulary(CLASSES, ())
     noise = np.random.default_rng(0).integers(0, 255, (480, 640, 3), dtype=np.uint8)
     assert len(detector.detect(noise).scores) < 5
+
+
+def test_cocos_list_is_matched_by_its_map(constant_graph, encoder: TextEncoder) -> None:
+    names = coco_names()
+    out = np.zeros((1, 84, CELLS), np.float32)
+    for place, name in enumerate(("horse", "couch", "bear", "suitcase")):
+        out[0, :4, place] = (10 + 20 * place, 30, 16, 20)
+        out[0, 4 + names.index(name), place] = 0.9
+    path = constant_graph({"out": out}, SIZE, {"names": str(dict(enumerate(names)))})
+    detector = open_detector(path, "auto", encoder)
+    words = load_vocabulary()
+    classes = (*words.objects, ("suitcase",))
+    detector.set_vocabulary(classes, words.rooms)
+    seen = detector.detect(np.zeros((64, 96, 3), np.uint8))
+    assert {classes[k][0] for k in seen.labels} == {"sofa", "suitcase"}
+    assert detector.capabilities["matched"]["sofa"] == {"couch": 1.0}
+    assert "drying rack" in detector.capabilities["unseen"]
+    assert "classes: a fixed list of 80, COCO's, each read as one of ours or none" in describe(
+        detector.capabilities
+    )
