@@ -24,6 +24,8 @@ from hil_sim.simulation.scene_physics import ScenePhysics
 from runtime.core.objects.instances import Evidence
 from runtime.core.types import Detections, Pose
 
+pytestmark = pytest.mark.slow  # a home is driven through
+
 PLAN = BankPlan(starts=1, steps=30, moments=2, goals=4)
 ROOMS = ("bathroom", "bedroom")
 

@@ -14,6 +14,8 @@ from models.store import manifest
 from models.words.text_encoder import TextEncoder
 from runtime.perception.models_command import models_command
 
+pytestmark = pytest.mark.slow  # whole networks are taken in
+
 SIZE = (64, 96)
 CELLS = 8 * 12 + 4 * 6 + 2 * 3
 REAL = SHARED / "models" / "yolox_nano.onnx"

@@ -12,6 +12,8 @@ from models.errors import ModelFileError, OverdueError
 from models.language.reasoning import ReasoningModel
 from models.store import manifest
 
+pytestmark = pytest.mark.slow  # a language model answers
+
 GRAMMAR = r"""
 root ::= "{\"reason\": " text ", \"frontiers\": [" ( "2" | "5" ) "]}"
 text ::= "\"" [a-zA-Z ,.]{1,60} "\""

@@ -16,6 +16,8 @@ from models.errors import ModelFileError
 from models.language.vision import HANDLERS, VisionModel
 from models.store import manifest
 
+pytestmark = pytest.mark.slow  # a language model answers
+
 GRAMMAR = r"""root ::= "{\"frontiers\": [" ( "2" | "5" ) "]}" """
 
 

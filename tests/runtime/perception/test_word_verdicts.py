@@ -9,6 +9,8 @@ from models.words.vocabulary import load_vocabulary
 from runtime.perception.models_command import models_command
 from runtime.perception.word_verdicts import by_default, word_verdicts
 
+pytestmark = pytest.mark.slow  # hundreds of names are embedded
+
 
 @pytest.mark.parametrize(
     ("word", "name", "how"),

@@ -16,6 +16,8 @@ from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 from hil_sim.scenes.scene_file import check_meshes, load_scene, parse_scene, scene_to_json
 from hil_sim.scenes.viewpoints import floor_of, viewpoints
 
+pytestmark = pytest.mark.slow  # homes are drawn
+
 HOMES = [*(f"train {seed}" for seed in range(8)), "val 0", "val 1", "maple", "cedar"]
 
 

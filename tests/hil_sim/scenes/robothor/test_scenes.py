@@ -22,6 +22,8 @@ from hil_sim.scenes.robothor.scenes import CATEGORY, GOALS, PARTS, robothor_scen
 from hil_sim.scenes.robothor.walls import layouts
 from hil_sim.scenes.scene_file import parse_scene, scene_to_json
 
+pytestmark = pytest.mark.slow  # all replicas are built
+
 needs_metadata = pytest.mark.skipif(
     not metadata.metadata_path().is_file(), reason="no metadata here; run `hil-sim assets pull`"
 )
