@@ -9,6 +9,7 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.detection.boxes import letterbox
+from models.detection.calibration import calibrated, read_constants
 from models.detection.detections import Detector as Detector
 from models.detection.detections import Floats, checked, select
 from models.detection.detections import RawDetections as RawDetections
@@ -124,7 +125,7 @@ class OpenDetector:
             self._room_scale = constants["room_scale"]
         except KeyError as error:
             raise ModelFileError(f"{path}: its metadata lacks value.{error.args[0]}") from error
-        self.gain, self.shift = constants.get("gain", 1.0), constants.get("shift", 0.0)
+        self.gain, self.shift = constants["gain"], constants["shift"]
         self._input = session.get_inputs()[0]
         self.size = image_size(self._input.shape, path)
         self._text: ClassText | None = None
@@ -185,11 +186,8 @@ class OpenDetector:
         return _softmax(self._rooms @ view.scene * self._room_scale)
 
     def score(self, objectness: Floats, cosines: Floats) -> NDArray[np.float64]:
-        """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores. In
-        double precision what is very likely still differs from what is even more so."""
-        p = np.clip(objectness * self._word(cosines), 1e-6, 1 - 1e-6)
-        odds = self.gain * np.log(p / (1 - p)) + self.shift
-        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+        """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores."""
+        return calibrated(objectness * self._word(cosines), self.gain, self.shift)
 
     def words(self, view: DetectorView) -> Floats:
         """(K, C) with what probability each place is called each class, if it is anything."""
@@ -223,4 +221,4 @@ def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, f
             f"{path}: not an RF-NAV detector (format {metadata.get('format', 'missing')!r}, "
             f"expected {FORMAT!r}); {CONTRACTS}"
         )
-    return {k[6:]: float(v) for k, v in metadata.items() if k.startswith("value.")}
+    return read_constants(metadata, path)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from models.detection import layouts
 from models.detection.boxes import letterbox
+from models.detection.calibration import calibrated, read_constants
 from models.detection.detections import Floats, RawDetections, boxes_only, checked
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
@@ -24,7 +25,9 @@ NAME_MATCH = 0.6
 
 
 class YoloDetector:
-    """A YOLO export with a fixed class list."""
+    """A YOLO export with a fixed class list. Where its file has a calibration, by the keys of an
+    RF-NAV detector's, `gain` and `shift` make its scores the share of such detections that are
+    right."""
 
     def __init__(
         self,
@@ -34,6 +37,8 @@ class YoloDetector:
         classes_file: Path | None,
     ) -> None:
         self._session, self._encoder, self._path = session, encoder, path
+        constants = read_constants(session.get_modelmeta().custom_metadata_map, path)
+        self.gain, self.shift = constants["gain"], constants["shift"]
         self._input = session.get_inputs()[0]
         self._size = image_size(self._input.shape, path)
         output = self._run(np.full((*self._size, 3), 114, np.uint8), "v8")
@@ -74,7 +79,15 @@ class YoloDetector:
         best = decoded.scores.argmax(axis=1)
         labels = self._matched[best]
         scores = np.where(labels >= 0, decoded.scores[np.arange(len(best)), best], 0.0)
-        return boxes_only(fit.undo(decoded.boxes, *rgb.shape[:2]), scores, labels)
+        found = boxes_only(fit.undo(decoded.boxes, *rgb.shape[:2]), scores, labels)
+        # After selection, so that what is found, and in which order, is what it was.
+        return found._replace(scores=self._settled(found.scores))
+
+    def _settled(self, scores: Floats) -> Floats:
+        """Calibrated where the file says how."""
+        if (self.gain, self.shift) == (1.0, 0.0):
+            return scores
+        return calibrated(scores.astype(np.float64), self.gain, self.shift).astype(np.float32)
 
     def _run(self, image: NDArray[np.uint8], layout: layouts.Layout) -> Floats:
         planes = image.transpose(2, 0, 1)[None].astype(np.float32)

@@ -8,6 +8,7 @@ import numpy as np
 
 from models.detection.detections import Detector, RawDetections
 from models.detection.detector import OpenDetector
+from models.detection.fixed_list import YoloDetector
 from models.evaluation.judged import (
     Judged,
     at_threshold,
@@ -96,7 +97,7 @@ def measure(trial: Trial, words: NameLists) -> dict[str, Any]:
             "as the file has it": calibration_error(judged),
             "refitted": calibration_error(settled),
         },
-        "calibration": _whole_calibration(trial.detector, *trial.calibration),
+        "calibration": whole_calibration(trial.detector, *trial.calibration),
         "threshold": trial.threshold,
         "goals": seen_at(trial, words),
         "curve": curve(trial),
@@ -112,9 +113,9 @@ def class_row(judged: Judged, label: int, ap: float) -> dict[str, Any]:
     return {"ap50": ap, "objects": int(judged.objects[label])}
 
 
-def _whole_calibration(detector: Detector, gain: float, shift: float) -> dict[str, float]:
+def whole_calibration(detector: Detector, gain: float, shift: float) -> dict[str, float]:
     """Gain and shift for the file: its own, then those fitted on its scores."""
-    if not isinstance(detector, OpenDetector):
+    if not isinstance(detector, OpenDetector | YoloDetector):
         return {"gain": gain, "shift": shift}
     return {"gain": gain * detector.gain, "shift": gain * detector.shift + shift}
 

@@ -11,26 +11,38 @@ from pathlib import Path
 import click
 import onnx
 
+from models.detection.calibration import PREFIX, read_constants
+from models.detection.detector import FORMAT, contract_of
 from models.errors import ModelFileError, told
-from models.train.export import FORMAT, write_values
+from models.onnx_session import open_session
+from models.train.graph import write_values
 
 
 def calibrate(path: Path, report: Path) -> dict[str, float]:
-    """Set gain and shift of an exported detector. Raises ModelFileError for a file of no use."""
+    """Set gain and shift of an exported detector, or of one with a fixed list whose names are in
+    the file. Raises ModelFileError for a file of no use."""
     try:
         fitted = json.loads(report.read_text(encoding="utf-8"))["calibration"]
-        values = {"gain": float(fitted["gain"]), "shift": float(fitted["shift"])}
+        written = {PREFIX + key: str(float(fitted[key])) for key in ("gain", "shift")}
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFileError(
             f"{report}: not a report ({error}); write one with `rfnav models evaluate --json`"
         ) from error
+    values = read_constants(written, report)
     try:
         model = onnx.load(str(path))
     except Exception as error:  # protobuf's exceptions and the system's
         raise ModelFileError(f"{path}: not a readable ONNX file ({error})") from error
-    if {p.key: p.value for p in model.metadata_props}.get("format") != FORMAT:
-        raise ModelFileError(f"{path}: not an RF-NAV detector; export one with models.train.export")
-    write_values(model, values)
+    metadata = {p.key: p.value for p in model.metadata_props}
+    if metadata.get("format") == FORMAT:
+        write_values(model, values, FORMAT)
+    elif "names" in metadata and contract_of(open_session(path), path) == "yolo":
+        write_values(model, values)
+    else:
+        raise ModelFileError(
+            f"{path}: not an RF-NAV detector, nor one whose fixed list is in the file; export one "
+            "with models.train.export"
+        )
     onnx.save(model, str(path))
     return values
 

@@ -17,13 +17,12 @@ import click
 import numpy as np
 import onnx
 import torch
-from onnx import helper
 from torch import Tensor, nn
 
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
 from models.train.data import FULL
-from models.train.graph import halve, simplified
+from models.train.graph import halve, simplified, write_values
 from models.train.network import Network
 from models.train.quantise import quantise
 
@@ -104,7 +103,7 @@ def export(
         quantise(out, out, calibrate, size)
         model = onnx.load(str(out))
     halve(model)
-    write_values(model, constants)
+    write_values(model, constants, FORMAT)
     onnx.save(model, str(out))
 
 
@@ -120,13 +119,6 @@ def _trace(selected: Selected, out: Path, size: tuple[int, int]) -> None:
             opset_version=OPSET,
             dynamo=False,
         )
-
-
-def write_values(model: onnx.ModelProto, values: dict[str, float]) -> None:
-    """Set the file's format mark and constants."""
-    table = {p.key: p.value for p in model.metadata_props}
-    table |= {"format": FORMAT, **{f"value.{k}": repr(float(v)) for k, v in values.items()}}
-    helper.set_model_props(model, table)
 
 
 def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:

@@ -7,6 +7,8 @@ import onnx
 import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
+from models.detection.calibration import PREFIX
+
 SMALL = 64
 """Constants with fewer values stay in single precision."""
 
@@ -94,3 +96,12 @@ def halve(model: onnx.ModelProto) -> None:
     nodes = [*casts, *graph.node]
     del graph.node[:]
     graph.node.extend(nodes)
+
+
+def write_values(model: onnx.ModelProto, values: dict[str, float], mark: str | None = None) -> None:
+    """Set the file's constants, and its format mark unless the format is another's."""
+    table = {p.key: p.value for p in model.metadata_props}
+    table |= {f"{PREFIX}{k}": repr(float(v)) for k, v in values.items()}
+    if mark is not None:
+        table["format"] = mark
+    helper.set_model_props(model, table)

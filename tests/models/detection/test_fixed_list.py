@@ -60,6 +60,48 @@ def test_layouts_give_the_same_box(layout, constant_graph, encoder: TextEncoder)
     assert seen.rooms.shape == (0,)
 
 
+def test_a_calibration_in_the_file_makes_scores_chances(
+    constant_graph, encoder: TextEncoder
+) -> None:
+    def seen(**values: str) -> np.ndarray:
+        metadata = {"names": NAMES, **{f"value.{k}": v for k, v in values.items()}}
+        detector = open_detector(constant_graph({"out": out}, SIZE, metadata), "auto", encoder)
+        detector.set_vocabulary(CLASSES, ())
+        return detector.detect(np.zeros((*SIZE, 3), np.uint8)).scores
+
+    out = np.zeros((1, 7, CELLS), np.float32)
+    out[0, :, 0] = (20, 32, 30, 20, 0.9, 0.0, 0.1)
+    out[0, :, 1] = (70, 32, 30, 20, 0.2, 0.0, 0.4)
+    out[0, :, 2] = (48, 12, 30, 10, 0.05, 0.0, 0.0)
+    out[0, :, 3] = (48, 55, 30, 10, np.inf, 0.0, 0.0)  # nothing, before and after
+    np.testing.assert_array_equal(seen(), np.float32([0.9, 0.4, 0.05]))
+    np.testing.assert_array_equal(seen(gain="1.0", shift="0"), seen())
+    # odds 9, 2/3 and 1/19, squared and doubled; the weakest is kept, too
+    settled = seen(gain="2", shift=repr(np.log(2.0).item()))
+    np.testing.assert_allclose(settled, [162 / 163, 8 / 17, 2 / 363], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "must"),
+    [
+        ("gain", "two", "a finite number"),
+        ("gain", "nan", "a finite number"),
+        ("shift", "-inf", "a finite number"),
+        ("shift", "", "a finite number"),
+        ("gain", "0", "above 0"),
+        ("gain", "-1.5", "above 0"),
+    ],
+)
+def test_a_damaged_calibration_is_one_line(
+    key: str, value: str, must: str, constant_graph, encoder: TextEncoder
+) -> None:
+    metadata = {"names": NAMES, f"value.{key}": value}
+    path = constant_graph({"out": v8()}, SIZE, metadata)
+    said = rf"graph\.onnx: value\.{key} \S+ of no use; it must be {must}$"
+    with pytest.raises(ModelFileError, match=said):
+        open_detector(path, "auto", encoder)
+
+
 def test_odd_frames(constant_graph, encoder: TextEncoder) -> None:
     path = constant_graph({"out": v8() * 0}, SIZE, {"names": NAMES})
     detector = open_detector(path, "yolo", encoder)
