@@ -10,7 +10,9 @@ import click
 
 from hil_sim.driving.methods import SINGLE, method_named
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
+from hil_sim.evaluation.left_out import lines_of
 from hil_sim.evaluation.results import Results, errors, sole, stages
+from hil_sim.evaluation.starts import survey
 from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings, protocol_for
 from hil_sim.ground_truth.episodes import Episode, load_suite
@@ -54,14 +56,21 @@ def eval_command(**given: Any) -> None:
 
     Finished episodes are kept in OUT: after Ctrl-C, or SIGTERM, the same command goes on where it
     was.
-    `hil-sim report OUT` makes tables and figures of them.
+    `hil-sim report OUT` makes tables and figures of them. Of RoboTHOR's episodes those that cannot
+    be driven in the replicas are told first and left out. Exit status 1: some ended in an error.
     """
     evaluation = _evaluation(given)
     with sole(evaluation.settings.out):
         claim(evaluation)
         results = Results(evaluation.settings.out, mend=True)
         began_s = time.monotonic()
-        complete = run(evaluation, results)
+        checked = evaluation if given["folder"] is None else survey(evaluation)
+        complete = checked is not None
+        if checked is not None:
+            evaluation = checked
+            for line in lines_of(evaluation.left_out):
+                click.echo(line, err=True)
+            complete = run(evaluation, results)
     _print(evaluation, results, given["seed"], time.monotonic() - began_s)
     if given["json_file"] is not None:
         figures = plain(report(evaluation, results, given["seed"]))
@@ -113,5 +122,7 @@ def _print(evaluation: Evaluation, results: Results, seed: int, took_s: float) -
         line = f"{method}: {stages(done)}"
         if errors(done):
             line += f"; {errors(done)} ended in an error and count as failures"
+        click.echo(line)
+    for line in lines_of(evaluation.left_out):
         click.echo(line)
     click.echo(f"took {took_s:.0f} s; episodes in {evaluation.settings.out}")

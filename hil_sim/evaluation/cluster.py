@@ -6,7 +6,7 @@ A node needs this project and its assets; what an episode leaves behind is sent 
 import queue
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,10 +14,9 @@ from typing import Any
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
-from hil_sim.evaluation.worker import Failure, Job, Message, Send, Settings, drive
+from hil_sim.evaluation.worker import Drive, Failure, Job, Message, Settings, drive
 from runtime.errors import RfNavError
 
-Drive = Callable[[Job, Settings, Send], None]
 LARGEST_BYTES = 20_000_000
 """A file of an episode's folder that is larger stays on its node."""
 
@@ -74,7 +73,8 @@ def _messages(ray: Any, streams: dict[Any, Job], out: Path) -> Iterator[Message]
             except ray.exceptions.RayError as error:
                 job = streams.pop(stream)
                 why = str(error).strip().splitlines()[-1]
-                message = Failure(f"the task for {job.scene} failed: {why}; run again to go on")
+                said = f"the task for {job.scene} failed: {why}; run again to go on"
+                message = Failure(said, scene=job.scene, died=True)
             if isinstance(message, Files):
                 _keep(out, message)
             else:
@@ -113,7 +113,7 @@ def _talk(
     try:
         target(job, settings, said.put)
     except RfNavError as error:
-        said.put(Failure(str(error)))
+        said.put(Failure(str(error), scene=job.scene))
     finally:
         said.put(None)
 

@@ -6,7 +6,7 @@ import signal
 import sys
 import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import asdict, dataclass
 from importlib.resources import files
@@ -16,10 +16,24 @@ from tqdm import tqdm
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
+from hil_sim.driving.methods import method_named
+from hil_sim.evaluation.left_out import StartCheck, rows_of
 from hil_sim.evaluation.pool import Work, local
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors, run_of
 from hil_sim.evaluation.summary import Summary, summarise
-from hil_sim.evaluation.worker import Failure, Job, Message, Note, Settings, Task, work
+from hil_sim.evaluation.worker import (
+    Drive,
+    Failure,
+    Job,
+    Message,
+    Note,
+    Settings,
+    Task,
+    drive,
+    protocol_for,
+    refused,
+    work,
+)
 from hil_sim.ground_truth.episodes import Episode, save_suite
 from runtime.former_keys import modern
 from runtime.journal import plain
@@ -31,7 +45,8 @@ MANIFEST = files("models") / "manifest.toml"
 @dataclass(frozen=True)
 class Evaluation:
     """What is measured: the first `limit` episodes of a suite (0: all). `ray`: a cluster's
-    address; "" for processes of this machine."""
+    address; "" for processes of this machine. `left_out`: what `starts.survey` found that cannot
+    be driven."""
 
     suite: str
     all_episodes: tuple[Episode, ...]
@@ -40,49 +55,67 @@ class Evaluation:
     settings: Settings
     ray: str = ""
     limit: int = 0
+    left_out: tuple[StartCheck, ...] = ()
 
     @property
     def episodes(self) -> tuple[Episode, ...]:
         """Those to drive."""
-        return self.all_episodes[: self.limit or None]
+        without = {verdict.episode for verdict in self.left_out}
+        return tuple(e for e in self.all_episodes[: self.limit or None] if e.id not in without)
 
 
 def run(evaluation: Evaluation, results: Results, target: Work = work) -> bool:
-    """Drive what is not finished; True unless interrupted. What goes wrong in a worker is raised
-    when the others are done, at once when nothing has been finished before."""
+    """Drive what is not finished; True unless interrupted. What a worker leaves undriven becomes
+    results that ended in an error. HarnessError, at once, when a worker cannot go on and nothing
+    has ever been finished: it would be so for all."""
     began_s = time.monotonic()
     jobs = plan(evaluation, results)
     total = len(evaluation.methods) * len(evaluation.episodes)
     todo = sum(job.size for job in jobs)
-    failures: list[str] = []
+    begun = any(not r.ended.failed for r in results.by_key.values())
+    failures: list[Failure] = []
     done = 0
     with (
-        _sigterm_as_interrupt(),
+        sigterm_as_interrupt(),
         tqdm(total=total, initial=total - todo, unit="episode", disable=None) as bar,
-        _workers(evaluation, jobs, target) as messages,
+        workers(evaluation, jobs, target) as messages,
     ):
         try:
             for message in messages:
                 done += isinstance(message, EpisodeResult)
                 _take(message, results, bar)
                 if isinstance(message, Failure):
-                    failures.append(message.text)
-                    if message.fatal and not done:
-                        break
+                    failures.append(message)
+                    if message.fatal and not (message.died or begun or done):
+                        raise HarnessError(message.text)
         except KeyboardInterrupt:
             return False
         finally:
             if done:
                 results.timed(done, time.monotonic() - began_s, evaluation.workers)
+    _count_undriven(evaluation.settings, jobs, failures, results)
     results.settle(evaluation.all_episodes)
-    if failures:
-        more = f" (and {len(failures) - 1} more)" if len(failures) > 1 else ""
-        raise HarnessError(failures[0] + more)
     return True
 
 
+def _count_undriven(
+    settings: Settings, jobs: Sequence[Job], failures: Sequence[Failure], results: Results
+) -> None:
+    """An error in the results for everything planned that no worker has sent a result of."""
+    told = {failure.episode or failure.scene: failure.text for failure in failures}
+    planned = [
+        (task.episode, method) for job in jobs for task in job.tasks for method in task.methods
+    ]
+    for episode, method in planned:
+        if (method, episode.id) not in results.by_key:
+            why = told.get(episode.id) or told.get(episode.scene) or "its worker has ended"
+            protocol = protocol_for(settings, method_named(method))
+            away_m = episode.shortest_path_m  # it never moved
+            results.add(refused(episode, protocol, method, why, away_m))
+
+
 @contextmanager
-def _sigterm_as_interrupt() -> Iterator[None]:
+def sigterm_as_interrupt() -> Iterator[None]:
     """A polite `kill` is Ctrl-C: workers and their runtimes are ended, what is finished is kept."""
 
     def interrupt(*_: object) -> None:
@@ -111,17 +144,21 @@ def plan(evaluation: Evaluation, results: Results) -> list[Job]:
     ]
 
 
-def _workers(
-    evaluation: Evaluation, jobs: list[Job], target: Work
+def workers(
+    evaluation: Evaluation, jobs: list[Job], target: Work, far: Drive = drive
 ) -> AbstractContextManager[Iterator[Message]]:
+    """Messages of the jobs as they come, from processes of this machine (`target`) or of a Ray
+    cluster (`far`)."""
     if evaluation.ray:
         from hil_sim.evaluation.cluster import remote  # Ray is an extra
 
-        return remote(jobs, evaluation.settings, evaluation.ray)
+        return remote(jobs, evaluation.settings, evaluation.ray, far)
     return local(jobs, evaluation.settings, evaluation.workers, target)
 
 
 def _take(message: Message, results: Results, bar: Any) -> None:
+    if isinstance(message, StartCheck):
+        return
     if isinstance(message, Note | Failure):
         _say(bar, message.text)
         return
@@ -153,12 +190,14 @@ def report(evaluation: Evaluation, results: Results, seed: int) -> dict[str, Any
         name: {**plain(summary), "errors": errors(results.of(name, evaluation.episodes))}
         for name, summary in summaries(evaluation, results, seed)
     }
+    left_out = {"left_out": rows_of(evaluation.left_out)} if evaluation.left_out else {}
     return {
         "suite": evaluation.suite,
         "protocol": evaluation.settings.protocol,
         "faults": list(evaluation.settings.faults),
         "noise": list(evaluation.settings.noise),
         "seed": seed,
+        **left_out,
         "methods": methods,
         "episodes": rows,
         "wall": walls,

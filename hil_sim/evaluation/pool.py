@@ -47,7 +47,9 @@ def _messages(
                 if process.exitcode:
                     yield Failure(
                         f"the worker for {job.scene} ended with status {process.exitcode}; "
-                        "run again to go on"
+                        "run again to go on",
+                        scene=job.scene,
+                        died=True,
                     )
 
 

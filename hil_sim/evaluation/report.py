@@ -12,6 +12,7 @@ from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.methods import ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
+from hil_sim.evaluation.left_out import lines_of, rows_of
 from hil_sim.evaluation.result_folder import FULL, Folder
 from hil_sim.evaluation.summary import summarise
 from hil_sim.ground_truth.metrics import TRIVIAL_M
@@ -127,7 +128,7 @@ def _title(folder: Folder) -> str:
 
 def _remarks(folder: Folder) -> list[str]:
     """What the figures leave out."""
-    found = []
+    found = [f"{line}." for line in lines_of(folder.left_out)]
     trivial = sum(e.shortest_path_m < TRIVIAL_M for e in folder.episodes)
     if trivial:
         found.append(f"{trivial} of the suite's episodes have less than {TRIVIAL_M} m to go: "
@@ -179,8 +180,10 @@ def fill(document: str, name: str, text: str) -> str:
 
 def figures(folder: Folder, seed: int) -> dict[str, Any]:
     """The same as the tables, for machines."""
+    left_out = {"left_out": rows_of(folder.left_out)} if folder.left_out else {}
     return {
         "run": folder.run,
+        **left_out,
         "methods": {
             name: {
                 **plain(summarise([r.outcome for r in results], seed)),

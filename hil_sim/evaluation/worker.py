@@ -6,6 +6,7 @@ methods; of one episode they share the frames that more than one of them looks a
 
 import signal
 import sys
+import traceback
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -20,6 +21,7 @@ from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import Method, method_named
 from hil_sim.driving.rig import camera_of, home_of, open_world, shortest, start_of
 from hil_sim.driving.stage import Driver, StagedHome
+from hil_sim.evaluation.left_out import StartCheck
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.ground_truth.episodes import Episode, check_start
 from hil_sim.ground_truth.metrics import spl
@@ -94,26 +96,37 @@ class Note:
 
 @dataclass(frozen=True)
 class Failure:
-    """The worker cannot go on, or an episode cannot begin (not `fatal`); one line."""
+    """The worker for `scene` cannot go on, or `episode` cannot be driven (not `fatal`); one line.
+    `died`: the worker's process did, and could not say why."""
 
     text: str
     fatal: bool = True
+    scene: str = ""
+    episode: str = ""
+    died: bool = False
 
 
-Message = Note | Failure | EpisodeResult
+Message = Note | Failure | EpisodeResult | StartCheck
 Send = Callable[[Message], None]
+Drive = Callable[[Job, Settings, Send], None]
+"""What a worker does with a job, in whatever process."""
 
 
 def work(job: Job, settings: Settings, parent: Connection) -> None:
-    """The process's main function; ends early on SIGTERM, taking its runtime along, and when its
-    parent has died, however."""
+    """The main function of a process that drives."""
+    serve(drive, job, settings, parent)
+
+
+def serve(does: Drive, job: Job, settings: Settings, parent: Connection) -> None:
+    """Do a job in a process of its own; ends early on SIGTERM, taking its runtime along, and when
+    its parent has died, however."""
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     end_with_parent()
     keep_stdout_for_python()
     try:
-        drive(job, settings, parent.send)
+        does(job, settings, parent.send)
     except RfNavError as error:
-        parent.send(Failure(str(error)))
+        parent.send(Failure(str(error), scene=job.scene))
     finally:
         parent.close()
 
@@ -141,7 +154,14 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
                 for method in task.methods:
                     send(rig.run(task.episode, method))
             except SceneError as error:
-                send(Failure(str(error), fatal=False))
+                send(Failure(str(error), False, job.scene, task.episode.id))
+            except RfNavError:
+                raise
+            except Exception as error:  # noqa: BLE001 -- a fault of ours costs one episode
+                traceback.print_exc()
+                standby.close()
+                why = " ".join(f"{type(error).__name__}: {error}".split())
+                send(Failure(f"{task.episode.id}: {why}", False, job.scene, task.episode.id))
 
 
 class _Rig:
@@ -170,7 +190,8 @@ class _Rig:
         try:
             result = self._episode(episode, name, method, home, protocol)
         except HarnessError as error:  # the goal was refused
-            result = refused(episode, protocol, name, str(error), home)
+            away_m = home.distance_m(start_of(episode))
+            result = refused(episode, protocol, name, str(error), away_m)
         if result.ended.failed:
             self._standby.close()
         frames = {"rendered": self.memo.rendered, "recalled": self.memo.recalled}
@@ -215,9 +236,9 @@ def _renderer(world: "ScenePhysics") -> Render:
 
 
 def refused(
-    episode: Episode, protocol: Protocol, method: str, why: str, home: StagedHome
+    episode: Episode, protocol: Protocol, method: str, why: str, distance_m: float
 ) -> EpisodeResult:
-    """The result of an episode that never began."""
+    """The result of an episode that never began; `distance_m` is its start's, to success."""
     blank = EpisodeResult(
         episode=episode.id,
         scene=episode.scene,
@@ -231,7 +252,7 @@ def refused(
         decisions=0,
         shortest_path_m=episode.shortest_path_m,
         path_m=0.0,
-        distance_m=home.distance_m(start_of(episode)),
+        distance_m=distance_m,
         spl=None,
         soft_spl=0.0,
     )

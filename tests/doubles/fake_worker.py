@@ -6,6 +6,7 @@ import time
 from multiprocessing.connection import Connection
 
 from hil_sim.driving.episode_result import Ended, EpisodeResult
+from hil_sim.evaluation.left_out import StartCheck, Undrivable
 from hil_sim.evaluation.worker import Failure, Job, Message, Note, Send, Settings
 from hil_sim.ground_truth.episodes import Episode
 
@@ -40,8 +41,8 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
         if mode.startswith("crash") and index == 1:
             time.sleep(1.0 if mode == "crash late" else 0.0)
             os._exit(3)
-        if mode == "fail" and index == 1:
-            send(Failure("furniture: none here; run `hil-sim assets pull`"))
+        if mode == "fail at once" or (mode == "fail" and index == 1):
+            send(Failure("furniture: none here; run `hil-sim assets pull`", scene=job.scene))
             return
         if mode == "hang" and index == 1:
             time.sleep(600)
@@ -49,6 +50,21 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
             if mode == "shuffle":
                 time.sleep(random.random() / 50)
             send(result_of(method, task.episode, "error: late" if mode == "error" else "stop"))
+
+
+def look(job: Job, settings: Settings, parent: Connection) -> None:
+    """Starts of even episodes are good, others lie inside furniture."""
+    (mode,) = settings.settings or ("well",)
+    for index, task in enumerate(job.tasks):
+        if mode == "crash" and job.scene == "cedar" and index == 1:
+            os._exit(3)
+        if mode == "fail":
+            parent.send(Failure("furniture: none here; run `hil-sim assets pull`"))
+            return
+        if mode == "hang":
+            time.sleep(600)
+        good = task.episode.id.endswith(("0", "2", "4", "6", "8"))
+        parent.send(StartCheck(task.episode.id, None if good else Undrivable.INSIDE))
 
 
 def work(job: Job, settings: Settings, parent: Connection) -> None:

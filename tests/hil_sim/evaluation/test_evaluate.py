@@ -82,18 +82,31 @@ def test_figures_repeat_byte_for_byte_and_wall_times_stay_apart(
 def test_a_crashed_worker_is_an_error_and_what_was_finished_is_kept(
     worker: Any, tmp_path: Path
 ) -> None:
-    with pytest.raises(
-        HarnessError, match=r"the worker for \w+ ended with status 3; .* \(and 1 more\)"
-    ):
-        run(evaluation(tmp_path, "crash"), Results(tmp_path), worker.work)
+    asked, results = evaluation(tmp_path, "crash"), Results(tmp_path)
+    assert run(asked, results, worker.work)
     kept = Results(tmp_path)
-    assert set(kept.by_key) == {("rfnav", "e0"), ("rfnav", "e4")}
+    ends = {episode: str(result.ended) for (_, episode), result in kept.by_key.items()}
+    assert {id for id, end in ends.items() if end == "stop"} == {"e0", "e4"}
+    assert ends["e1"] == "error: the worker for maple ended with status 3; run again to go on"
+    assert ends["e7"] == "error: the worker for cedar ended with status 3; run again to go on"
+    assert report(asked, results, 0)["methods"]["rfnav"]["errors"] == 6
+    assert "| rfnav | 8 | 25.0 [" in table(summaries(asked, results, 1))
     assert sum(job.size for job in plan(evaluation(tmp_path), kept)) == 6
+    assert run(evaluation(tmp_path), results, worker.work)
+    assert report(asked, results, 0)["methods"]["rfnav"]["errors"] == 0
 
 
-def test_a_workers_own_failure_is_passed_on(worker: Any, tmp_path: Path) -> None:
-    with pytest.raises(HarnessError, match=r"^furniture: none here; run `hil-sim assets pull` \("):
-        run(evaluation(tmp_path, "fail"), Results(tmp_path), worker.work)
+def test_a_workers_own_failure_is_what_its_episodes_ended_in(worker: Any, tmp_path: Path) -> None:
+    assert run(evaluation(tmp_path, "fail"), Results(tmp_path), worker.work)
+    ends = [str(r.ended) for r in Results(tmp_path).of("rfnav", EPISODES)]
+    assert ends.count("stop") == 2
+    assert ends.count("error: furniture: none here; run `hil-sim assets pull`") == 6
+
+
+def test_a_failure_before_anything_is_finished_is_a_line(worker: Any, tmp_path: Path) -> None:
+    with pytest.raises(HarnessError, match=r"^furniture: none here; run `hil-sim assets pull`$"):
+        run(evaluation(tmp_path, "fail at once"), Results(tmp_path), worker.work)
+    assert Results(tmp_path).by_key == {}
 
 
 @pytest.fixture

@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import method_named
+from hil_sim.evaluation import worker
 from hil_sim.evaluation.worker import Failure, Job, Message, Settings, Task, drive, protocol_for
 from hil_sim.ground_truth.episodes import Episode, load_suite
 
@@ -43,10 +45,30 @@ def test_an_episode_that_cannot_begin_is_told_and_the_others_go_on(tmp_path: Pat
     missing = replace(MAPLE[1], id="missing", goal="bathtub mat")
     said = driven((wall, missing, MAPLE[2]), tmp_path)
     failures = [m for m in said if isinstance(m, Failure)]
-    assert [f.fatal for f in failures] == [False, False]
+    assert [(f.fatal, f.episode) for f in failures] == [(False, "wall"), (False, "missing")]
     assert failures[0].text.startswith("wall: start (0, 0): inside furniture, a wall or outside")
     assert "goal 'bathtub mat': no such object here" in failures[1].text
     assert [m.episode for m in said if isinstance(m, EpisodeResult)] == [MAPLE[2].id]
+
+
+@pytest.mark.slow
+def test_an_episode_that_raises_costs_no_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    whole = worker.run_episode
+
+    def run_episode(episode: Episode, *given: Any, **more: Any) -> EpisodeResult:
+        if episode.id == MAPLE[0].id:
+            raise ValueError("a shape\nof another size")
+        return whole(episode, *given, **more)
+
+    monkeypatch.setattr(worker, "run_episode", run_episode)
+    said = driven(MAPLE[:2], tmp_path)
+    (failure,) = (m for m in said if isinstance(m, Failure))
+    wanted = f"{MAPLE[0].id}: ValueError: a shape of another size"
+    assert (failure.text, failure.episode, failure.fatal) == (wanted, MAPLE[0].id, False)
+    assert "Traceback" in capfd.readouterr().err
+    assert [m.episode for m in said if isinstance(m, EpisodeResult)] == [MAPLE[1].id]
 
 
 def test_methods_with_true_labels_get_small_frames(tmp_path: Path) -> None:
