@@ -13,6 +13,8 @@ from places import TESTS
 
 from runtime.journal import read_journal, read_map
 
+pytestmark = pytest.mark.slow  # whole processes
+
 
 def run(*arguments: str, program: str = "hil_sim", timeout: float = 900.0):
     return subprocess.run(

@@ -20,6 +20,8 @@ from hil_sim.simulation.noise import NONE, Noise
 from hil_sim.simulation.protocol import ONROBOT, ROBOTHOR, Protocol
 from runtime.errors import ConfigError
 
+pytestmark = pytest.mark.slow  # many episodes
+
 ROLLING = replace(ONROBOT, width=64, height=48, max_steps=60, noise=NONE)
 
 

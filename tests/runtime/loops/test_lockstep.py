@@ -197,6 +197,7 @@ def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
     assert not ended
 
 
+@pytest.mark.slow
 def test_a_camera_without_intrinsics_ends_the_run_with_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
@@ -209,6 +210,7 @@ def test_a_camera_without_intrinsics_ends_the_run_with_one_line(
     assert "camera/color/camera_info: no intrinsics" in str(ended[0])
 
 
+@pytest.mark.slow
 def test_depth_of_another_size_than_its_intrinsics_ends_the_run_with_one_line(tmp_path: Path):
     there = home()
     wrong = Intrinsics(97.0, 97.0, 160.0, 120.0, 320, 240)

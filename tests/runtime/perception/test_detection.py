@@ -14,6 +14,8 @@ from runtime.clock import SystemClock
 from runtime.errors import ModelError
 from runtime.perception.loaded_models import LoadedModels
 
+pytestmark = pytest.mark.slow  # the real models are loaded
+
 CELLS = 8 * 12 + 4 * 6 + 2 * 3
 
 

@@ -20,6 +20,8 @@ from runtime.config import DetectorConfig
 from runtime.errors import ModelError
 from runtime.perception.models_command import models_command
 
+pytestmark = pytest.mark.slow  # the real models are loaded
+
 
 def run(*arguments: object) -> str:
     done = CliRunner().invoke(models_command, list(map(str, arguments)), catch_exceptions=False)

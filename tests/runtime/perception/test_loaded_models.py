@@ -17,6 +17,8 @@ from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.errors import ConfigError, ModelError
 from runtime.perception.loaded_models import LoadedModels
 
+pytestmark = pytest.mark.slow  # the real models are loaded
+
 CLOUD = (
     "cloud.enabled=true",
     "cloud.base_url='http://127.0.0.1:9/v1'",

@@ -18,6 +18,8 @@ from hil_sim.scenes.robothor.inference import infer
 from hil_sim.scenes.robothor.metadata import APARTMENTS, MetadataError, layout_of
 from hil_sim.scenes.robothor.walls import GIVEN, HUNG, INFERRED, agreement, clearance, layouts
 
+pytestmark = pytest.mark.slow  # all layouts are inferred
+
 HERE = Path(__file__).parent
 SHARED = places.SHARED / "robothor/episodes"
 coordinate = st.integers(-40, 40).map(lambda n: n / 10)

@@ -16,6 +16,8 @@ from hil_sim.scenes.format import Scene, SceneError
 from hil_sim.scenes.scene_file import load_scene, parse_scene
 from hil_sim.scenes.sweethome.importer import Report, import_home
 
+pytestmark = pytest.mark.slow  # whole drawings are read
+
 REAL = TESTS / "refs" / "sweethome7.sh3d"
 
 
