@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from models.detection.boxes import letterbox
 from models.detection.calibration import calibrated, read_constants
 from models.detection.detections import Detector as Detector
-from models.detection.detections import Floats, checked, select
+from models.detection.detections import Floats, checked, likeliest, select
 from models.detection.detections import RawDetections as RawDetections
 from models.detection.fixed_list import YoloDetector
 from models.detection.prompted import PromptedDetector, open_prompts
@@ -24,9 +24,6 @@ FORMAT = "rf-nav-detector/1"
 MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
 TEXTS_FILE, TOWER_FILE = "texts.npz", "text.onnx"
 """An imported detector's files."""
-NAMES = 2
-"""How many classes a place may be called, each with its own score: a mug is often called a cup too.
-With one, less is found at the same rate of false sightings."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
 NO_VOCABULARY = "the detector has no vocabulary; set one before the first frame"
 
@@ -171,9 +168,9 @@ class OpenDetector:
 
     def named(self, view: DetectorView, cosines: Floats) -> RawDetections:
         """Detections, given the (K, C) cosines of a view's regions with each class."""
-        likeliest = _best(cosines, NAMES)
-        labels = likeliest.reshape(-1).astype(np.int32)
-        place = np.repeat(np.arange(len(cosines)), likeliest.shape[1])
+        called = likeliest(cosines)
+        labels = called.reshape(-1).astype(np.int32)
+        place = np.repeat(np.arange(len(cosines)), called.shape[1])
         scores = self.score(view.objectness[place], cosines[place, labels]).astype(np.float32)
         kept = select(view.boxes_px[place], scores, labels, across=1.0)
         boxes, regions = view.boxes_px[place[kept]], view.regions[place[kept]]
@@ -199,12 +196,6 @@ class OpenDetector:
         """With what probability what is there is called so."""
         odds = cosines.astype(np.float64) * self._scale + self._bias
         return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
-
-
-def _best(values: Floats, count: int) -> NDArray[np.int64]:
-    """(K, C) -> (K, min(count, C)) columns of each row's largest values."""
-    count = min(count, values.shape[1])
-    return np.argpartition(-values, count - 1, axis=1)[:, :count]
 
 
 def _softmax(logits: Floats) -> Floats:

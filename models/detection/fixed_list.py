@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from models.detection import layouts
 from models.detection.boxes import letterbox
 from models.detection.calibration import calibrated, read_constants
-from models.detection.detections import Floats, RawDetections, boxes_only, checked
+from models.detection.detections import Floats, RawDetections, boxes_only, checked, likeliest
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
 from models.words.class_names import ClassText, check_names, read_names
@@ -76,10 +76,14 @@ class YoloDetector:
         """(H, W, 3) uint8 RGB -> detections of the matched classes."""
         image, fit = letterbox(checked(rgb), *self._size, centred=self._layout != "X")
         decoded = layouts.decode(self._run(image, self._layout), self._layout, *self._size)
-        best = decoded.scores.argmax(axis=1)
-        labels = self._matched[best]
-        scores = np.where(labels >= 0, decoded.scores[np.arange(len(best)), best], 0.0)
-        found = boxes_only(fit.undo(decoded.boxes, *rgb.shape[:2]), scores, labels)
+        best = likeliest(decoded.scores)
+        labels, place = (
+            self._matched[best].reshape(-1),
+            np.repeat(np.arange(len(best)), best.shape[1]),
+        )
+        scores = np.where(labels >= 0, np.take_along_axis(decoded.scores, best, 1).reshape(-1), 0.0)
+        boxes = fit.undo(decoded.boxes, *rgb.shape[:2])[place]
+        found = boxes_only(boxes, scores, labels, across=1.0)
         # After selection, so that what is found, and in which order, is what it was.
         return found._replace(scores=self._settled(found.scores))
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detection.detections import Detector, RawDetections
-from models.detection.detector import NAMES, DetectorView, OpenDetector
+from models.detection.detections import NAMES, Detector, RawDetections
+from models.detection.detector import DetectorView, OpenDetector
 from models.evaluation.truth import FrameTruth
 from models.words.text_encoder import TextEncoder
 

@@ -22,7 +22,7 @@ from torch import Tensor, nn
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
 from models.train.data import FULL
-from models.train.graph import halve, simplified, write_values
+from models.train.graph import halve, parse_size, simplified, write_values
 from models.train.network import Network
 from models.train.quantise import quantise
 
@@ -142,17 +142,6 @@ def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:
         lone = float(np.abs(mine["boxes"][0, 0] - theirs["boxes"][0]).max(axis=1).min())
         if lone > TOLERANCE["boxes"]:
             raise ModelFileError(f"{path}: the best box differs from torch by {lone:.1f} px")
-
-
-def parse_size(text: str) -> tuple[int, int]:
-    """ "416x320" -> (416, 320)."""
-    try:
-        width, height = (int(part) for part in text.split("x"))
-    except ValueError:
-        raise ModelFileError(
-            f"size {text!r} is none; write WIDTHxHEIGHT, such as 416x320"
-        ) from None
-    return width, height
 
 
 @click.command(

@@ -8,6 +8,7 @@ import onnxruntime
 from onnx import TensorProto, helper, numpy_helper
 
 from models.detection.calibration import PREFIX
+from models.errors import ModelFileError
 
 SMALL = 64
 """Constants with fewer values stay in single precision."""
@@ -105,3 +106,14 @@ def write_values(model: onnx.ModelProto, values: dict[str, float], mark: str | N
     if mark is not None:
         table["format"] = mark
     helper.set_model_props(model, table)
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """ "416x320" -> (416, 320)."""
+    try:
+        width, height = (int(part) for part in text.split("x"))
+    except ValueError:
+        raise ModelFileError(
+            f"size {text!r} is none; write WIDTHxHEIGHT, such as 416x320"
+        ) from None
+    return width, height

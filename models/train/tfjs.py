@@ -215,8 +215,9 @@ class Translation:
 
     def _resize(self, node: TfNode) -> list[Ordered]:
         size = [s * f for s, f in zip(self._known[node.inputs[1]], self._stretch, strict=True)]
-        if any(side != round(side) for side in size):
+        if any(abs(side - round(side)) > 1e-6 for side in size):
             raise ModelFileError(f"{node.name}: {size} is no size; take an input of other sides")
+        size = [round(side) for side in size]
         how = "asymmetric"
         if node.attributes.get("align_corners"):
             how = "align_corners"

@@ -16,7 +16,8 @@ from models.evaluation.cost import measure_cost
 from models.evaluation.measures import measure, tried
 from models.evaluation.truth import read_truth, read_words
 from models.store import manifest
-from models.train.export import export, parse_size
+from models.train.export import export
+from models.train.graph import parse_size
 from models.words.text_encoder import TextEncoder
 
 DIRECTORY = click.Path(path_type=Path, exists=True)

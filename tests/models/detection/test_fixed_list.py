@@ -22,8 +22,8 @@ REAL = SHARED / "models" / "yolox_nano.onnx"
 
 def v8() -> np.ndarray:
     out = np.zeros((1, 7, CELLS), np.float32)
-    out[0, :, 0] = (48, 32, 40, 20, 0.9, 0.0, 0.1)
-    out[0, :, 1] = (48, 32, 40, 22, 0.6, 0.0, 0.1)
+    out[0, :, 0] = (48, 32, 40, 20, 0.9, 0.0, 0.0)
+    out[0, :, 1] = (48, 32, 40, 22, 0.6, 0.0, 0.0)
     out[0, :, 2] = (20, 20, 10, 10, 0.0, 0.8, 0.0)
     return out
 
@@ -60,6 +60,17 @@ def test_layouts_give_the_same_box(layout, constant_graph, encoder: TextEncoder)
     assert seen.rooms.shape == (0,)
 
 
+def test_a_place_may_be_called_two_things(constant_graph, encoder: TextEncoder) -> None:
+    out = v8()
+    out[0, 6, 0] = 0.3  # a couch of 0.9 that may be a tv
+    detector = open_detector(constant_graph({"out": out}, SIZE, {"names": NAMES}), "yolo", encoder)
+    detector.set_vocabulary(CLASSES, ())
+    seen = detector.detect(np.zeros((*SIZE, 3), np.uint8))
+    assert seen.labels.tolist() == [0, 1]
+    np.testing.assert_allclose(seen.scores, [0.9, 0.3], atol=1e-5)
+    np.testing.assert_allclose(seen.boxes_px[0], seen.boxes_px[1])
+
+
 def test_a_calibration_in_the_file_makes_scores_chances(
     constant_graph, encoder: TextEncoder
 ) -> None:
@@ -70,8 +81,8 @@ def test_a_calibration_in_the_file_makes_scores_chances(
         return detector.detect(np.zeros((*SIZE, 3), np.uint8)).scores
 
     out = np.zeros((1, 7, CELLS), np.float32)
-    out[0, :, 0] = (20, 32, 30, 20, 0.9, 0.0, 0.1)
-    out[0, :, 1] = (70, 32, 30, 20, 0.2, 0.0, 0.4)
+    out[0, :, 0] = (20, 32, 30, 20, 0.9, 0.0, 0.0)
+    out[0, :, 1] = (70, 32, 30, 20, 0.0, 0.0, 0.4)
     out[0, :, 2] = (48, 12, 30, 10, 0.05, 0.0, 0.0)
     out[0, :, 3] = (48, 55, 30, 10, np.inf, 0.0, 0.0)  # nothing, before and after
     np.testing.assert_array_equal(seen(), np.float32([0.9, 0.4, 0.05]))

@@ -17,7 +17,7 @@ from models.errors import ModelFileError  # noqa: E402
 from models.onnx_session import open_session  # noqa: E402
 from models.train import graph  # noqa: E402
 from models.train.data import batches, read_frames  # noqa: E402
-from models.train.export import export, load_network, parse_size  # noqa: E402
+from models.train.export import export, load_network  # noqa: E402
 from models.train.network import Network  # noqa: E402
 from models.train.restore import main, restore  # noqa: E402
 from models.train.trainer import save  # noqa: E402
@@ -59,9 +59,9 @@ def test_eight_bits_answer_nearly_the_same(
 
 
 def test_sizes() -> None:
-    assert parse_size("512x384") == (512, 384)
+    assert graph.parse_size("512x384") == (512, 384)
     with pytest.raises(ModelFileError, match="write WIDTHxHEIGHT"):
-        parse_size("512")
+        graph.parse_size("512")
 
 
 def test_a_size_of_no_whole_cells_is_refused(checkpoint: Path, tmp_path: Path) -> None:
