@@ -25,7 +25,7 @@ from runtime.errors import ConfigError
 from runtime.experts import cloud_config
 from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
-from runtime.former_keys import FORMER, gone, renamed
+from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
 from runtime.robot.session import BusConfig
 
@@ -47,11 +47,13 @@ class ModelsConfig:
     vision_handler: str = key(
         "", 'How llama-cpp-python talks to it: "mtmd", "llava-1.5", "qwen2.5-vl", ...'
     )
-    detector: str = key("rfnav-det", "The object detector.")
-    detector_kind: Literal["auto", "rfnav", "prompted", "yolo"] = key(
-        "auto", 'The contract of its file; "auto" reads it from the file.'
+    detectors: tuple[str, ...] = key(
+        ("rfnav-det", "nanodet-g"), "The object detectors; what they see is made one."
     )
-    detector_classes: str = key("", "File with one class name a line, for a fixed list.")
+    domain: Literal["auto", "photographs", "renderings"] = key(
+        "auto",
+        'What the camera shows: "photographs", "renderings", or "auto", told from the images.',
+    )
     vocabulary: str = key("", 'TOML word list; "" is the built-in one.')
     threads: int = key(2, "Processor threads of each model.", positive=True)
     gpu_layers: int = key(
@@ -74,6 +76,12 @@ class ModelsConfig:
         "second-look",
         'Classifier for goals that the detector has no word for; "": none.',
         research="second_look",
+    )
+    others_every: int = key(
+        2,
+        "Frames between two looks of a detector that was trained for the other domain.",
+        research="other_detectors_every",
+        positive=True,
     )
     score_file: str = key(
         "", 'SQLite file of the language model\'s scores; "" is one in the cache.',
@@ -193,7 +201,7 @@ def _flat(table: Mapping[str, Any], source: str, within: str = "") -> Iterator[t
             yield name, value
         elif successor is not None:
             _tell(name, successor)
-            yield successor, value
+            yield successor, [value] if name in LISTED else value
         elif (told := gone(name)) is not None:
             raise ConfigError(f"{source}: {name}: {told}")
         elif not any(n.startswith(f"{name}.") for n in (*known, *FORMER)):
@@ -245,6 +253,8 @@ def _check(config: Config) -> None:
         if known.positive and not known.value(config) > 0:
             raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
     cloud_config.check(config.cloud)
+    if not config.models.detectors:
+        raise ConfigError('models.detectors: is empty; name one at least, e.g. ["rfnav-det"]')
     shown = config.cloud.sends_images or config.models.vision
     if shown and not config.navigate.keyframes.image_width_px:
         raise ConfigError(
@@ -261,6 +271,7 @@ def _converter() -> cattrs.Converter:
     for kind, accepted in ((bool, bool), (int, int), (float, (int, float)), (str, str)):
         converter.register_structure_hook(kind, _exactly(kind, accepted))
     converter.register_structure_hook_func(_is_literal, _one_of)
+    converter.register_structure_hook_func(lambda kind: kind == tuple[str, ...], _names)
     return converter
 
 
@@ -271,6 +282,12 @@ def _exactly(kind: type, accepted: Any) -> Any:
         return kind(value)
 
     return convert
+
+
+def _names(value: Any, _: Any) -> tuple[str, ...]:
+    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+        raise TypeError(f"is {value!r}, must be a list of texts")
+    return tuple(value)
 
 
 def _is_literal(kind: Any) -> bool:

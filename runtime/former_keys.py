@@ -29,8 +29,19 @@ RENAMED = {
     "cloud.local_share": "research.cloud_local_share",
     "cloud.on_disagreement": "research.cloud_on_disagreement",
     "control.mode": "research.control_mode",
+    "models.detector": "models.detectors",
 }
 """Such a key goes on working, in files and in settings."""
+
+LISTED = frozenset({"models.detector"})
+"""Of these, what was one value is a list of it now."""
+
+REMOVED = {
+    "models.detector_kind": "the contract is read from the file",
+    "models.detector_classes": "name the classes when the file is taken in, with `rfnav models "
+    "import FILE --as NAME --classes FILE`",
+}
+"""What has no successor, and what to do instead."""
 
 GONE = {
     "runtime/core/mapping/grid.py": {
@@ -239,7 +250,7 @@ GONE = {
 }
 """By the file of the constant: a configuration that still has such a key is refused."""
 
-FORMER = frozenset(RENAMED).union(*GONE.values())
+FORMER = frozenset(RENAMED).union(REMOVED, *GONE.values())
 """All of them."""
 
 
@@ -253,10 +264,12 @@ def gone(key: str) -> str | None:
     for file, constants in GONE.items():
         if key in constants:
             return f"cannot be set any more; it is the constant {constants[key]} in {file}"
-    return None
+    return f"cannot be set any more; {REMOVED[key]}" if key in REMOVED else None
 
 
 def modern(setting: str) -> str:
     """A `KEY=VALUE` setting by the key's name of today."""
     key, equals, value = setting.partition("=")
+    if key.strip() in LISTED:
+        value = f"[{value}]"
     return RENAMED.get(key.strip(), key) + equals + value

@@ -39,9 +39,14 @@ def _number(key: str, written: str, path: Path) -> float:
     return number
 
 
+def log_odds(scores: NDArray[np.floating]) -> NDArray[np.float64]:
+    """(...) scores in 0..1 -> (...) their log odds, kept finite. In double precision what is very
+    likely still differs from what is even more so."""
+    p = np.clip(scores, 1e-6, 1 - 1e-6, dtype=np.float64)
+    return np.asarray(np.log(p / (1 - p)), np.float64)
+
+
 def calibrated(scores: NDArray[np.floating], gain: float, shift: float) -> NDArray[np.float64]:
-    """(...) scores in 0..1 -> (...) the same with their log odds times gain plus shift. In double
-    precision what is very likely still differs from what is even more so."""
-    p = np.clip(scores, 1e-6, 1 - 1e-6)
-    odds = gain * np.log(p / (1 - p)) + shift
+    """(...) scores in 0..1 -> (...) the same with their log odds times gain plus shift."""
+    odds = gain * log_odds(scores) + shift
     return np.asarray(1 / (1 + np.exp(-odds)), np.float64)

@@ -44,7 +44,8 @@ class Detector(Protocol):
     a cosine where it is by similarity) and `unseen` (classes that it cannot see).
     """
 
-    capabilities: dict[str, Any]
+    @property
+    def capabilities(self) -> dict[str, Any]: ...
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
         """Choose the classes (each its names, canonical first) and the room types."""
@@ -77,6 +78,8 @@ def select(
 def likeliest(values: Floats) -> NDArray[np.int64]:
     """(K, C) -> (K, min(NAMES, C)) columns of each row's largest values."""
     count = min(NAMES, values.shape[1])
+    if not count:
+        return np.zeros((len(values), 0), np.int64)
     return np.argpartition(-values, count - 1, axis=1)[:, :count]
 
 

@@ -1,5 +1,6 @@
 """Detectors by contract; ours, whose classes are text chosen at run time."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -21,6 +22,8 @@ from models.words.class_names import ClassText, room_rows
 from models.words.text_encoder import TextEncoder
 
 FORMAT = "rf-nav-detector/1"
+PHOTOGRAPHS = "photographs"
+"""Key of the metadata: JSON, how the scene vector tells photographs from renderings."""
 MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
 TEXTS_FILE, TOWER_FILE = "texts.npz", "text.onnx"
 """An imported detector's files."""
@@ -123,6 +126,7 @@ class OpenDetector:
         except KeyError as error:
             raise ModelFileError(f"{path}: its metadata lacks value.{error.args[0]}") from error
         self.gain, self.shift = constants["gain"], constants["shift"]
+        self._photographs = _direction(session, path)
         self._input = session.get_inputs()[0]
         self.size = image_size(self._input.shape, path)
         self._text: ClassText | None = None
@@ -182,6 +186,13 @@ class OpenDetector:
         """(R,) probabilities of the room types."""
         return _softmax(self._rooms @ view.scene * self._room_scale)
 
+    def photograph_odds(self, scene: Floats) -> float | None:
+        """Log odds that an image with this (D,) scene vector is a photograph and no rendering; None
+        where the file does not say how that is told."""
+        if self._photographs is None:
+            return None
+        return float(self._photographs[:-1] @ scene + self._photographs[-1])
+
     def score(self, objectness: Floats, cosines: Floats) -> NDArray[np.float64]:
         """(...) objectness in 0..1 and (...) cosines with a word -> (...) calibrated scores."""
         return calibrated(objectness * self._word(cosines), self.gain, self.shift)
@@ -203,6 +214,24 @@ def _softmax(logits: Floats) -> Floats:
         return np.zeros(0, np.float32)
     weights = np.exp(logits - logits.max())
     return np.asarray(weights / weights.sum(), np.float32)
+
+
+def _direction(session: onnxruntime.InferenceSession, path: Path) -> Floats | None:
+    """(D + 1,) weights of the scene vector, and a constant, that tell photographs; None without."""
+    written = session.get_modelmeta().custom_metadata_map.get(PHOTOGRAPHS)
+    if written is None:
+        return None
+    try:
+        row = np.array(json.loads(written), np.float32)
+    except (ValueError, TypeError):
+        row = np.zeros(0, np.float32)
+    width = session.get_outputs()[-1].shape[-1]
+    if row.shape != (width + 1,) or not np.isfinite(row).all():
+        raise ModelFileError(
+            f"{path}: {PHOTOGRAPHS} in its metadata is no list of {width + 1} numbers; make it "
+            "anew with models.train.fuse"
+        )
+    return row
 
 
 def _constants(session: onnxruntime.InferenceSession, path: Path) -> dict[str, float]:

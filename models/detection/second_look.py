@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import suppress
-from models.detection.detections import Floats, RawDetections, checked, select
+from models.detection.detections import Floats, RawDetections, boxes_only
 from models.detection.detector import DetectorView, OpenDetector
 from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
@@ -178,22 +178,16 @@ class Sought:
 
 
 def look_twice(
-    detector: OpenDetector, second: SecondLook, sought: Sought, rgb: NDArray[np.uint8]
-) -> RawDetections:
-    """(H, W, 3) uint8 RGB -> detections; what is sought is found by the detector or the second
-    look."""
-    view = detector.look(checked(rgb))
-    first, at = detector.name(view), places(view)
+    detector: OpenDetector, second: SecondLook, sought: Sought, rgb: NDArray[np.uint8],
+    view: DetectorView,
+) -> RawDetections:  # fmt: skip
+    """(H, W, 3) uint8 RGB and the detector's view of it -> what the classifier finds of what is
+    sought."""
+    at = places(view)
     others = np.delete(detector.words(view)[at], sought.label, axis=1)
     best, strangeness = strangest(view.objectness[at], others, sought.places)
     at, strangeness = at[best], strangeness[best]
     classes = second.classify(rgb, view.boxes_px[at])
     told = second.evidence(classes, sought.likeness, view.objectness[at], strangeness)
-    boxes = np.concatenate((first.boxes_px, view.boxes_px[at]))
-    scores = np.concatenate((first.scores, second.probability(told)))
-    labels = np.concatenate((first.labels, np.full(len(at), sought.label, np.int32)))
-    regions = np.concatenate((first.embeddings, view.regions[at]))
-    kept = select(boxes, scores, labels, across=1.0)
-    return RawDetections(
-        boxes[kept], scores[kept], labels[kept], regions[kept], first.rooms, first.scene
-    )
+    labels = np.full(len(at), sought.label, np.int32)
+    return boxes_only(view.boxes_px[at], second.probability(told), labels)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import pairwise_iou
+from models.detection.calibration import log_odds
 from models.detection.detections import RawDetections
 from models.evaluation.precision import MATCH_IOU
 from models.evaluation.truth import FrameTruth, Marks
@@ -73,13 +74,6 @@ def verdicts(seen: RawDetections, marks: Marks) -> list[bool | None]:
     return found
 
 
-def log_odds(p: Doubles) -> Doubles:
-    """Of probabilities, kept finite."""
-    clipped = np.clip(p, 1e-6, 1 - 1e-6)
-    odds: Doubles = np.log(clipped / (1 - clipped))
-    return odds
-
-
 def fit_calibration(judged: Judged) -> tuple[float, float]:
     """Gain and shift of a logistic fit of `right` on the score's log odds (Platt 1999)."""
     x = log_odds(judged.score)
@@ -144,8 +138,9 @@ def false_seen(scores: Doubles, absent: NDArray[np.bool_], threshold: float) -> 
 
 
 def choose_threshold(goals: Sequence[tuple[Doubles, NDArray[np.bool_]]]) -> float:
-    """The lowest score at which false sightings, averaged over goals, are FALSE_SEEN at most."""
-    for threshold in STEPS:
+    """The lowest score at which false sightings, averaged over goals, are FALSE_SEEN at most; the
+    highest of STEPS without goals."""
+    for threshold in STEPS if goals else ():
         if np.mean([false_seen(s, a, float(threshold)) for s, a in goals]) <= FALSE_SEEN:
             return float(threshold)
     return float(STEPS[-1])

@@ -22,9 +22,11 @@ from models.evaluation.judged import (
 )
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
-from models.evaluation.truth import GOALS, HM3D, ROBOTHOR, FrameTruth, NameLists
+from models.evaluation.truth import GOALS, HM3D, HOUSEHOLD, ROBOTHOR, FrameTruth, NameLists
 from models.words.text_encoder import TextEncoder
 
+REPORTED = 0.4
+"""Of a calibrated score, from which on a sighting is called reported."""
 CURVE = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)
 
 
@@ -89,7 +91,8 @@ def measure(trial: Trial, words: NameLists) -> dict[str, Any]:
     return {
         "frames": len(truth.marks),
         "fitted_on_other_frames": trial.fitted_on_other_frames,
-        "groups": groups(truth, ap, words),
+        "groups": groups(trial, words),
+        "reported": reported(trial),
         "held_out": {names[k]: v for k, v in ap.items() if names[k] in words.held_out},
         "room_top1": room_accuracy(truth, trial.rooms, words.rooms),
         "room_top1_of_things": room_accuracy(truth, trial.rooms, words.rooms, things=True),
@@ -120,18 +123,39 @@ def whole_calibration(detector: Detector, gain: float, shift: float) -> dict[str
     return {"gain": gain * detector.gain, "shift": gain * detector.shift + shift}
 
 
-def groups(
-    truth: FrameTruth, ap: dict[int, float], words: NameLists
-) -> dict[str, dict[str, float]]:
-    """Mean AP50 of each group over those of its categories that occur."""
-    sets = {"HM3D goals": HM3D, "RoboTHOR goals": ROBOTHOR, "trained": words.trained}
-    sets["held out"] = words.held_out
-    out: dict[str, dict[str, float]] = {}
+def groups(trial: Trial, words: NameLists) -> dict[str, dict[str, Any]]:
+    """Mean AP50 of each group over those of its categories that occur, with its interval."""
+    names = trial.truth.categories
+    sets = {"HM3D goals": HM3D, "RoboTHOR goals": ROBOTHOR, "household": HOUSEHOLD}
+    sets |= {"trained": tuple(words.trained), "held out": words.held_out}
+    out: dict[str, dict[str, Any]] = {}
     for name, members in sets.items():
-        values = [v for k, v in ap.items() if truth.categories[k] in members]
-        mean = float(np.mean(values)) if values else float("nan")
-        out[name] = {"ap50": mean, "categories": len(values), "of": len(members)}
+        values = {k: v for k, v in trial.ap.items() if names[k] in members}
+        out[name] = {
+            "ap50": float(np.mean(list(values.values()))) if values else float("nan"),
+            "interval": trial.precision.interval(trial.found, list(values)),
+            "categories": len(values),
+            "of": len(members),
+        }
     return out
+
+
+def reported(trial: Trial) -> dict[str, float]:
+    """What a robot hears of HM3D's goals, at REPORTED as the scores are: the share of the frames
+    with a goal in view (each goal for itself) in which it is reported, and false sightings."""
+    truth, shown, false = trial.truth, [np.zeros(0, bool)], []
+    for k, category in enumerate(truth.categories):
+        if category in HM3D:
+            said, absent = best_scores(trial.found, k) >= REPORTED, without(truth, [k])
+            asked = np.array([(m.kinds[~m.crowd] == k).any() for m in truth.marks])
+            shown.append(said[asked])
+            false.append(false_seen(said.astype(np.float64), absent, 1.0))
+    return {
+        "share": mean(np.concatenate(shown).tolist()),
+        "views": int(sum(map(len, shown))),
+        "false_seen": mean(false),
+        "score": REPORTED,
+    }
 
 
 def room_accuracy(

@@ -3,9 +3,10 @@
 import contextlib
 import io
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from pycocotools.coco import COCO
 from pycocotools.cocoeval import COCOeval
 
@@ -13,6 +14,18 @@ from models.detection.detections import RawDetections
 from models.evaluation.truth import FrameTruth
 
 MATCH_IOU = 0.5
+RESAMPLED = 500
+LEVELS = np.linspace(0, 1, 101)
+"""Of recall, over which precision is averaged."""
+
+
+class _Column(NamedTuple):
+    """Of one category, the surest first: `right` (N,), `image` (N,) of each detection that counts;
+    `objects` (F,) of each image."""
+
+    right: NDArray[np.bool_]
+    image: NDArray[np.int64]
+    objects: NDArray[np.int64]
 
 
 class Precision:
@@ -28,21 +41,52 @@ class Precision:
 
     def average(self, found: Sequence[RawDetections], labels: Sequence[int]) -> dict[int, float]:
         """AP50 of those of these categories (indices) that occur in the truth."""
-        wanted = set(labels)
-        results = [row for row in self._results(found) if row[0] in wanted]
-        counted = self._counted() & wanted
-        if not results:
+        order = sorted(set(labels))
+        counted = self._counted() & set(order)
+        judge = self._judge(found, order)
+        if judge is None:
             return dict.fromkeys(sorted(counted), 0.0)
-        order = sorted(wanted)
         with contextlib.redirect_stdout(io.StringIO()):
-            judge = COCOeval(self._coco, self._coco.loadRes([row for _, row in results]), "bbox")
+            judge.accumulate()
+        precision = judge.eval["precision"][0, :, :, 0, -1]  # recall levels x categories
+        return {k: float(precision[:, i].mean()) for i, k in enumerate(order) if k in counted}
+
+    def interval(
+        self, found: Sequence[RawDetections], labels: Sequence[int]
+    ) -> tuple[float, float]:
+        """The middle 95 % of the mean AP50 of these categories over RESAMPLED draws of as many
+        frames, with replacement (bootstrap); NaN where none of them occurs."""
+        order = sorted(self._counted() & set(labels))
+        judge = self._judge(found, order) if order else None
+        if judge is None:
+            nothing = 0.0 if order else float("nan")
+            return nothing, nothing
+        images = {image["id"]: i for i, image in enumerate(self._table["images"])}
+        columns = [
+            _column([e for e in judge.evalImgs if e and e["category_id"] == self._ids[k]], images)
+            for k in order
+        ]
+        rng = np.random.default_rng(0)
+        means = []
+        for _ in range(RESAMPLED):
+            drawn = np.bincount(rng.integers(0, len(images), len(images)), minlength=len(images))
+            values = [_average(column, drawn) for column in columns]
+            means.append(np.nanmean(values) if np.isfinite(values).any() else np.nan)
+        low, high = np.nanpercentile(np.array(means), (2.5, 97.5))
+        return float(low), float(high)
+
+    def _judge(self, found: Sequence[RawDetections], order: list[int]) -> COCOeval | None:
+        """Detections matched with the truth; None without any."""
+        results = [row for label, row in self._results(found) if label in set(order)]
+        if not results:
+            return None
+        with contextlib.redirect_stdout(io.StringIO()):
+            judge = COCOeval(self._coco, self._coco.loadRes(results), "bbox")
             judge.params.iouThrs = np.array([MATCH_IOU])
             judge.params.catIds = [self._ids[k] for k in order]
             judge.params.areaRng, judge.params.areaRngLbl = [[0, 1e10]], ["all"]
             judge.evaluate()
-            judge.accumulate()
-        precision = judge.eval["precision"][0, :, :, 0, -1]  # recall levels x categories
-        return {k: float(precision[:, i].mean()) for i, k in enumerate(order) if k in counted}
+        return judge
 
     def _counted(self) -> set[int]:
         index = {i: k for k, i in enumerate(self._ids)}
@@ -57,3 +101,30 @@ class Precision:
                 row = {"image_id": image["id"], "category_id": self._ids[int(label)]}
                 rows.append((int(label), row | {"bbox": box, "score": float(score)}))
         return rows
+
+
+def _column(judged: list[dict[str, Any]], images: dict[int, int]) -> _Column:
+    objects = np.zeros(len(images), np.int64)
+    scores, right, where = [np.zeros(0)], [np.zeros(0, bool)], [np.zeros(0, np.int64)]
+    for one in judged:
+        at = images[one["image_id"]]
+        objects[at] += int((~np.asarray(one["gtIgnore"], bool)).sum())
+        counts = ~np.asarray(one["dtIgnore"][0], bool)
+        scores.append(np.asarray(one["dtScores"], np.float64)[counts])
+        right.append(np.asarray(one["dtMatches"][0])[counts] > 0)
+        where.append(np.full(int(counts.sum()), at))
+    order = np.argsort(-np.concatenate(scores), kind="mergesort")
+    return _Column(np.concatenate(right)[order], np.concatenate(where)[order], objects)
+
+
+def _average(column: _Column, drawn: NDArray[np.int64]) -> float:
+    """AP50 where each frame counts as often as it was drawn; NaN without an object."""
+    objects = int((column.objects * drawn).sum())
+    if not objects:
+        return float("nan")
+    weight = drawn[column.image]
+    hits = np.cumsum(weight * column.right)
+    precision = hits / np.maximum(np.cumsum(weight), 1)
+    best = np.maximum.accumulate(precision[::-1])[::-1]
+    at = np.searchsorted(hits / objects, LEVELS, side="left")
+    return float(np.append(best, 0.0)[at].mean())

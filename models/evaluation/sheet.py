@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from models.detection.detections import Detector, RawDetections
 from models.errors import ModelFileError
+from models.evaluation.naming import asked_for
 from models.evaluation.truth import FrameTruth, Marks, NameLists
 
 COLUMNS, ROWS = 3, 4
@@ -31,7 +32,7 @@ def draw_sheet(detector: Detector, truth: FrameTruth, words: NameLists, out: Pat
     full = [k for k, m in enumerate(truth.marks) if len(m.kinds) - int(m.crowd.sum()) >= 2]
     full = full or list(range(len(truth.marks)))
     chosen = [full[i] for i in np.linspace(0, len(full) - 1, COLUMNS * ROWS).astype(int)]
-    detector.set_vocabulary([(c,) for c in truth.categories], words.rooms)
+    detector.set_vocabulary(asked_for(truth), words.rooms)
     pictures = []
     for k in dict.fromkeys(chosen):
         image = truth.table["images"][k]

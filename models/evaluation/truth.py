@@ -21,6 +21,11 @@ ROBOTHOR = (
     "alarm clock", "apple", "baseball bat", "basketball", "bowl", "trash can", "plant", "laptop",
     "mug", "spray bottle", "television", "vase",
 )  # fmt: skip
+HOUSEHOLD = (
+    "chair", "sofa", "plant", "bed", "table", "toilet", "television", "laptop", "microwave",
+    "stove", "sink", "refrigerator", "book", "clock", "vase", "bottle", "cup", "bowl",
+)  # fmt: skip
+"""What both photographs with a list of COCO's and our renderings show."""
 GOALS = tuple(dict.fromkeys(HM3D + ROBOTHOR))
 
 
@@ -74,19 +79,25 @@ class NameLists:
 
 
 def read_truth(directory: Path, limit: int | None = None) -> FrameTruth:
-    """The annotations of a directory of frames, or of its first `limit`. Raises ModelFileError."""
+    """The annotations of a directory of frames, or of its first `limit`. Where `info.labelled` says
+    which categories are boxed throughout, others are left out. Raises ModelFileError."""
     path = directory / "annotations.json"
     try:
         table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         images = table["images"][:limit]
         kept = {image["id"] for image in images}
-        notes = [m for m in table["annotations"] if m["image_id"] in kept]
-        categories = tuple(c["name"] for c in table["categories"])
+        labelled = table.get("info", {}).get("labelled")
+        known = [c for c in table["categories"] if labelled is None or c["name"] in labelled]
+        ids = {c["id"] for c in known}
+        notes = [
+            m for m in table["annotations"] if m["image_id"] in kept and m["category_id"] in ids
+        ]
+        categories = tuple(c["name"] for c in known)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFileError(
             f"{path}: not a readable COCO table ({error}); make it with `hil-sim frames`"
         ) from error
-    table = {"images": images, "annotations": notes, "categories": table["categories"]}
+    table = {"images": images, "annotations": notes, "categories": known}
     if not images:
         raise ModelFileError(f"{path}: holds no frames; make some with `hil-sim frames`")
     return FrameTruth(directory, table, categories, _marks(table))

@@ -5,10 +5,13 @@ out of training, with a second look; rooms; what scores are worth, and the thres
 seen"; what a frame costs. Calibration and threshold are fitted on other frames than are reported.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from models.detection.detector import OpenDetector, open_detector
+from models.detection.detector import Detector, OpenDetector, open_detector
+from models.detection.domain import DomainEvidence, DomainSetting
+from models.detection.ensemble import DetectorEnsemble
 from models.detection.second_look import SecondLook
 from models.evaluation.asked import LookedFor, by_other_names, looked_at_twice
 from models.evaluation.cost import measure_cost
@@ -16,19 +19,33 @@ from models.evaluation.measures import measure, tried
 from models.evaluation.sheet import draw_sheet
 from models.evaluation.truth import read_truth, read_words
 from models.words.text_encoder import TextEncoder
-from runtime.config import DetectorConfig
+from runtime.config import DetectorConfig, ModelsConfig
+from runtime.perception.detection import located
 from runtime.perception.word_verdicts import by_default
 
 
+def opened(
+    detectors: Sequence[str], encoder: TextEncoder, threads: int, domain: DomainSetting = "auto"
+) -> Detector:
+    """A detector by its name or file; several as one, all of which look at every frame: frames to
+    judge on are not of one run."""
+    found = {n: open_detector(located(n), "auto", encoder, threads) for n in detectors}
+    if len(found) == 1:
+        return next(iter(found.values()))
+    return DetectorEnsemble(found, DomainEvidence(domain), others_every=1)
+
+
 def evaluate(
-    detector: Path, second_look: Path, data: Path, dev: Path | None, encoder: TextEncoder,
-    *, limit: int | None = None, threads: int = 2, cost: bool = True, synonyms: bool = True,
+    detectors: Sequence[str], second_look: Path, data: Path, dev: Path | None,
+    encoder: TextEncoder, *, limit: int | None = None, threads: int = 2, cost: bool = True,
+    synonyms: bool = True, domain: DomainSetting = "auto",
 ) -> dict[str, Any]:  # fmt: skip
     """The figures on the frames of `data`, on the first `limit`, with those of `dev` to fit on.
-    Raises ModelFileError for files and frames that cannot be used."""
+    Names and second looks are judged of one detector alone. Raises ModelFileError for files and
+    frames that cannot be used."""
     words, truth = read_words(), read_truth(data, limit)
     fitting = read_truth(dev, limit) if dev else None
-    opened = open_detector(detector, "auto", encoder, threads)
+    detector = opened(detectors, encoder, threads, domain)
     second = SecondLook(second_look, encoder, threads)
     understood = by_default(encoder)
 
@@ -36,22 +53,26 @@ def evaluate(
         goal = understood(text)
         return LookedFor(goal.names, goal.strange)
 
-    trial = tried(opened, truth, fitting, words, encoder)
+    trial = tried(detector, truth, fitting, words, encoder)
     report = measure(trial, words)
+    report["detectors"] = list(detectors)
+    if isinstance(detector, DetectorEnsemble):
+        report["domain"] = detector.domain.told()
     if trial.looked is not None and synonyms:
         report |= by_other_names(trial, trial.looked, words, encoder, looked_for)
-    if isinstance(opened, OpenDetector):
+    if isinstance(detector, OpenDetector) and truth.categories:
         looks = DetectorConfig().second_looks
-        report["second_look"] = looked_at_twice(trial, opened, second, looks, words, looked_for)
+        report["second_look"] = looked_at_twice(trial, detector, second, looks, words, looked_for)
     if cost:
-        report["cost"] = measure_cost(detector, second_look)
+        report["cost"] = measure_cost(
+            [located(n) for n in detectors], second_look, ModelsConfig().others_every
+        )
     return report
 
 
 def contact_sheet(
-    detector: Path, data: Path, out: Path, encoder: TextEncoder,
+    detectors: Sequence[str], data: Path, out: Path, encoder: TextEncoder,
     *, limit: int | None = None, threads: int = 2,
 ) -> None:  # fmt: skip
-    """Draw what it detects on some of the frames."""
-    opened = open_detector(detector, "auto", encoder, threads)
-    draw_sheet(opened, read_truth(data, limit), read_words(), out)
+    """Draw what is detected on some of the frames."""
+    draw_sheet(opened(detectors, encoder, threads), read_truth(data, limit), read_words(), out)

@@ -171,8 +171,10 @@ class LoadedModels:
         return self._seating.rung() if self._seating is not None else "none"
 
     def health(self) -> dict[str, object]:
-        """For people: rungs by expert, models' errors, what the cloud costs."""
-        return self._seating.health() if self._seating is not None else {}
+        """For people: what the images are taken for, rungs by expert, models' errors, what the
+        cloud costs."""
+        seated = self._seating.health() if self._seating is not None else {}
+        return {"domain": self._detector.domain(), **seated}
 
     def bills(self) -> tuple[Bill, ...]:
         """Calls of the cloud since this was asked last, for the journal."""

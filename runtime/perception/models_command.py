@@ -9,12 +9,15 @@ import click
 import cv2
 from tqdm import tqdm
 
+from models.detection.domain import DomainSetting
+from models.detection.fusion import DOMAINS
 from models.detection.imported import describe, import_detector
 from models.errors import ModelFileError
 from models.evaluation.report import markdown
 from models.evaluation.truth import read_words
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
+from runtime.config import ModelsConfig
 from runtime.errors import ConfigError
 from runtime.perception.model_errors import models_told
 from runtime.perception.word_verdicts import by_default, word_verdicts
@@ -102,14 +105,26 @@ def import_model(file: Path, name: str, classes: Path | None, texts: Path | None
     for line in describe(found.capabilities):
         click.echo(f"  {line}")
     click.echo(f"  a 640x480 frame: {found.frame_ms:.0f} ms on one thread")
-    click.echo(f'use it with models.detector = "{name}"')
+    click.echo(f'use it with models.detectors = ["{name}"]')
 
 
 @models_command.command(epilog="Example:  rfnav models evaluate --data frames/val --dev frames/dev")
 @click.option("--data", type=FILE, required=True, help="Frames to judge on.")
 @click.option("--dev", type=FILE, help="Frames to fit calibration and threshold on.")
-@click.option("--detector", type=FILE, help="ONNX file; default: the project's.")
+@click.option(
+    "--detector",
+    "detectors",
+    multiple=True,
+    help="A model's name or an ONNX file; several are judged as one. Default: the project's.",
+)
 @click.option("--second-look", type=FILE, help="Its classifier; default: the project's.")
+@click.option(
+    "--domain",
+    type=click.Choice(["auto", *DOMAINS]),
+    default="auto",
+    show_default=True,
+    help="Of the frames, for several detectors.",
+)
 @click.option("--limit", type=click.IntRange(1), help="Only as many frames of each directory.")
 @click.option("--threads", default=2, show_default=True)
 @click.option("--cost/--no-cost", default=True, show_default=True, help="Time it, too.")
@@ -117,11 +132,11 @@ def import_model(file: Path, name: str, classes: Path | None, texts: Path | None
 @click.option("--sheet", type=FILE, help="Draw detections of some frames here (PNG), and no more.")
 @click.option("--json", "json_file", type=FILE, help="Write the figures here.")
 def evaluate(
-    data: Path, dev: Path | None, detector: Path | None, second_look: Path | None,
-    limit: int | None, threads: int, cost: bool, synonyms: bool, sheet: Path | None,
-    json_file: Path | None,
+    data: Path, dev: Path | None, detectors: tuple[str, ...], second_look: Path | None,
+    domain: DomainSetting, limit: int | None, threads: int, cost: bool, synonyms: bool,
+    sheet: Path | None, json_file: Path | None,
 ) -> None:  # fmt: skip
-    """Measure a detector on labelled frames, asked as the runtime asks it."""
+    """Measure detectors on labelled frames, asked as the runtime asks them."""
     try:  # a robot has no need of what judges models
         from runtime.perception import evaluation
     except ModuleNotFoundError as error:
@@ -130,15 +145,16 @@ def evaluate(
             f"models evaluate: {package} is not installed; it comes with the extra `train`"
         ) from error
     cv2.setNumThreads(1)
-    encoder, path = TextEncoder(manifest.fetch("minilm")), detector or manifest.fetch("rfnav-det")
+    encoder = TextEncoder(manifest.fetch("minilm"))
+    detectors = detectors or ModelsConfig().detectors
     if sheet is not None:
-        evaluation.contact_sheet(path, data, sheet, encoder, limit=limit, threads=threads)
-        click.echo(f"{sheet}: detections of {path.name} on {data}")
+        evaluation.contact_sheet(detectors, data, sheet, encoder, limit=limit, threads=threads)
+        click.echo(f"{sheet}: detections of {', '.join(detectors)} on {data}")
         return
     looks = second_look or manifest.fetch("second-look")
     report = evaluation.evaluate(
-        path, looks, data, dev, encoder,
-        limit=limit, threads=threads, cost=cost, synonyms=synonyms,
+        detectors, looks, data, dev, encoder,
+        limit=limit, threads=threads, cost=cost, synonyms=synonyms, domain=domain,
     )  # fmt: skip
     click.echo(markdown(report))
     if json_file:

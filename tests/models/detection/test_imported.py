@@ -62,7 +62,7 @@ def test_a_fixed_list_says_what_it_is_matched_with(
     assert "a fixed list of 3, matched to the goal by similarity" in said
     assert "sofa <- couch (1.00), toilet <- toilet (1.00)" in said
     assert "cannot be seen: bed, chair" in said
-    assert 'models.detector = "mine"' in said
+    assert 'models.detectors = ["mine"]' in said
     assert "mine" in run("list")
     assert run("verify", "mine") == "mine: ok\n"
     detector = open_detector(manifest.fetch("mine"), "auto", encoder)

@@ -63,6 +63,41 @@ def test_average_precision_of_hits_misses_and_ignored_ones(truth: FrameTruth) ->
     assert Precision(truth).average(right, [0]) == {0: pytest.approx(1)}
 
 
+def test_the_interval_of_a_mean_is_that_of_frames_drawn_anew(truth: FrameTruth) -> None:
+    box = (10.0, 10.0, 60.0, 50.0)
+    right = [seen((0, 0.9, box)) if k < 7 else seen() for k in range(10)]
+    assert Precision(truth).interval(right, [0]) == (1.0, 1.0)  # whatever is drawn
+    half = [seen((0, 0.9, box)) if k < 3 else seen() for k in range(10)]
+    low, high = Precision(truth).interval(half, [0])
+    assert 0 <= low < Precision(truth).average(half, [0])[0] < high < 1
+    assert Precision(truth).interval([seen() for _ in range(10)], [0]) == (0.0, 0.0)
+    assert np.isnan(Precision(truth).interval(right, [2])).all()  # no guitar counts
+
+
+def test_what_is_not_boxed_throughout_is_not_judged(truth: FrameTruth) -> None:
+    path = truth.directory / "annotations.json"
+    table = json.loads(path.read_text())
+    path.write_text(json.dumps(table | {"info": {"labelled": [truth.categories[0]]}}))
+    read = read_truth(truth.directory)
+    assert read.categories == truth.categories[:1]
+    assert {int(k) for marks in read.marks for k in marks.kinds} == {0}
+    path.write_text(json.dumps(table | {"info": {"labelled": []}}))
+    assert read_truth(truth.directory).categories == ()
+
+
+def test_frames_whose_room_alone_is_known_are_judged_by_that(
+    truth: FrameTruth, detector: OpenDetector, encoder: TextEncoder
+) -> None:
+    path = truth.directory / "annotations.json"
+    table = json.loads(path.read_text())
+    path.write_text(json.dumps(table | {"info": {"labelled": []}}))
+    words = replace(read_words(), rooms=ROOMS)
+    report = measure(tried(detector, read_truth(truth.directory), None, words, encoder), words)
+    assert 0 <= report["room_top1"] <= 1
+    assert np.isnan(report["groups"]["HM3D goals"]["ap50"])
+    assert "room type, top-1" in markdown(report)
+
+
 def test_rooms_are_asked_of_all_views_and_of_those_that_show_a_thing(truth: FrameTruth) -> None:
     rooms = ("kitchen", "bathroom")
     likeliest = [1] * 6 + [0] * 4  # right where the sofa counts, but once
@@ -136,13 +171,20 @@ def test_what_a_frame_costs_is_told_where_it_was_measured(
     words = read_words()
     report = measure(tried(detector, truth, None, words, encoder), words)
     assert "ms a " not in markdown(report)
-    one = {"ms": 65.4, "least_ms": 60.1, "cpu_ms": 64.0, "ratio": 1.5, "memory_mb": 99.6}
+    one = {
+        "ms": 65.4,
+        "mean_ms": 66.0,
+        "least_ms": 60.1,
+        "cpu_ms": 64.0,
+        "ratio": 1.5,
+        "memory_mb": 99.6,
+    }
     two = {**one, "ms": 43.2, "twice_ms": 100.4, "twice_memory_mb": 110.2}
     cost = {"bytes": 7_100_000, "threads_1": one, "threads_2": two}
     lines = markdown(report | {"cost": cost}).splitlines()
     assert (
-        "| ms a 640x480 frame, 1 thread(s) | 65.4 (least 60.1, ratio 1.50, CPU 64.0) | ≤ 60 |"
-        in lines
+        "| ms a 640x480 frame, 1 thread(s) | 65.4 (mean 66.0, least 60.1, ratio 1.50, CPU 64.0) "
+        "| ≤ 60 |" in lines
     )
     assert "| ms a frame looked at twice, 2 thread(s) | 100.4 (110 MB more) | – |" in lines
     assert not any("twice, 1 thread" in line for line in lines)

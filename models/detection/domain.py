@@ -1,0 +1,52 @@
+"""Photographs or renderings: what a run's images have looked like so far."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from models.detection.fusion import Domain
+
+MOST = 6.0
+"""Log odds that one image may add, either way."""
+REMEMBERED = 200
+"""Images: what was seen longer ago counts less and less."""
+OTHERWISE = 1.0
+"""Log odds in the mean from which on the other domain is believed: between them nothing changes."""
+
+DomainSetting = Literal["auto", "photographs", "renderings"]
+
+
+@dataclass
+class DomainEvidence:
+    """Mean log odds of the images being photographs, and what follows. With `setting` other than
+    "auto" nothing follows from them. Without a detector that can tell, photographs."""
+
+    setting: DomainSetting = "auto"
+    log_odds: float = 0.0
+    images: int = 0
+    believed: Domain = "photographs"
+
+    def __post_init__(self) -> None:
+        if self.setting != "auto":
+            self.believed = self.setting
+
+    def add(self, log_odds: float) -> None:
+        """One image's log odds of being a photograph."""
+        bounded = max(-MOST, min(MOST, log_odds))
+        self.images += 1
+        self.log_odds += (bounded - self.log_odds) / min(self.images, REMEMBERED)
+        if self.setting != "auto":
+            return
+        bar = OTHERWISE if self.images > 1 else 0.0
+        if self.believed == "photographs" and self.log_odds < -bar:
+            self.believed = "renderings"
+        elif self.believed == "renderings" and self.log_odds > bar:
+            self.believed = "photographs"
+
+    def told(self) -> dict[str, object]:
+        """For people: JSON."""
+        return {
+            "is": self.believed,
+            "set": self.setting != "auto",
+            "log_odds": round(self.log_odds, 2),
+            "images": self.images,
+        }

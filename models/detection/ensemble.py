@@ -1,0 +1,181 @@
+"""Several detectors as one. Each says what it sees and is asked as often as it is worth: the ones
+that were trained for what the images are look at every frame, the others now and then."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.detection.boxes import pairwise_iou
+from models.detection.detections import Detector, Floats, RawDetections, checked
+from models.detection.detector import DetectorView, OpenDetector
+from models.detection.domain import DomainEvidence
+from models.detection.fusion import ONE_THING_IOU, FusedPlaces, FusionWeights, fused, read_weights
+from models.detection.second_look import SecondLook, Sought, look_twice
+from models.errors import ModelFileError
+
+T = TypeVar("T")
+SECOND = "second look"
+
+
+class DetectorEnsemble:
+    """Detectors by name as one (models.detection.detections.Detector). The first of our own says
+    which room it is, what regions look like, and which domain the images are of.
+
+    `others_every`: frames between two looks of a detector that was trained for the other domain.
+    `again`: the classifier of second looks, and what it looks for.
+    """
+
+    def __init__(
+        self,
+        detectors: Mapping[str, Detector],
+        domain: DomainEvidence | None = None,
+        others_every: int = 1,
+        weights: FusionWeights | None = None,
+    ) -> None:
+        if not detectors:
+            raise ModelFileError("models.detectors: is empty, name one at least")
+        self.detectors = dict(detectors)
+        self.domain = domain or DomainEvidence()
+        self.others_every = others_every
+        self.again: tuple[SecondLook, Sought] | None = None
+        self._weights = read_weights() if weights is None else weights
+        opened = [n for n, d in self.detectors.items() if isinstance(d, OpenDetector)]
+        self._teller = opened[0] if opened else ""
+        self._frames = 0
+        self._knows: dict[str, NDArray[np.bool_]] = {}
+        self._classes: tuple[tuple[str, ...], ...] = ()
+        self._memo = _Memo()
+
+    def remember(self, images: int) -> None:
+        """Keep what was seen in the last so many images: a harness shows the same ones again."""
+        self._memo.images = images
+
+    @property
+    def open_detector(self) -> OpenDetector | None:
+        """The first of our own."""
+        found = self.detectors.get(self._teller)
+        return found if isinstance(found, OpenDetector) else None
+
+    @property
+    def capabilities(self) -> dict[str, Any]:
+        """Of all together; each one's own under `detectors`."""
+        each = {name: d.capabilities for name, d in self.detectors.items()}
+        lists = [c["classes"] for c in each.values()]
+        matched: dict[str, Any] = {}
+        for said in each.values():
+            for name, by in said.get("matched", {}).items():
+                matched.setdefault(name, by)
+        unseen = [c.get("unseen", []) for c in each.values()]
+        return {
+            "contract": ", ".join(str(c["contract"]) for c in each.values()),
+            **{k: any(c[k] for c in each.values()) for k in _ABILITIES},
+            "classes": None if None in lists else sorted({n for names in lists for n in names}),
+            "matched": matched,
+            "unseen": [n for n in unseen[0] if all(n in others for others in unseen[1:])],
+            "domain": self.domain.told(),
+            "detectors": each,
+        }
+
+    def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
+        """Choose the classes (each its names, canonical first) and the room types."""
+        for name, detector in self.detectors.items():
+            detector.set_vocabulary(classes, rooms)
+            unseen = set(detector.capabilities["unseen"])
+            self._knows[name] = np.array([c[0] not in unseen for c in classes], bool)
+        self._classes = tuple(tuple(names) for names in classes)
+
+    def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
+        """(H, W, 3) uint8 RGB -> detections by those whose turn it is."""
+        image, names = self._memo.of(checked(rgb)), self._whose_turn()
+        self._frames += 1
+        ours, view = self.open_detector, None
+        if ours is not None and self._teller in names:
+            view = self._memo.get((image, self._teller), lambda: ours.look(rgb))
+        found = [self._named(name, image, rgb, view) for name in names]
+        knows = [self._knows[name] for name in names]
+        if view is not None and ours is not None and self.again is not None:
+            second, sought = self.again
+            key = image, self._classes, sought.places
+            again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
+            names, found = [*names, SECOND], [*found, again]
+            knows.append(np.arange(len(self._classes)) == sought.label)
+        if view is not None and (odds := self.photograph_odds(view.scene)) is not None:
+            self.domain.add(odds)
+        domain = self.domain.believed
+        one, places = fused(found, names, np.stack(knows), domain, self._weights)
+        if view is None:
+            return one
+        teller = names.index(self._teller)
+        said = found[teller]
+        regions = _regions(places, teller, said, view)
+        return one._replace(embeddings=regions, rooms=said.rooms, scene=said.scene)
+
+    def photograph_odds(self, scene: Floats) -> float | None:
+        """Log odds that an image with this scene vector is a photograph, if our own can tell."""
+        ours = self.open_detector
+        return None if ours is None else ours.photograph_odds(scene)
+
+    def _whose_turn(self) -> list[str]:
+        """At first all; when there is one of this domain, the others every few frames."""
+        home, names = self._weights.home, list(self.detectors)
+        now = self.domain.believed
+        always = [n for n in names if home.get(n, now) == now]
+        if self._frames % self.others_every == 0 or not always:
+            return names
+        return always
+
+    def _named(
+        self, name: str, image: object, rgb: NDArray[np.uint8], view: DetectorView | None
+    ) -> RawDetections:
+        detector = self.detectors[name]
+        if view is not None and name == self._teller and isinstance(detector, OpenDetector):
+            return detector.name(view)
+        return self._memo.get((image, name, self._classes), lambda: detector.detect(rgb))
+
+
+class _Memo:
+    """Results of the last `images` images, by any key that begins with what `of` gives."""
+
+    def __init__(self) -> None:
+        self.images = 0
+        self._kept: dict[object, dict[object, Any]] = {}
+
+    def of(self, rgb: NDArray[np.uint8]) -> object:
+        """The image's key; the longest unused image is forgotten."""
+        if not self.images:
+            return None
+        digest = hashlib.blake2b(rgb.tobytes(), digest_size=16).digest()
+        self._kept[digest] = self._kept.pop(digest, {})  # the newest last
+        while len(self._kept) > self.images:
+            del self._kept[next(iter(self._kept))]
+        return digest
+
+    def get(self, key: tuple[object, ...], make: Callable[[], T]) -> T:
+        kept = self._kept.get(key[0])
+        if kept is None:
+            return make()
+        if key not in kept:
+            kept[key] = make()
+        found: T = kept[key]
+        return found
+
+
+_ABILITIES = ("open_vocabulary", "rooms", "embeddings")
+
+
+def _regions(places: FusedPlaces, teller: int, said: RawDetections, view: DetectorView) -> Floats:
+    """(P, D) what each place looks like: as our own detector has it, else as the region does that
+    overlaps it most; 0 where it has seen nothing."""
+    rows = np.zeros((len(places.labels), view.regions.shape[1]), np.float32)
+    which = places.which[:, teller]
+    rows[which >= 0] = said.embeddings[which[which >= 0]]
+    others = np.flatnonzero(which < 0)
+    if len(others):
+        iou = pairwise_iou(places.boxes_px[others], view.boxes_px)
+        best = iou.argmax(axis=1)
+        near = iou[np.arange(len(others)), best] >= ONE_THING_IOU
+        rows[others[near]] = view.regions[best[near]]
+    return rows

@@ -1,0 +1,143 @@
+"""Several detectors as one: whose turn it is, what each gives, what is remembered."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from models.detection.detections import RawDetections
+from models.detection.detector import OpenDetector, open_detector
+from models.detection.domain import DomainEvidence
+from models.detection.ensemble import DetectorEnsemble
+from models.detection.fusion import FusionWeights
+from models.errors import ModelFileError
+from models.words.text_encoder import TextEncoder
+
+BOX = (8.0, 8.0, 40.0, 40.0)
+CLASSES = (("sofa",), ("bed",))
+HOME = FusionWeights(home={"drawn": "renderings", "photo": "photographs"})
+FRAME = np.zeros((64, 96, 3), np.uint8)
+
+
+class Sees:
+    """A fixed list that sees one thing everywhere, and counts how often it is asked."""
+
+    def __init__(self, label: int, score: float, unseen: tuple[str, ...] = ()) -> None:
+        self.asked = 0
+        one = np.array([BOX], np.float32), np.array([score], np.float32)
+        none = np.zeros(0, np.float32)
+        labels = np.array([label], np.int32)
+        self.found = RawDetections(*one, labels, np.zeros((1, 0), np.float32), none, none)
+        self.capabilities: dict[str, Any] = {
+            "contract": "yolo v8", "open_vocabulary": False, "rooms": False, "embeddings": False,
+            "classes": ["couch"], "matched": {"sofa": {"couch": 1.0}}, "unseen": list(unseen),
+        }  # fmt: skip
+
+    def set_vocabulary(self, classes: object, rooms: object) -> None:
+        pass
+
+    def detect(self, rgb: np.ndarray) -> RawDetections:
+        self.asked += 1
+        return self.found
+
+
+@pytest.mark.parametrize(("domain", "asked"), [("photographs", [5, 10]), ("renderings", [10, 5])])
+def test_the_others_look_at_every_second_frame(domain, asked: list[int]) -> None:
+    drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
+    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, DomainEvidence(domain), 2, HOME)
+    both.set_vocabulary(CLASSES, ())
+    for _ in range(10):
+        assert both.detect(FRAME).labels.tolist() == [0]
+    assert [drawn.asked, photo.asked] == asked
+
+
+def test_alone_it_looks_at_every_frame() -> None:
+    drawn = Sees(0, 0.6)
+    one = DetectorEnsemble({"drawn": drawn}, DomainEvidence("photographs"), 3, HOME)
+    one.set_vocabulary(CLASSES, ())
+    for _ in range(4):
+        one.detect(FRAME)
+    assert drawn.asked == 4
+    with pytest.raises(ModelFileError, match=r"models\.detectors: is empty"):
+        DetectorEnsemble({})
+
+
+def test_what_can_be_seen_is_what_any_of_them_sees() -> None:
+    both = DetectorEnsemble({"a": Sees(0, 0.5, ("bed", "sofa")), "b": Sees(0, 0.5, ("bed",))})
+    both.set_vocabulary(CLASSES, ())
+    said = both.capabilities
+    assert said["unseen"] == ["bed"]
+    assert said["matched"] == {"sofa": {"couch": 1.0}}
+    assert said["classes"] == ["couch"]
+    assert not said["open_vocabulary"]
+    assert said["domain"]["is"] == "photographs"
+    assert said["detectors"].keys() == {"a", "b"}
+
+
+def test_images_are_remembered_as_long_as_asked() -> None:
+    sees = Sees(0, 0.5)
+    one = DetectorEnsemble({"a": sees})
+    one.set_vocabulary(CLASSES, ())
+    one.remember(2)
+    frames = [np.full((8, 8, 3), k, np.uint8) for k in range(3)]
+    for k in (0, 1, 0, 1, 2, 1):
+        one.detect(frames[k])
+    assert sees.asked == 3
+    one.detect(frames[0])  # pushed out by the third
+    assert sees.asked == 4
+    one.set_vocabulary((("lamp",), ("bed",)), ())  # of other words nothing is known
+    one.detect(frames[0])
+    assert sees.asked == 5
+
+
+@pytest.fixture
+def ours(constant_graph, encoder: TextEncoder) -> OpenDetector:
+    """Our contract: a sofa in BOX, another region without a name, and a scene like "kitchen"."""
+    rows = encoder.embed(["sofa", "gravel", "kitchen"])
+    row = np.zeros(rows.shape[1] + 1)
+    row[:-1], row[-1] = 8 * rows[2], -2.0  # a kitchen is a photograph
+    outputs = {
+        "boxes": np.array([[BOX, (50, 8, 80, 40)]], np.float32),
+        "objectness": np.array([[0.9, 0.1]], np.float32),
+        "embeddings": rows[None, :2],
+        "scene": rows[None, 2],
+    }
+    metadata = {
+        "format": "rf-nav-detector/1", "value.scale": "20", "value.bias": "-10",
+        "value.room_scale": "10", "photographs": str(row.tolist()),
+    }  # fmt: skip
+    found = open_detector(constant_graph(outputs, (64, 96), metadata), "rfnav", encoder)
+    assert isinstance(found, OpenDetector)
+    return found
+
+
+def test_ours_tells_rooms_looks_and_the_domain(ours: OpenDetector) -> None:
+    other = Sees(1, 0.7)
+    other.found = other.found._replace(boxes_px=np.array([(52, 8, 80, 40)], np.float32))
+    both = DetectorEnsemble({"list": other, "ours": ours}, weights=HOME)
+    both.set_vocabulary(CLASSES, ("bedroom", "kitchen"))
+    seen = both.detect(FRAME)
+    sofa = int(np.flatnonzero((seen.labels == 0) & (seen.scores > 0.5))[0])
+    bed = int(np.flatnonzero(seen.labels == 1)[0])
+    view = ours.look(FRAME)
+    assert seen.embeddings[sofa] == pytest.approx(view.regions[0], abs=1e-5)
+    # what the list saw looks as the region there does
+    assert seen.embeddings[bed] == pytest.approx(view.regions[1], abs=1e-5)
+    assert seen.rooms.argmax() == 1
+    assert seen.scene == pytest.approx(view.scene)
+    assert both.domain.told()["is"] == "photographs"
+    assert both.domain.log_odds == pytest.approx(6.0, abs=0.2)
+
+
+def test_a_direction_of_no_use_is_one_line(constant_graph, encoder: TextEncoder) -> None:
+    outputs = {
+        "boxes": np.zeros((1, 1, 4), np.float32), "objectness": np.zeros((1, 1), np.float32),
+        "embeddings": np.zeros((1, 1, 384), np.float32), "scene": np.zeros((1, 384), np.float32),
+    }  # fmt: skip
+    metadata = {
+        "format": "rf-nav-detector/1", "value.scale": "20", "value.bias": "-10",
+        "value.room_scale": "10", "photographs": "[1, 2]",
+    }  # fmt: skip
+    path = constant_graph(outputs, (64, 96), metadata)
+    with pytest.raises(ModelFileError, match="is no list of 385 numbers"):
+        open_detector(path, "rfnav", encoder)
