@@ -47,11 +47,12 @@ def run(
         raise ModelFileError(f"{path}: does not run on {shapes} ({_line(error)})") from error
 
 
-def image_size(shape: Sequence[Any], path: Path) -> tuple[int, int]:
-    """Height and width of an image input (1, 3, H, W). Raises ModelFileError for any other."""
+def image_size(shape: Sequence[Any], path: Path, side_px: int = DEFAULT_SIDE_PX) -> tuple[int, int]:
+    """Height and width of an image input (1, 3, H, W), `side_px` where they are left open. Raises
+    ModelFileError for any other."""
     if len(shape) != 4 or shape[1] != 3:
         raise ModelFileError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
-    height, width = (s if isinstance(s, int) and s > 0 else DEFAULT_SIDE_PX for s in shape[2:])
+    height, width = (s if isinstance(s, int) and s > 0 else side_px for s in shape[2:])
     return height, width
 
 

@@ -111,6 +111,12 @@ class DetectorConfig:
         "Places of an image shown to that classifier, 15 at most; 0: none.",
         research="second_looks",
     )
+    clip_way: Literal["patch", "reference", "grad"] = key(
+        "patch",
+        "How a detector of contract clip finds things: each patch as what it looks like; the goal "
+        "by sentences that say where it is; the goal by its relevance map.",
+        research="clip_way",
+    )
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,15 @@ def letterbox(
     return canvas, Letterbox(scale, left, top)
 
 
+def stretched(rgb: NDArray[np.uint8], height: int, width: int, mean: Floats, std: Floats) -> Floats:
+    """(h, w, 3) -> (3, height, width), RGB in 0..1 less `mean` by `std`, each (3,); the aspect is
+    not kept."""
+    shrinks = rgb.shape[0] > height and rgb.shape[1] > width
+    how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
+    small = cv2.resize(rgb, (width, height), interpolation=how).astype(np.float32)
+    return np.ascontiguousarray(((small / 255 - mean) / std).transpose(2, 0, 1), np.float32)
+
+
 def suppress(
     boxes: Floats, scores: Floats, labels: NDArray[np.int32], overlap: float, across: float
 ) -> NDArray[np.int64]:

@@ -46,7 +46,21 @@ def log_odds(scores: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.asarray(np.log(p / (1 - p)), np.float64)
 
 
+def softmax(logits: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(N, K) -> (N, K) probabilities of each row; what is minus infinity has none."""
+    top = logits.max(axis=1, keepdims=True)
+    weights = np.exp(logits - np.where(np.isneginf(top), 0, top))
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True).clip(1e-12), np.float32)
+
+
 def calibrated(scores: NDArray[np.floating], gain: float, shift: float) -> NDArray[np.float64]:
     """(...) scores in 0..1 -> (...) the same with their log odds times gain plus shift."""
     odds = gain * log_odds(scores) + shift
     return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+
+
+def settled(scores: NDArray[np.float32], gain: float, shift: float) -> NDArray[np.float32]:
+    """(N,) scores, calibrated where the file says how."""
+    if (gain, shift) == (1.0, 0.0):
+        return scores
+    return calibrated(scores.astype(np.float64), gain, shift).astype(np.float32)

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 import onnxruntime
@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from models.detection.boxes import letterbox
 from models.detection.calibration import calibrated, read_constants
+from models.detection.clip import ClipDetector
 from models.detection.detections import Detector as Detector
 from models.detection.detections import Floats, checked, likeliest, select
 from models.detection.detections import RawDetections as RawDetections
 from models.detection.fixed_list import YoloDetector
+from models.detection.grounding import GroundingDetector
 from models.detection.prompted import PromptedDetector, open_prompts
 from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
@@ -25,18 +27,19 @@ FORMAT = "rf-nav-detector/1"
 PHOTOGRAPHS = "photographs"
 """Key of the metadata: JSON, how the scene vector tells photographs from renderings."""
 MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
-TEXTS_FILE, TOWER_FILE = "texts.npz", "text.onnx"
+TEXTS_FILE, TOWER_FILE, TOKENIZER_FILE = "texts.npz", "text.onnx", "tokenizer.json"
 """An imported detector's files."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
 NO_VOCABULARY = "the detector has no vocabulary; set one before the first frame"
 
-Kind = Literal["auto", "rfnav", "prompted", "yolo"]
-
+Kind = Literal["auto", "rfnav", "prompted", "yolo", "clip", "grounding"]
 
 CONTRACTS = f"""known contracts:
   rfnav     input image (1, 3, H, W), metadata format = {FORMAT}
   prompted  inputs images (1, 3, H, W) and texts (N, D) or (1, N, D)
-  yolo      input images (1, 3, H, W), output of YOLOv5, YOLOv8 or YOLOX"""
+  yolo      input images (1, 3, H, W), output of YOLOv5, YOLOv8 or YOLOX
+  clip      input images (N, 3, H, W), output (N, D)
+  grounding inputs images (1, 3, H, W), input_ids and attention_mask (1, T)"""
 
 
 def open_detector(
@@ -50,8 +53,8 @@ def open_detector(
     """Open an ONNX detector. Raises ModelFileError when it, or what belongs to it, is of no use.
 
     `path` is the file, or a directory as `rfnav models import` makes it: `model.onnx` with its
-    `classes.txt`, `texts.npz` or text tower. `texts`: the embeddings or the tower of a "prompted"
-    one.
+    `classes.txt`, `texts.npz`, text tower or `tokenizer.json`. `texts`: the embeddings or the tower
+    of a "prompted" or "clip" one, the tokenizer of a "grounding" one; that may lie beside the file.
     """
     path = Path(path)
     if path.is_dir():
@@ -62,17 +65,20 @@ def open_detector(
     contract = contract_of(session, path) if kind == "auto" else kind
     if contract == "rfnav":
         return OpenDetector(session, path, encoder)
-    if contract == "prompted":
+    if contract in ("prompted", "clip"):
         if texts is None:
             raise ModelFileError(
                 f"{path}: it takes embedded texts; give them, or its text tower, to "
                 "`rfnav models import` with --texts"
             )
-        return PromptedDetector(session, path, open_prompts(texts))
+        made = PromptedDetector if contract == "prompted" else ClipDetector
+        return made(session, path, open_prompts(texts))
+    if contract == "grounding":
+        return GroundingDetector(session, path, texts or path.parent / TOKENIZER_FILE)
     if contract == "yolo":
         return YoloDetector(session, path, encoder, classes_file)
     raise ModelFileError(
-        f"{path}: detector kind {kind!r} is unknown; known are auto, rfnav, prompted, yolo"
+        f"{path}: detector kind {kind!r} is unknown; known are {', '.join(get_args(Kind))}"
     )
 
 
@@ -83,6 +89,10 @@ def contract_of(session: onnxruntime.InferenceSession, path: Path) -> Kind:
     inputs = session.get_inputs()
     ranks = sorted(len(i.shape) for i in inputs)
     floats = all(i.type == "tensor(float)" for i in inputs)
+    if floats and ranks in ([4], [2, 4]) and any(len(o.shape) == 2 for o in session.get_outputs()):
+        return "clip"
+    if {"input_ids", "attention_mask"} < {i.name for i in inputs} and ranks == [2, 2, 4]:
+        return "grounding"
     if floats and ranks in ([2, 4], [3, 4]):
         return "prompted"
     if floats and ranks == [4]:

@@ -48,10 +48,12 @@ class DetectorEnsemble:
         self._knows: dict[str, NDArray[np.bool_]] = {}
         self._classes: tuple[tuple[str, ...], ...] = ()
         self._memo = _Memo()
+        self._asked: tuple[str, ...] = ()
 
-    def remember(self, images: int) -> None:
-        """Keep what was seen in the last so many images: a harness shows the same ones again."""
-        self._memo.images = images
+    def remember(self, images: int, *asked: str) -> None:
+        """Keep what was seen in the last so many images: a harness shows the same ones again.
+        `asked`: what answers depend on besides the image and the vocabulary."""
+        self._memo.images, self._asked = images, asked
 
     @property
     def open_detector(self) -> OpenDetector | None:
@@ -133,7 +135,8 @@ class DetectorEnsemble:
         detector = self.detectors[name]
         if view is not None and name == self._teller and isinstance(detector, OpenDetector):
             return detector.name(view)
-        return self._memo.get((image, name, self._classes), lambda: detector.detect(rgb))
+        key = image, name, self._classes, self._asked
+        return self._memo.get(key, lambda: detector.detect(rgb))
 
 
 class _Memo:

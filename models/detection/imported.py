@@ -22,9 +22,11 @@ from models.detection.detector import (
     CLASSES_FILE,
     MODEL_FILE,
     TEXTS_FILE,
+    TOKENIZER_FILE,
     TOWER_FILE,
     open_detector,
 )
+from models.detection.grounding import GroundingDetector
 from models.errors import ModelFileError
 from models.store import manifest
 from models.words.coco import is_coco
@@ -52,7 +54,8 @@ def import_detector(
     """Try an ONNX detector and keep it as `name`. Raises ModelFileError, keeping nothing.
 
     `classes`: names of a fixed list, one a line. `texts`: rows (.npz) or the text tower (.onnx, its
-    tokenizer.json beside it) of a prompted one. A name imported before is replaced.
+    tokenizer.json beside it) of a prompted one or of CLIP's kind, the tokenizer (.json) of a
+    grounding one. A name imported before is replaced.
     """
     if not NAME.fullmatch(name):
         raise ModelFileError(f"{name!r}: not a name; use up to 40 of a-z, 0-9, '.', '_' and '-'")
@@ -84,8 +87,10 @@ def _wanted(file: Path, classes: Path | None, texts: Path | None) -> dict[str, P
         files[CLASSES_FILE] = classes
     if texts is not None and texts.suffix == ".npz":
         files[TEXTS_FILE] = texts
+    elif texts is not None and texts.suffix == ".json":
+        files[TOKENIZER_FILE] = texts
     elif texts is not None:
-        files |= {TOWER_FILE: texts, "tokenizer.json": texts.parent / "tokenizer.json"}
+        files |= {TOWER_FILE: texts, TOKENIZER_FILE: texts.parent / TOKENIZER_FILE}
     return files
 
 
@@ -103,6 +108,8 @@ def _tried(work: Path, encoder: TextEncoder, origins: dict[str, Path]) -> tuple[
         detector = open_detector(work, "auto", encoder)
         words = load_vocabulary()
         detector.set_vocabulary(words.objects, words.rooms)
+        if isinstance(detector, GroundingDetector):
+            detector.look_for(0)  # else it need not look
         return detector, _trial_ms(detector, work / MODEL_FILE)
     except ModelFileError as error:
         said = str(error)

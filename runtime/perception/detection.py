@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from models.detection.clip import ClipDetector
 from models.detection.detector import open_detector
 from models.detection.domain import DomainEvidence
 from models.detection.ensemble import DetectorEnsemble
+from models.detection.grounding import GroundingDetector
 from models.detection.second_look import SecondLook, Sought
 from models.store import manifest
 from models.words.class_names import ClassText
@@ -38,6 +40,7 @@ class SeekingDetector:
             models.others_every,
         )
         self._all.remember(config.detector.memo_frames)
+        self._find_by(config.detector)
         # Embedding hundreds of names takes a second: not while somebody waits for a vote.
         self._all.set_vocabulary(words.objects, words.rooms)
         self._second: SecondLook | None = None
@@ -49,10 +52,19 @@ class SeekingDetector:
         """Look for a goal from now on; what to say about how well it can be seen, or "". When it
         raises, what was looked for before still is."""
         again, how = self._twice(goal, config.detector)
+        self._find_by(config.detector)
         self._all.set_vocabulary(goal.classes, self._rooms)
-        self._all.remember(config.detector.memo_frames)
+        for detector in self._all.detectors.values():
+            if isinstance(detector, ClipDetector | GroundingDetector):
+                detector.look_for(goal.label)
+        self._all.remember(config.detector.memo_frames, goal.name, config.detector.clip_way)
         self._all.again, self._classes = again, goal.classes
         return _told(self._all.capabilities, goal.name) + how
+
+    def _find_by(self, cfg: DetectorConfig) -> None:
+        for detector in self._all.detectors.values():
+            if isinstance(detector, ClipDetector):
+                detector.find_by(cfg.clip_way)
 
     def _twice(
         self, goal: Goal, cfg: DetectorConfig

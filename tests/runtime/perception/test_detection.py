@@ -1,12 +1,14 @@
-"""A detector with a fixed class list, at work: what is said of the goal."""
+"""Detectors at work: what is said of the goal to a fixed list, and what CLIP is told of it."""
 
 from pathlib import Path
 
 import numpy as np
 import onnx
 import pytest
+from baseline_graphs import image_tower, sentence_row
 from onnx import TensorProto, helper, numpy_helper
 
+from models.detection.clip import PLACED, SENTENCE
 from models.detection.fixed_list import YoloDetector
 from models.errors import ModelFileError
 from runtime import config as configuration
@@ -68,3 +70,33 @@ def test_a_detector_that_fails_on_a_frame_is_a_fault_of_a_model(
         monkeypatch.setattr(YoloDetector, "detect", fail)
         with pytest.raises(ModelError, match=r"^yolo\.onnx: does not run on images"):
             models.detect(np.zeros((64, 96, 3), np.uint8))
+
+
+def test_clip_is_told_the_goal_and_how_to_find_it(tmp_path: Path) -> None:
+    words = [s.format(name) for name in ("sofa", "toilet") for s in (SENTENCE, *PLACED)]
+    path, texts = tmp_path / "clip.d" / "model.onnx", tmp_path / "clip.d" / "texts.npz"
+    path.parent.mkdir()
+    image_tower(path)
+    np.savez(texts, **{sentence: sentence_row(sentence) for sentence in words})
+    frame = np.zeros((90, 90, 3), np.uint8)
+    frame[60:, :30, 2] = 255  # blue as toilets are
+    settings = [f'models.detector="{path.parent}"', "panel.experts=[]"]
+    settings += ["research.detector_memo_frames=9"]
+
+    def config(way: str) -> configuration.Config:
+        return configuration.load(None, [*settings, f'research.clip_way="{way}"'])
+
+    with LoadedModels(config("patch"), SystemClock()) as models:
+        toilet, _ = models.accept("toilet", config("patch"))
+        patches = models.detect(frame)
+        assert patches.labels[0] == toilet.label
+        models.accept("sofa", config("reference"))
+        assert not len(models.detect(frame).scores)
+        models.accept("toilet", config("reference"))
+        for _ in range(2):
+            ninth = models.detect(frame)
+            np.testing.assert_allclose(ninth.boxes_px, [[0, 60, 30, 90]], atol=1e-3)
+            with pytest.raises(ModelError, match="gives no relevance map"):
+                models.accept("sofa", config("grad"))
+        models.accept("toilet", config("patch"))
+        assert len(models.detect(frame).scores) == len(patches.scores) > 1
