@@ -14,7 +14,7 @@ import click
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
-from hil_sim.driving.methods import SINGLE, method_named
+from hil_sim.driving.methods import COW, SINGLE, method_named, needed_models
 from hil_sim.driving.realtime import run_realtime
 from hil_sim.driving.rig import home_of, open_world
 from hil_sim.driving.stage import StagedHome, Step
@@ -45,7 +45,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--goal", required=True, help='What to find, e.g. "toilet".')
 @click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
-@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join(SINGLE)}.")
+@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join((*SINGLE, *COW))}.")
 @click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
 @click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
@@ -73,6 +73,7 @@ def demo_command(**given: Any) -> None:
     instances(home, goal)  # an error that names what there is, before anything slow
     if method_named(method).driver != "runtime":
         raise ConfigError(f"method {method}: asks no runtime; `hil-sim eval` drives it")
+    needed_models((method,))
     protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
     faults = parse_faults(given["faults"])
     run_dir = given["out"] or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
@@ -119,7 +120,7 @@ def _runtime(run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any]) ->
     return Runtime(
         run_dir / "runtime.log",
         given["config"],
-        (*given["sets"], *more),
+        (*given["sets"], *more, *method_named(given["method"]).start),
         command or rfnav_command(mode),
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from hil_sim.driving.methods import SINGLE, method_named
+from hil_sim.driving.methods import KNOWN, method_named, needed_models
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
 from hil_sim.evaluation.left_out import lines_of
 from hil_sim.evaluation.results import Results, errors, sole, stages
@@ -19,8 +19,6 @@ from hil_sim.ground_truth.episodes import Episode, load_suite
 from hil_sim.simulation.faults import parse_faults
 from runtime.errors import RfNavError
 from runtime.journal import plain
-
-KNOWN = f"{', '.join(SINGLE)}, oracle-perception, oracle-perception/METHOD, oracle-goal"
 
 
 @click.command(
@@ -98,6 +96,7 @@ def _evaluation(given: dict[str, Any]) -> Evaluation:
     methods = tuple(dict.fromkeys(given["methods"]))
     for method in methods:
         protocol_for(settings, method_named(method))
+    needed_models(methods)
     return Evaluation(name, episodes, methods, given["workers"], settings, given["ray"], limit)
 
 

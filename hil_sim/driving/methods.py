@@ -4,9 +4,11 @@ A method is a row of the results' table. All but `oracle-goal` are the same runt
 settings; a name that begins with `oracle-perception/` gives it true labels instead of a detector.
 """
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+from hil_sim.driving.needed_models import CLIP, CLIP_WITH_RELEVANCE, MDETR, Needed
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.errors import ConfigError
 
@@ -17,11 +19,18 @@ CLOSEST = 'research.consensus_fallback="closest"'
 @dataclass(frozen=True)
 class Method:
     """`settings` are the runtime's `--set` values; `labels`: the harness publishes true labels;
-    `driver` "shortest" follows the shortest path without any runtime."""
+    `driver` "shortest" follows the shortest path without any runtime; `detector`, which somebody
+    has to import, looks instead of the one that is configured."""
 
     settings: tuple[str, ...] = ()
     labels: bool = False
     driver: Literal["runtime", "shortest"] = "runtime"
+    detector: Needed | None = None
+
+    @property
+    def start(self) -> tuple[str, ...]:
+        """Settings that a runtime must have been started with, beside its own."""
+        return (f'models.detector="{self.detector.name}"',) if self.detector else ()
 
 
 def _experts(*names: str) -> str:
@@ -38,6 +47,11 @@ def _majority(k: int) -> Method:
     mode = f'research.consensus_mode="majority-{k}"'
     surest = "research.experts_temperature=1.0", "research.experts_bar=0.0"
     return Method((_experts("both"), mode, *surest, CLOSEST))
+
+
+def _cow(detector: Needed, *settings: str) -> Method:
+    """CLIP on Wheels (Gadre et al., CVPR 2023): the closest frontier until the goal is seen."""
+    return Method((_experts(), CLOSEST, *settings), detector=detector)
 
 
 def _labelled(method: Method) -> Method:
@@ -63,17 +77,38 @@ SINGLE: dict[str, Method] = {
 }
 """`rfnav` is the runtime as it is: where experts do not agree it goes by information gain. `paper`
 and all that the paper compares with fall back on the closest frontier."""
+COW: dict[str, Method] = {
+    "cow-clip-patch": _cow(CLIP, 'research.clip_way="patch"'),
+    "cow-clip-ref": _cow(CLIP, 'research.clip_way="reference"'),
+    "cow-clip-grad": _cow(CLIP_WITH_RELEVANCE, 'research.clip_way="grad"'),
+    "cow-mdetr": _cow(MDETR),
+}
+"""What the paper compares with that looks with other eyes: `closest`, with an imported detector."""
 METHODS: dict[str, Method] = {
     **SINGLE,
+    **COW,
     ORACLE: _labelled(SINGLE["rfnav"]),
     **{f"{ORACLE}/{name}": _labelled(method) for name, method in SINGLE.items()},
     "oracle-goal": Method(driver="shortest"),
 }
 
 
+KNOWN = ", ".join([*SINGLE, *COW, ORACLE, f"{ORACLE}/METHOD", "oracle-goal"])
+
+
 def method_named(name: str) -> Method:
     """A method by name; ConfigError lists the known ones."""
     if name not in METHODS:
-        known = ", ".join([*SINGLE, ORACLE, f"{ORACLE}/METHOD", "oracle-goal"])
-        raise ConfigError(f"method {name}: unknown; known: {known}")
+        raise ConfigError(f"method {name}: unknown; known: {KNOWN}")
     return METHODS[name]
+
+
+def needed_models(names: Iterable[str]) -> dict[str, str]:
+    """Imported models that methods look with -> what their files' content is known by. ConfigError
+    for the first method that misses one."""
+    found = {}
+    for name in names:
+        detector = method_named(name).detector
+        if detector is not None:
+            found[detector.name] = detector.identity(name)
+    return found

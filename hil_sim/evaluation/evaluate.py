@@ -16,7 +16,7 @@ from tqdm import tqdm
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.link import HarnessError
-from hil_sim.driving.methods import method_named
+from hil_sim.driving.methods import method_named, needed_models
 from hil_sim.evaluation.left_out import StartCheck, rows_of
 from hil_sim.evaluation.pool import Work, local
 from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors, run_of
@@ -230,16 +230,20 @@ def claim(evaluation: Evaluation) -> None:
         "realtime": settings.realtime,
         "models": _digest(json.dumps(tomllib.loads(MANIFEST.read_text(encoding="utf-8")))),
     }
+    imported = {f"model {m}": d for m, d in needed_models(evaluation.methods).items()}
     path = settings.out / RUN_FILE
     try:
         settings.out.mkdir(parents=True, exist_ok=True)
         other = run_of(settings.out)
+        former = {key: value for key, value in other.items() if key.startswith("model ")}
         different = [key for key, value in mine.items() if other and other.get(key) != value]
+        different += [key for key, value in imported.items() if former.get(key, value) != value]
         if different:
             raise HarnessError(
                 f"{settings.out}: holds results of another {different[0]}; choose another --out"
             )
-        path.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
+        whole = mine | former | imported  # methods may be added that look with other models
+        path.write_text(json.dumps(whole, indent=1) + "\n", encoding="utf-8")
         save_suite(evaluation.all_episodes, settings.out / SUITE_FILE)
     except OSError as error:
         raise HarnessError(f"{settings.out}: cannot be written ({error.strerror})") from error

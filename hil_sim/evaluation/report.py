@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hil_sim.driving.episode_result import EpisodeResult
-from hil_sim.driving.methods import ORACLE
+from hil_sim.driving.methods import COW, ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
 from hil_sim.evaluation.left_out import lines_of, rows_of
@@ -20,7 +20,7 @@ from runtime.errors import RfNavError
 from runtime.journal import plain
 
 GROUPS = (
-    ("Against baselines", ("closest", "geometry", "single-llm", "paper", "rfnav")),
+    ("Against baselines", ("closest", "geometry", *COW, "single-llm", "paper", "rfnav")),
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
                                       "paper")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),

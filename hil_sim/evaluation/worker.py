@@ -1,13 +1,14 @@
 """A process that drives episodes of one scene with every method, and tells its parent of each.
 
 One scene a process: PyBullet's EGL renderer cannot draw a second one. One runtime serves all
-methods; of one episode they share the frames that more than one of them looks at.
+methods that look with the same detector; of one episode they share the frames that more than one of
+them looks at.
 """
 
 import signal
 import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
@@ -136,17 +137,20 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
     assets = Assets()
     methods = {name for task in job.tasks for name in task.methods}
     with ExitStack() as stack:
-        standby = stack.enter_context(_Standby(job, settings))
-        needed = any(method_named(name).driver == "runtime" for name in methods)
-        if needed:
+        asked = [m for m in map(method_named, sorted(methods)) if m.driver == "runtime"]
+        standbys = {
+            start: stack.enter_context(_Standby(job, settings, method))
+            for start, method in {m.start: m for m in asked}.items()
+        }
+        for standby in standbys.values():
             standby.spawn()  # it loads while the scene does
         world = stack.enter_context(open_world(open_scene(job.scene), assets, settings.renderer))
-        if needed:
+        for standby in standbys.values():
             standby.ready()  # what it cannot do is said before slow work begins
         from hil_sim.ground_truth.truth import SceneTruth
 
         truth = SceneTruth(world, assets, lambda text: send(Note(text)))
-        rig = _Rig(world, truth, standby, settings)
+        rig = _Rig(world, truth, standbys, settings)
         for task in job.tasks:
             try:
                 check_start(task.episode, truth.space)
@@ -159,7 +163,8 @@ def drive(job: Job, settings: Settings, send: Send) -> None:
                 raise
             except Exception as error:  # noqa: BLE001 -- a fault of ours costs one episode
                 traceback.print_exc()
-                standby.close()
+                for standby in standbys.values():
+                    standby.close()
                 why = " ".join(f"{type(error).__name__}: {error}".split())
                 send(Failure(f"{task.episode.id}: {why}", False, job.scene, task.episode.id))
 
@@ -168,9 +173,13 @@ class _Rig:
     """One scene with a robot in it, for one method's episode after another."""
 
     def __init__(
-        self, world: "ScenePhysics", truth: "SceneTruth", standby: "_Standby", settings: Settings
+        self,
+        world: "ScenePhysics",
+        truth: "SceneTruth",
+        standbys: "Mapping[tuple[str, ...], _Standby]",
+        settings: Settings,
     ) -> None:
-        self._world, self._truth, self._standby = world, truth, standby
+        self._world, self._truth, self._standbys = world, truth, standbys
         self._settings = settings
         self._faults = parse_faults(settings.faults)
         # Who walks in front of the camera must be in every frame.
@@ -192,8 +201,8 @@ class _Rig:
         except HarnessError as error:  # the goal was refused
             away_m = home.distance_m(start_of(episode))
             result = refused(episode, protocol, name, str(error), away_m)
-        if result.ended.failed:
-            self._standby.close()
+        if result.ended.failed and method.start in self._standbys:
+            self._standbys[method.start].close()
         frames = {"rendered": self.memo.rendered, "recalled": self.memo.recalled}
         return replace(result, wall={**result.wall, **frames})
 
@@ -204,7 +213,7 @@ class _Rig:
         if method.driver == "shortest":
             driver, home = shortest(self._truth, home, episode, protocol)
         else:
-            driver = self._standby.ready()
+            driver = self._standbys[method.start].ready()
         log_dir, seed = self._settings.out / name / episode.id, self._settings.seed
         if isinstance(driver, Runtime) and self._settings.realtime:
             from hil_sim.driving.realtime import run_realtime
@@ -260,14 +269,17 @@ def refused(
 
 
 class _Standby:
-    """A runtime that loads while the scene does, and comes back after it has failed."""
+    """A runtime that loads while the scene does, and comes back after it has failed: for a method
+    and all that start it as that does."""
 
-    def __init__(self, job: Job, settings: Settings) -> None:
-        self._log = settings.out / "logs" / f"runtime-{job.name}.log"
+    def __init__(self, job: Job, settings: Settings, method: Method) -> None:
+        name = f"{job.name}-{method.detector.name}" if method.detector else job.name
+        self._log = settings.out / "logs" / f"runtime-{name}.log"
         mode = () if settings.realtime else ("--lockstep",)
         command, more = model_fault(parse_faults(settings.faults), mode)
         self._command = command or rfnav_command(mode)
-        self._settings = (f"research.detector_memo_frames={MEMO_FRAMES}", *settings.settings, *more)
+        memo = f"research.detector_memo_frames={MEMO_FRAMES}"
+        self._settings = (memo, *settings.settings, *more, *method.start)
         self._config = settings.config
         self._runtime: Runtime | None = None
         self._entered = False

@@ -242,6 +242,25 @@ def test_an_output_folder_belongs_to_one_configuration(tmp_path: Path) -> None:
         claim(evaluation(tmp_path / "file" / "x"))
 
 
+def test_an_output_folder_belongs_to_one_file_of_a_model(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    listed = tmp_path / "rf-nav" / "models.toml"
+    listed.parent.mkdir()
+
+    def here(digest: str) -> None:
+        listed.write_text(f"[clip]\ncontract = 'clip'\n[[clip.files]]\nsha256 = '{digest}'\n")
+
+    here("abc")
+    for methods in (("rfnav",), ("rfnav", "cow-clip-patch"), ("closest",)):  # in the same folder
+        claim(evaluation(tmp_path / "out", methods=methods))
+    here("def")
+    claim(evaluation(tmp_path / "out"))
+    with pytest.raises(HarnessError, match="holds results of another model clip; choose another"):
+        claim(evaluation(tmp_path / "out", methods=("cow-clip-ref",)))
+
+
 @pytest.mark.parametrize("command", [[], ["eval"], ["demo"], ["report"], ["episodes"], ["show"]])
 def test_help_has_an_example(command: list[str]) -> None:
     done = CliRunner().invoke(cli, [*command, "--help"])
@@ -257,6 +276,14 @@ def test_help_has_an_example(command: list[str]) -> None:
         (["demo", "--goal", "zebra"], "hil-sim: maple: goal 'zebra': no such object here"),
         (["demo", "--goal", "bed", "--method", "luck"], "hil-sim: method luck: unknown; known:"),
         (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, paper"),
+        (
+            ["eval", "--method", "cow-mdetr"],
+            "hil-sim: method cow-mdetr: model mdetr is not here; `rf",
+        ),
+        (
+            ["demo", "--goal", "bed", "--method", "cow-clip-ref"],
+            "hil-sim: method cow-clip-ref: model clip is not here; `rfnav models import image.onnx",
+        ),
         (["eval", "--suite", "huge"], "hil-sim: suite huge: unknown; known:"),
         (["eval", "--protocol", "hm4d"], "hil-sim: protocol hm4d: unknown; known: hm3d"),
         (["eval", "--fault", "earthquake"], "hil-sim: fault earthquake: unknown; known:"),
@@ -278,6 +305,7 @@ def test_bad_input_is_one_line_and_exit_2(
     tmp_path: Path,
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
     monkeypatch.setattr("sys.argv", ["hil-sim", *arguments])
     with pytest.raises(SystemExit) as ended:
         main()
