@@ -30,7 +30,7 @@ class Method:
     @property
     def start(self) -> tuple[str, ...]:
         """Settings that a runtime must have been started with, beside its own."""
-        return (f'models.detector="{self.detector.name}"',) if self.detector else ()
+        return (f'models.detectors=["{self.detector.name}"]',) if self.detector else ()
 
 
 def _experts(*names: str) -> str:

@@ -149,7 +149,7 @@ def evaluate(
     detectors = detectors or ModelsConfig().detectors
     if sheet is not None:
         evaluation.contact_sheet(detectors, data, sheet, encoder, limit=limit, threads=threads)
-        click.echo(f"{sheet}: detections of {', '.join(detectors)} on {data}")
+        click.echo(f"{sheet}: detections of {', '.join(Path(n).name for n in detectors)} on {data}")
         return
     looks = second_look or manifest.fetch("second-look")
     report = evaluation.evaluate(

@@ -78,7 +78,7 @@ def test_a_mistake_is_one_line_and_exit_2(arguments: tuple[str, ...], message: s
     [
         (("map.max_detph_m=1",), "map.max_detph_m: unknown; did you mean max_depth_m?"),
         (("models.language='/nowhere/x.gguf'",), "/nowhere/x.gguf: no such model file"),
-        (("models.detector='/nowhere/x.onnx'",), "/nowhere/x.onnx"),
+        (("models.detectors=['/nowhere/x.onnx']",), "/nowhere/x.onnx"),
     ],
 )
 def test_the_runtime_says_what_is_wrong_in_one_line(settings: tuple[str, ...], message: str):
@@ -93,7 +93,7 @@ def test_the_runtime_says_what_is_wrong_in_one_line(settings: tuple[str, ...], m
 def test_a_damaged_model_file_is_named(tmp_path: Path):
     bad = tmp_path / "bad.onnx"
     bad.write_bytes(b"\x00" * 1000)
-    done = run("run", "--lockstep", "--set", f"models.detector='{bad}'", program="runtime")
+    done = run("run", "--lockstep", "--set", f"models.detectors=['{bad}']", program="runtime")
     assert done.returncode == 2
     assert "bad.onnx" in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1

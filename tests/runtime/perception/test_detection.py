@@ -42,7 +42,7 @@ def detector(tmp_path: Path) -> Path:
 
 
 def test_a_fixed_list_says_what_stands_for_the_goal(detector: Path) -> None:
-    config = configuration.load(None, [f'models.detector="{detector}"', "panel.experts=[]"])
+    config = configuration.load(None, [f'models.detectors=["{detector}"]', "panel.experts=[]"])
     with LoadedModels(config, SystemClock()) as models:
         goal, _ = models.accept("couch", config)
         assert goal.name == "sofa"
@@ -64,7 +64,7 @@ def test_a_detector_that_fails_on_a_frame_is_a_fault_of_a_model(
     def fail(self: YoloDetector, rgb: np.ndarray) -> None:
         raise ModelFileError("yolo.onnx: does not run on images (1, 3, 64, 96)")
 
-    config = configuration.load(None, [f'models.detector="{detector}"', "panel.experts=[]"])
+    config = configuration.load(None, [f'models.detectors=["{detector}"]', "panel.experts=[]"])
     with LoadedModels(config, SystemClock()) as models:
         models.accept("couch", config)
         monkeypatch.setattr(YoloDetector, "detect", fail)
@@ -80,7 +80,7 @@ def test_clip_is_told_the_goal_and_how_to_find_it(tmp_path: Path) -> None:
     np.savez(texts, **{sentence: sentence_row(sentence) for sentence in words})
     frame = np.zeros((90, 90, 3), np.uint8)
     frame[60:, :30, 2] = 255  # blue as toilets are
-    settings = [f'models.detector="{path.parent}"', "panel.experts=[]"]
+    settings = [f'models.detectors=["{path.parent}"]', "panel.experts=[]"]
     settings += ["research.detector_memo_frames=9"]
 
     def config(way: str) -> configuration.Config:
