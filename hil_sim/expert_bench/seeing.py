@@ -43,6 +43,7 @@ class BenchDetector:
         sets = (
             "panel.experts=[]",
             "models.threads=1",
+            'models.detectors=["rfnav-det"]',  # rooms and views are its words
             'research.consensus_fallback="geometry"',
             labels,
         )

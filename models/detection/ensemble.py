@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import pairwise_iou
+from models.detection.closer import Window, joined, joined_views, part
 from models.detection.detections import Detector, Floats, RawDetections, checked
 from models.detection.detector import DetectorView, OpenDetector
 from models.detection.domain import DomainEvidence
@@ -25,7 +26,8 @@ class DetectorEnsemble:
     which room it is, what regions look like, and which domain the images are of.
 
     `others_every`: frames between two looks of a detector that was trained for the other domain.
-    `again`: the classifier of second looks, and what it looks for.
+    `again`: the classifier of second looks, and what it looks for. `closer`: what is looked for is
+    small.
     """
 
     def __init__(
@@ -47,6 +49,7 @@ class DetectorEnsemble:
         self._frames = 0
         self._knows: dict[str, NDArray[np.bool_]] = {}
         self._classes: tuple[tuple[str, ...], ...] = ()
+        self.closer = False
         self._memo = _Memo()
         self._asked: tuple[str, ...] = ()
 
@@ -89,14 +92,18 @@ class DetectorEnsemble:
             self._knows[name] = np.array([c[0] not in unseen for c in classes], bool)
         self._classes = tuple(tuple(names) for names in classes)
 
-    def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
-        """(H, W, 3) uint8 RGB -> detections by those whose turn it is."""
+    def detect(
+        self, rgb: NDArray[np.uint8], window: Callable[[], Window | None] = lambda: None
+    ) -> RawDetections:
+        """(H, W, 3) uint8 RGB -> detections by those whose turn it is. `window`: where in the image
+        what is small may be, looked at more closely while others rest."""
         image, names = self._memo.of(checked(rgb)), self._whose_turn()
+        near = window() if self.closer and self._frames % self.others_every else None
         self._frames += 1
         ours, view = self.open_detector, None
         if ours is not None and self._teller in names:
-            view = self._memo.get((image, self._teller), lambda: ours.look(rgb))
-        found = [self._named(name, image, rgb, view) for name in names]
+            view = self._view(ours, image, rgb, near)
+        found = [self._named(name, image, rgb, view, near) for name in names]
         knows = [self._knows[name] for name in names]
         if view is not None and ours is not None and self.again is not None:
             second, sought = self.again
@@ -129,14 +136,28 @@ class DetectorEnsemble:
             return names
         return always
 
+    def _view(
+        self, ours: OpenDetector, image: object, rgb: NDArray[np.uint8], near: Window | None
+    ) -> DetectorView:
+        view = self._memo.get((image, self._teller), lambda: ours.look(rgb))
+        if near is None:
+            return view
+        closer = self._memo.get((image, self._teller, near), lambda: ours.look(part(rgb, near)))
+        return joined_views(view, closer, near)
+
     def _named(
-        self, name: str, image: object, rgb: NDArray[np.uint8], view: DetectorView | None
-    ) -> RawDetections:
+        self, name: str, image: object, rgb: NDArray[np.uint8], view: DetectorView | None,
+        near: Window | None,
+    ) -> RawDetections:  # fmt: skip
         detector = self.detectors[name]
         if view is not None and name == self._teller and isinstance(detector, OpenDetector):
             return detector.name(view)
         key = image, name, self._classes, self._asked
-        return self._memo.get(key, lambda: detector.detect(rgb))
+        found = self._memo.get(key, lambda: detector.detect(rgb))
+        if near is None:
+            return found
+        closer = self._memo.get((*key, near), lambda: detector.detect(part(rgb, near)))
+        return joined(found, closer, near)
 
 
 class _Memo:

@@ -14,12 +14,14 @@ PATH = Path(__file__).parents[1] / "vocabulary.toml"
 class Vocabulary:
     """`objects`: classes, each a tuple of names, canonical first. `rooms`: room types. By canonical
     name, `also`: what people call a class besides, which the detector is not asked for; `kinds`:
-    other classes that are kinds of it."""
+    other classes that are kinds of it. `small`: classes, by canonical name, that are seldom wider
+    or higher than 0.4 m."""
 
     objects: tuple[tuple[str, ...], ...]
     rooms: tuple[str, ...]
     also: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     kinds: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    small: frozenset[str] = frozenset()
 
 
 def load_vocabulary(path: Path = PATH) -> Vocabulary:
@@ -31,6 +33,7 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             _names(table["rooms"]),
             {name: _names(more) for name, more in table.get("also", {}).items()},
             {name: _names(kinds) for name, kinds in table.get("kinds", {}).items()},
+            frozenset(_names(table["small"])) if "small" in table else frozenset(),
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise ModelFileError(
@@ -38,6 +41,9 @@ def load_vocabulary(path: Path = PATH) -> Vocabulary:
             "`rooms`, a list of names"
         ) from error
     owner = {name: names[0] for names in found.objects for name in names}
+    for name in sorted(found.small):
+        if owner.get(name) != name:
+            raise ModelFileError(f"{path}: small: no class of `objects` begins with {name!r}")
     for name, kinds in found.kinds.items():
         for kind in (name, *kinds):
             if owner.get(kind) != kind:

@@ -14,6 +14,7 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core.inventory import inventory
 from runtime.core.objects.recall import embedded, recall
+from runtime.core.objects.surfaces import Window, surfaces_window
 from runtime.core.types import F32, F64, U8, Action, Brief, Decision, Detections, Observation
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
@@ -37,7 +38,8 @@ class SearchModels(Protocol):
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
 
-    def detect(self, rgb: U8) -> Detections: ...
+    def detect(self, rgb: U8, window: Callable[[], Window | None] = ...) -> Detections:
+        """What is in an image; `window`: where small things may be, if there is time to look."""
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Objects that are on the map by now: score them in the background."""
@@ -236,7 +238,7 @@ def seen(
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""
     if search.config.detector.source == "model":
-        return models.detect(obs.rgb)
+        return models.detect(obs.rgb, lambda: surfaces_window(obs, search.config.camera))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
 

@@ -1,6 +1,6 @@
 """What is in an image: the detectors, and a second look at what it has no word for."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from models.words.class_names import ClassText
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import Vocabulary
 from runtime.config import Config, DetectorConfig
+from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Detections
 from runtime.perception.goal_words import Goal
 
@@ -47,6 +48,7 @@ class SeekingDetector:
         if models.second_look and self._all.open_detector is not None:
             self._second = SecondLook(located(models.second_look), encoder, models.threads)
         self._classes: Classes = words.objects
+        self._small = words.small
 
     def seek(self, goal: Goal, config: Config) -> str:
         """Look for a goal from now on; what to say about how well it can be seen, or "". When it
@@ -59,6 +61,7 @@ class SeekingDetector:
                 detector.look_for(goal.label)
         self._all.remember(config.detector.memo_frames, goal.name, config.detector.clip_way)
         self._all.again, self._classes = again, goal.classes
+        self._all.closer = goal.name in self._small
         return _told(self._all.capabilities, goal.name) + how
 
     def _find_by(self, cfg: DetectorConfig) -> None:
@@ -81,9 +84,10 @@ class SeekingDetector:
         told = f"; what is strange is looked at twice, for: {like}"
         return (second, Sought(goal.label, likeness, cfg.second_looks)), told
 
-    def detect(self, rgb: U8) -> Detections:
-        """(H, W, 3) -> what is seen surely enough."""
-        raw = self._all.detect(rgb)
+    def detect(self, rgb: U8, window: Callable[[], Window | None] = lambda: None) -> Detections:
+        """(H, W, 3) -> what is seen surely enough; `window`: where a closer look is worth it, asked
+        for only when there is time for one."""
+        raw = self._all.detect(rgb, window)
         keep = raw.scores >= MIN_SCORE
         return Detections(
             raw.boxes_px[keep],

@@ -1,7 +1,7 @@
 """The models put to work behind the loops: detector, text encoder and language model."""
 
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Self
@@ -15,6 +15,7 @@ from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 from runtime.clock import Clock, Deadline
 from runtime.config import Config, ModelsConfig
+from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.core.voting import consensus, likelihood_experts
 from runtime.errors import ConfigError
@@ -143,9 +144,9 @@ class LoadedModels:
         return Reasoner(model, self._clock, REPLY_TOKENS, sees)
 
     @models_told()
-    def detect(self, rgb: U8) -> Detections:
-        """(H, W, 3) -> what is seen surely enough."""
-        return self._detector.detect(rgb)
+    def detect(self, rgb: U8, window: Callable[[], Window | None] = lambda: None) -> Detections:
+        """(H, W, 3) -> what is seen surely enough; `window`: where a closer look is worth it."""
+        return self._detector.detect(rgb, window)
 
     @models_told()
     def likeness(self, embeddings: F32) -> F64:

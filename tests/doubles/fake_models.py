@@ -43,7 +43,7 @@ class FakeModels:
         self.asked.append(goal)
         return Goal(goal, goal, ((goal,),), "as it is"), self.panel
 
-    def detect(self, rgb: np.ndarray) -> Detections:
+    def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
         if not self.home.things:
             return NO_DETECTIONS
         return self.home.detect(tuple(self.home.things), self.home.observe())
@@ -82,7 +82,7 @@ class Wordy(FakeModels):
         alike = {"beanbag": 0.9, "sofa": 0.6}
         return (embeddings @ BEANBAG)[:, None] * [[alike.get(n, 0.01) for n in self.names]]
 
-    def detect(self, rgb: np.ndarray) -> Detections:
+    def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
         seen = self.home.detect(("beanbag",), self.home.observe())
         name = "beanbag" if "beanbag" in self.names else "sofa"
         rows = np.repeat(BEANBAG[None], len(seen.scores), axis=0)

@@ -141,3 +141,23 @@ def test_a_direction_of_no_use_is_one_line(constant_graph, encoder: TextEncoder)
     path = constant_graph(outputs, (64, 96), metadata)
     with pytest.raises(ModelFileError, match="is no list of 385 numbers"):
         open_detector(path, "rfnav", encoder)
+
+
+def test_what_is_small_is_looked_at_more_closely_while_others_rest() -> None:
+    drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
+    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, DomainEvidence("renderings"), 2, HOME)
+    both.set_vocabulary(CLASSES, ())
+    asked = []
+
+    def window() -> tuple[int, int, int, int]:
+        asked.append(1)
+        return 8, 8, 90, 62
+
+    for _ in range(4):
+        both.detect(FRAME, window)
+    assert (drawn.asked, photo.asked, len(asked)) == (4, 2, 0)
+    both.closer = True
+    found = [both.detect(FRAME, window) for _ in range(4)]
+    assert (drawn.asked, photo.asked, len(asked)) == (10, 4, 2)
+    assert [len(f.scores) for f in found] == [1, 2, 1, 2]  # BOX again, in the part
+    assert found[1].boxes_px[1].tolist() == [16, 16, 48, 48]

@@ -279,7 +279,7 @@ class FailingModels(FakeModels):
         super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)))
         self.left = {frames}
 
-    def detect(self, rgb):
+    def detect(self, rgb, window=None):
         self.left -= 1
         if self.left < 0:
             raise KeyError("what the camera saw")
