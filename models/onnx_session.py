@@ -9,17 +9,20 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.errors import ModelFileError
+from models.onnx_file import refuse_external_data
 
 DEFAULT_SIDE_PX = 640
 """Input side of a network that leaves it open."""
 
 
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
-    """A CPU session with `threads` threads that never spin. Raises ModelFileError."""
+    """A CPU session with `threads` threads that never spin. Raises ModelFileError, also for a file
+    of which parts lie in others."""
     if not path.is_file():
         raise ModelFileError(
             f"{path}: no such model file; check the path or run `rfnav models pull`"
         )
+    refuse_external_data(path)
     options = onnxruntime.SessionOptions()
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
@@ -50,7 +53,7 @@ def run(
 def image_size(shape: Sequence[Any], path: Path, side_px: int = DEFAULT_SIDE_PX) -> tuple[int, int]:
     """Height and width of an image input (1, 3, H, W), `side_px` where they are left open. Raises
     ModelFileError for any other."""
-    if len(shape) != 4 or shape[1] != 3:
+    if len(shape) != 4 or (isinstance(shape[1], int) and shape[1] != 3):
         raise ModelFileError(f"{path}: input {list(shape)} is not an image; expected (1, 3, H, W)")
     height, width = (s if isinstance(s, int) and s > 0 else side_px for s in shape[2:])
     return height, width
