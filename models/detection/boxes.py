@@ -25,6 +25,27 @@ class Letterbox(NamedTuple):
         return np.asarray(inside, np.float32)
 
 
+class Stretch(NamedTuple):
+    """How an image was fitted without its aspect: network px = image px * (x, y)."""
+
+    x: float
+    y: float
+
+    def undo(self, boxes: Floats, height: int, width: int) -> Floats:
+        """(N, 4) network px -> image px, clipped to the image."""
+        limit = np.array([width, height] * 2, np.float32)
+        scale = np.array([self.x, self.y] * 2, np.float32)
+        return np.asarray(np.clip(boxes / scale, 0, limit), np.float32)
+
+
+def stretch(rgb: NDArray[np.uint8], height: int, width: int) -> tuple[NDArray[np.uint8], Stretch]:
+    """(h, w, 3) -> (height, width, 3), nothing added."""
+    rows, columns = rgb.shape[:2]
+    how = cv2.INTER_AREA if min(height / rows, width / columns) < 0.5 else cv2.INTER_LINEAR
+    fitted = cv2.resize(rgb, (width, height), interpolation=how)
+    return np.asarray(fitted, np.uint8), Stretch(width / columns, height / rows)
+
+
 def letterbox(
     rgb: NDArray[np.uint8], height: int, width: int, centred: bool = True
 ) -> tuple[NDArray[np.uint8], Letterbox]:
@@ -46,9 +67,7 @@ def letterbox(
 def stretched(rgb: NDArray[np.uint8], height: int, width: int, mean: Floats, std: Floats) -> Floats:
     """(h, w, 3) -> (3, height, width), RGB in 0..1 less `mean` by `std`, each (3,); the aspect is
     not kept."""
-    shrinks = rgb.shape[0] > height and rgb.shape[1] > width
-    how = cv2.INTER_AREA if shrinks else cv2.INTER_LINEAR
-    small = cv2.resize(rgb, (width, height), interpolation=how).astype(np.float32)
+    small = stretch(rgb, height, width)[0].astype(np.float32)
     return np.ascontiguousarray(((small / 255 - mean) / std).transpose(2, 0, 1), np.float32)
 
 

@@ -40,7 +40,8 @@ class Detector(Protocol):
     """What the runtime asks of a detector. One thread at a time may use it.
 
     `capabilities` is JSON: `contract`, `open_vocabulary`, `rooms`, `embeddings`, `classes` (its
-    fixed list or None), and once there is a vocabulary `matched` (class -> what stands for it, with
+    fixed list or None), for a fixed list `class_map` (whose map it is matched by, or None), and
+    once there is a vocabulary `matched` (class -> what stands for it, with
     a cosine where it is by similarity) and `unseen` (classes that it cannot see).
     """
 
@@ -62,16 +63,15 @@ def checked(rgb: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def select(
-    boxes: Floats, scores: Floats, labels: NDArray[np.int32], across: float = OTHER_CLASS_IOU
-) -> NDArray[np.int64]:
-    """Indices of what is reported: scored, of some area, not covered by a better box of its class,
-    nor by more than `across` by one of another."""
+    boxes: Floats, scores: Floats, labels: NDArray[np.int32], across: float = OTHER_CLASS_IOU,
+    within: float = SAME_CLASS_IOU,
+) -> NDArray[np.int64]:  # fmt: skip
+    """Indices of what is reported: scored, of some area, not covered by more than `within` by a
+    better box of its class, nor by more than `across` by one of another."""
     area = (boxes[:, 2:] - boxes[:, :2]).clip(0).prod(axis=1)
     candidates = np.flatnonzero((scores >= MIN_SCORE) & (area > 0) & (labels >= 0))
     candidates = candidates[np.argsort(-scores[candidates], kind="stable")][: 4 * MAX_DETECTIONS]
-    kept = suppress(
-        boxes[candidates], scores[candidates], labels[candidates], SAME_CLASS_IOU, across
-    )
+    kept = suppress(boxes[candidates], scores[candidates], labels[candidates], within, across)
     return candidates[kept][:MAX_DETECTIONS]
 
 
@@ -84,12 +84,13 @@ def likeliest(values: Floats) -> NDArray[np.int64]:
 
 
 def boxes_only(
-    boxes: Floats, scores: Floats, labels: NDArray[np.int32], across: float = OTHER_CLASS_IOU
-) -> RawDetections:
+    boxes: Floats, scores: Floats, labels: NDArray[np.int32], across: float = OTHER_CLASS_IOU,
+    within: float = SAME_CLASS_IOU,
+) -> RawDetections:  # fmt: skip
     """Detections of a network that says nothing of regions or rooms; not finite is not there."""
     sound = np.isfinite(boxes).all(axis=1) & np.isfinite(scores)
     scores = np.where(sound, scores, 0).astype(np.float32)
     boxes = np.where(sound[:, None], boxes, 0).astype(np.float32)
-    kept = select(boxes, scores, labels, across)
+    kept = select(boxes, scores, labels, across, within)
     none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
     return RawDetections(boxes[kept], scores[kept], labels[kept], none, nothing, nothing)

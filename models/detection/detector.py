@@ -15,9 +15,10 @@ from models.detection.clip import ClipDetector
 from models.detection.detections import Detector as Detector
 from models.detection.detections import Floats, checked, likeliest, select
 from models.detection.detections import RawDetections as RawDetections
-from models.detection.fixed_list import YoloDetector
+from models.detection.fixed_list import FixedListDetector
 from models.detection.grounding import GroundingDetector
 from models.detection.prompted import PromptedDetector, open_prompts
+from models.detection.told import CLASSES_FILE, MAP_FILE
 from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
 from models.words.class_names import ClassText, room_rows
@@ -26,7 +27,7 @@ from models.words.text_encoder import TextEncoder
 FORMAT = "rf-nav-detector/1"
 PHOTOGRAPHS = "photographs"
 """Key of the metadata: JSON, how the scene vector tells photographs from renderings."""
-MODEL_FILE, CLASSES_FILE = "model.onnx", "classes.txt"
+MODEL_FILE = "model.onnx"
 TEXTS_FILE, TOWER_FILE, TOKENIZER_FILE = "texts.npz", "text.onnx", "tokenizer.json"
 """An imported detector's files."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
@@ -37,7 +38,7 @@ Kind = Literal["auto", "rfnav", "prompted", "yolo", "clip", "grounding"]
 CONTRACTS = f"""known contracts:
   rfnav     input image (1, 3, H, W), metadata format = {FORMAT}
   prompted  inputs images (1, 3, H, W) and texts (N, D) or (1, N, D)
-  yolo      input images (1, 3, H, W), output of YOLOv5, YOLOv8 or YOLOX
+  yolo      input images (1, 3, H, W), a fixed list; outputs of YOLO, DETR or NanoDet
   clip      input images (N, 3, H, W), output (N, D)
   grounding inputs images (1, 3, H, W), input_ids and attention_mask (1, T)"""
 
@@ -53,12 +54,14 @@ def open_detector(
     """Open an ONNX detector. Raises ModelFileError when it, or what belongs to it, is of no use.
 
     `path` is the file, or a directory as `rfnav models import` makes it: `model.onnx` with its
-    `classes.txt`, `texts.npz`, text tower or `tokenizer.json`. `texts`: the embeddings or the tower
-    of a "prompted" or "clip" one, the tokenizer of a "grounding" one; that may lie beside the file.
+    `classes.txt` or `classes.toml`, `contract.toml` (told.py), `texts.npz`, text tower or
+    `tokenizer.json`. `texts`: the embeddings or the tower of a "prompted" or "clip" one, the
+    tokenizer of a "grounding" one; that may lie beside the file.
     """
     path = Path(path)
     if path.is_dir():
-        classes_file = classes_file or _companion(path, CLASSES_FILE)
+        lists = [_companion(path, name) for name in (CLASSES_FILE, MAP_FILE)]
+        classes_file = classes_file or lists[0] or lists[1]
         texts = texts or _companion(path, TEXTS_FILE) or _companion(path, TOWER_FILE)
         path = path / MODEL_FILE
     session = open_session(path, threads)
@@ -76,7 +79,7 @@ def open_detector(
     if contract == "grounding":
         return GroundingDetector(session, path, texts or path.parent / TOKENIZER_FILE)
     if contract == "yolo":
-        return YoloDetector(session, path, encoder, classes_file)
+        return FixedListDetector(session, path, encoder, classes_file)
     raise ModelFileError(
         f"{path}: detector kind {kind!r} is unknown; known are {', '.join(get_args(Kind))}"
     )

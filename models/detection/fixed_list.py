@@ -1,8 +1,7 @@
-"""YOLO exports with a fixed class list, whose names are matched to the vocabulary: COCO's by the
-map in models/words/coco.toml, others by meaning."""
+"""Detectors with a fixed class list, whose names are matched to the vocabulary: those of lists that
+are known, or that come with a map, by a map (models/words/class_maps.py), others by meaning."""
 
-import ast
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,23 +10,38 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.detection import layouts
-from models.detection.boxes import letterbox
-from models.detection.calibration import calibrated, read_constants
-from models.detection.detections import Floats, RawDetections, boxes_only, checked, likeliest
+from models.detection.boxes import Letterbox, Stretch, letterbox, stretch
+from models.detection.calibration import read_constants, settled, softmax
+from models.detection.detections import (
+    SAME_CLASS_IOU,
+    Floats,
+    RawDetections,
+    boxes_only,
+    checked,
+    likeliest,
+)
+from models.detection.told import NORMALISE, file_classes, no_names, read_told, scaling
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
-from models.words.class_names import ClassText, check_names, read_names
-from models.words.coco import coco_map, is_coco, stands_for
+from models.words.class_maps import coco_91, map_of, stands_for
+from models.words.class_names import ClassText, check_names
 from models.words.text_encoder import TextEncoder
 
 NAME_MATCH = 0.6
 """Cosine from which a fixed class name counts as one of a vocabulary class's names."""
+NO_CLASS = frozenset({"", "n/a", "background", "__background__", "no object"})
+"""Names of what a network counts but nothing is."""
+MAY_BE_LOGITS: tuple[layouts.Layout, ...] = ("v8", "detr", "nanodet")
+FINAL: tuple[layouts.Layout, ...] = ("end-to-end", "detr")
+"""Layouts in which the network itself has chosen among overlapping boxes."""
+ONE_PLACE = 0.99
+"""IoU from which two of its boxes are one, that two of its names stand for."""
 
 
-class YoloDetector:
-    """A YOLO export with a fixed class list. Where its file has a calibration, by the keys of an
-    RF-NAV detector's, `gain` and `shift` make its scores the share of such detections that are
-    right."""
+class FixedListDetector:
+    """A detector of one of the layouts in layouts.py. Where its file has a calibration, by the keys
+    of an RF-NAV detector's, `gain` and `shift` make its scores the share of such detections that
+    are right."""
 
     def __init__(
         self,
@@ -37,28 +51,50 @@ class YoloDetector:
         classes_file: Path | None,
     ) -> None:
         self._session, self._encoder, self._path = session, encoder, path
-        constants = read_constants(session.get_modelmeta().custom_metadata_map, path)
+        metadata = session.get_modelmeta().custom_metadata_map
+        constants = read_constants(metadata, path)
         self.gain, self.shift = constants["gain"], constants["shift"]
         self._input = session.get_inputs()[0]
         self._size = image_size(self._input.shape, path)
-        output = self._run(np.full((*self._size, 3), 114, np.uint8), "v8")
-        self._layout, count = layouts.recognise(output.shape, *self._size, str(path))
-        self._names = _class_names(session, classes_file, count, path)
-        self._matched = np.full(count, -1, np.int32)
+        told = read_told(path.parent, metadata)
+        given = file_classes(classes_file, told, metadata, path)
+        self._scaling = NORMALISE["none"]
+        grey = np.full((*self._size, 3), 114, np.uint8)
+        outputs = self._run(grey)
+        names = _numbered(given.names, outputs)
+        self._layout, count = layouts.choose(
+            outputs, self._size, len(names), told.layout, str(path)
+        )
+        _check_count(names, count, given.where, path)
+        self._scaling = scaling(told.normalise or _usual(self._layout, outputs), path)
+        self._count, self._logits = len(names), False
+        self._kept = [k for k, name in enumerate(names) if name.lower() not in NO_CLASS]
+        self._names = tuple(names[k] for k in self._kept)
+        self._map = given.own or map_of(self._names)
+        self._matched = np.full(len(self._names), -1, np.int32)
+        boxes, scores = self._answer(grey)
+        self._logits = self._layout in MAY_BE_LOGITS and layouts.are_logits(scores)
+        if self._layout == "detr" and np.nanmax(np.abs(boxes), initial=0) > sum(self._size):
+            raise ModelFileError(
+                f"{path}: its boxes lie outside of 0..1, which is not layout detr; export it so "
+                "that they are cx, cy, w, h in 0..1"
+            )
+        yolo = "yolo " if self._layout in ("v5", "v8", "X") else ""
         self.capabilities: dict[str, Any] = {
-            "contract": f"yolo {self._layout}",
+            "contract": yolo + self._layout,
             "open_vocabulary": False,
             "rooms": False,
             "embeddings": False,
             "classes": list(self._names),
+            "class_map": self._map.title if self._map else None,
         }
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
-        """Match each fixed class with a class of the vocabulary, or with none: COCO's as the map
-        says, others with the class whose name is nearest."""
-        if is_coco(self._names):
+        """Match each fixed class with a class of the vocabulary, or with none: as a map says, or
+        with the class whose name is nearest."""
+        if self._map is not None:
             check_names([name for names in classes for name in names], "vocabulary")
-            likeness = stands_for(self._names, classes, coco_map())
+            likeness = stands_for(self._names, classes, self._map)
         else:
             text = ClassText(classes, self._encoder)
             likeness = text.similarity(self._encoder.embed(self._names))
@@ -74,57 +110,68 @@ class YoloDetector:
 
     def detect(self, rgb: NDArray[np.uint8]) -> RawDetections:
         """(H, W, 3) uint8 RGB -> detections of the matched classes."""
-        image, fit = letterbox(checked(rgb), *self._size, centred=self._layout != "X")
-        decoded = layouts.decode(self._run(image, self._layout), self._layout, *self._size)
+        image, fit = self._fitted(checked(rgb))
+        decoded = self._answer(image)
         best = likeliest(decoded.scores)
-        labels, place = (
-            self._matched[best].reshape(-1),
-            np.repeat(np.arange(len(best)), best.shape[1]),
-        )
+        labels = self._matched[best].reshape(-1)
+        place = np.repeat(np.arange(len(best)), best.shape[1])
         scores = np.where(labels >= 0, np.take_along_axis(decoded.scores, best, 1).reshape(-1), 0.0)
         boxes = fit.undo(decoded.boxes, *rgb.shape[:2])[place]
-        found = boxes_only(boxes, scores, labels, across=1.0)
+        within = ONE_PLACE if self._layout in FINAL else SAME_CLASS_IOU
+        found = boxes_only(boxes, scores, labels, across=1.0, within=within)
         # After selection, so that what is found, and in which order, is what it was.
-        return found._replace(scores=self._settled(found.scores))
+        return found._replace(scores=settled(found.scores, self.gain, self.shift))
 
-    def _settled(self, scores: Floats) -> Floats:
-        """Calibrated where the file says how."""
-        if (self.gain, self.shift) == (1.0, 0.0):
-            return scores
-        return calibrated(scores.astype(np.float64), self.gain, self.shift).astype(np.float32)
+    def _fitted(self, rgb: NDArray[np.uint8]) -> tuple[NDArray[np.uint8], Letterbox | Stretch]:
+        if self._layout == "detr":
+            return stretch(rgb, *self._size)
+        return letterbox(rgb, *self._size, centred=self._layout != "X")
 
-    def _run(self, image: NDArray[np.uint8], layout: layouts.Layout) -> Floats:
+    def _answer(self, image: NDArray[np.uint8]) -> layouts.Decoded:
+        """Boxes in network px, and the scores of the classes that are named."""
+        boxes, scores = layouts.decode(self._run(image), self._layout, *self._size, self._count)
+        if scores.shape[1] > self._count:
+            scores = softmax(scores)[:, :-1]
+        elif self._logits:
+            scores = layouts.sigmoid(scores)
+        return layouts.Decoded(boxes, scores[:, self._kept])
+
+    def _run(self, image: NDArray[np.uint8]) -> layouts.Outputs:
+        bgr, mean, deviation = self._scaling
         planes = image.transpose(2, 0, 1)[None].astype(np.float32)
-        # YOLOX takes BGR in 0..255, the others RGB in 0..1
-        feed = np.ascontiguousarray(planes[:, ::-1] if layout == "X" else planes / 255, np.float32)
-        return run(self._session, {self._input.name: feed}, self._path)[0]
+        shape = (1, 3, 1, 1)
+        scaled = (planes[:, ::-1] if bgr else planes) - np.array(mean, np.float32).reshape(shape)
+        feed = scaled / np.array(deviation, np.float32).reshape(shape)
+        feeds = {self._input.name: np.ascontiguousarray(feed, np.float32)}
+        names = [output.name for output in self._session.get_outputs()]
+        return dict(zip(names, run(self._session, feeds, self._path), strict=True))
 
 
-def _class_names(
-    session: onnxruntime.InferenceSession, file: Path | None, count: int, path: Path
-) -> tuple[str, ...]:
-    if file is not None:
-        names, where = read_names(Path(file)), str(file)
-    else:
-        written = session.get_modelmeta().custom_metadata_map.get("names", "")
-        names, where = _parse_names(written), str(path)
-        if not names:
-            raise ModelFileError(
-                f"{path}: its {count} classes have no names; give a text file with one name a line "
-                "(models.detector_classes, or --classes of `rfnav models import`)"
-            )
-        check_names(names, where)
-    if len(names) != count:
-        raise ModelFileError(f"{where}: {len(names)} names for {count} classes; they must be equal")
+def _numbered(names: tuple[str, ...], outputs: layouts.Outputs) -> tuple[str, ...]:
+    """COCO's by its 91 numbers where a network of DETR's kind counts so, else the names."""
+    known = map_of(names)
+    if len(outputs) == 2 and (not names or (known is not None and known.title == "COCO's")):
+        columns = {out.shape[-1] for out in outputs.values()}
+        if columns in ({4, 91}, {4, 92}):
+            return coco_91()
     return names
 
 
-def _parse_names(written: str) -> tuple[str, ...]:
-    """Ultralytics writes a Python dict or list literal into the file's metadata."""
-    try:
-        value = ast.literal_eval(written)
-    except (ValueError, SyntaxError):
-        return ()
-    if isinstance(value, dict):
-        value = [value[key] for key in sorted(value)]
-    return tuple(str(v) for v in value) if isinstance(value, list | tuple) else ()
+def _usual(layout: layouts.Layout, outputs: Mapping[str, Floats]) -> str:
+    """What a layout's networks usually take. Of DETR's kind those take ImageNet's mean and
+    deviation that count COCO's classes by its 91 numbers."""
+    if layout == "X":
+        return "yolox"
+    if layout == "nanodet":
+        return "nanodet"
+    numbered = any(out.shape[-1] in (91, 92) for out in outputs.values())
+    return "imagenet" if layout == "detr" and (numbered or "dets" in outputs) else "none"
+
+
+def _check_count(names: tuple[str, ...], count: int, where: str, path: Path) -> None:
+    if not names:
+        raise no_names(path, count)
+    if not count:
+        raise ModelFileError(f"{where}: {len(names)} names do not fit the outputs of {path}")
+    if len(names) != count:
+        raise ModelFileError(f"{where}: {len(names)} names for {count} classes; they must be equal")

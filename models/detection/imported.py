@@ -19,7 +19,6 @@ import numpy as np
 from models.checksum import sha256
 from models.detection.detections import Detector
 from models.detection.detector import (
-    CLASSES_FILE,
     MODEL_FILE,
     TEXTS_FILE,
     TOKENIZER_FILE,
@@ -27,9 +26,9 @@ from models.detection.detector import (
     open_detector,
 )
 from models.detection.grounding import GroundingDetector
+from models.detection.told import CLASSES_FILE
 from models.errors import ModelFileError
 from models.store import manifest
-from models.words.coco import is_coco
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 
@@ -183,8 +182,8 @@ def describe(capabilities: dict[str, Any]) -> list[str]:
     lines = [f"contract: {capabilities['contract']}"]
     if fixed is not None:
         how = "matched to the goal by similarity"
-        if is_coco(fixed):
-            how = "COCO's, each read as one of ours or none"
+        if capabilities["class_map"]:
+            how = f"{capabilities['class_map']}, each read as one of ours or none"
         lines.append(f"classes: a fixed list of {len(fixed)}, {how}")
         pairs = sorted((-s, c, n) for c, by in matched.items() for n, s in by.items())
         lines.append(

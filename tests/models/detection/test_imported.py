@@ -128,12 +128,11 @@ def test_what_is_refused_is_not_kept(home: Path, constant_graph, encoder: TextEn
     refused(home / "none.onnx", r"none\.onnx: no such file")
     (home / "text.onnx").write_text("not a model")
     refused(home / "text.onnx", r"text\.onnx: not a usable ONNX file")
-    refused(constant_graph({"out": np.zeros((1, 77, 7))}, SIZE), "is no known YOLO layout")
     refused(yolo(constant_graph, ""), "its 3 classes have no names")
     odd = constant_graph({"out": np.zeros((1, 7, CELLS))}, SIZE, {"format": "rf-nav-detector/9"})
     refused(odd, "format 'rf-nav-detector/9'")
-    loud = np.zeros((1, 7, CELLS), np.float32)
-    loud[0, :, 0] = (48, 32, 40, 20, 9.0, 0, 0)
+    loud = np.zeros((1, CELLS, 8), np.float32)
+    loud[0, 0] = (0, 0, 3, 3, 9.0, 1.0, 0, 0)
     names = {"names": "['couch', 'bed', 'tv']"}
     refused(constant_graph({"out": loud}, SIZE, names), "gives scores above 1")
     for text, said in (

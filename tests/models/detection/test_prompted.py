@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import onnx
 import pytest
 
 from models.detection.detector import open_detector
@@ -64,6 +65,26 @@ def test_a_network_that_answers_with_nan_sees_nothing(
     detector = open_detector(path, "auto", encoder, texts=texts)
     detector.set_vocabulary((("sofa",),), ())
     assert len(detector.detect(np.zeros((*SIZE, 3), np.uint8)).scores) == 0
+
+
+@pytest.mark.parametrize("joined", [False, True])
+def test_logits_and_a_calibration(
+    joined: bool, prompted_graph, texts: Path, encoder: TextEncoder
+) -> None:
+    """Scores outside of 0..1 are logits; gain and shift act on what they are then."""
+    regions = np.array([[np.log(3), -6, -6, -6], [-6, -6, 0, -6]], np.float32)
+    path = prompted_graph(BOXES, regions, SIZE, joined=joined)
+    detector = open_detector(path, "auto", encoder, texts=texts)
+    detector.set_vocabulary((("sofa",), ("toilet",)), ())
+    seen = detector.detect(np.zeros((*SIZE, 3), np.uint8))
+    np.testing.assert_allclose(seen.scores, [3 / 4, 1 / 2], rtol=1e-5)
+    model = onnx.load(str(path))
+    onnx.helper.set_model_props(model, {"value.gain": "2", "value.shift": str(np.log(3))})
+    onnx.save(model, str(path))
+    detector = open_detector(path, "auto", encoder, texts=texts)
+    detector.set_vocabulary((("sofa",), ("toilet",)), ())
+    seen = detector.detect(np.zeros((*SIZE, 3), np.uint8))
+    np.testing.assert_allclose(seen.scores, [27 / 28, 3 / 4], rtol=1e-5)
 
 
 def test_rows_that_do_not_fit(prompted_graph, tmp_path: Path, encoder: TextEncoder) -> None:

@@ -8,7 +8,7 @@ import onnx
 import pytest
 
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.fixed_list import YoloDetector
+from models.detection.fixed_list import FixedListDetector
 from models.errors import ModelFileError
 from models.evaluation.measures import whole_calibration
 from models.store import manifest
@@ -49,7 +49,7 @@ def test_a_fixed_list_is_calibrated_again_upon_what_it_has(
     report.write_text(json.dumps({"calibration": {"gain": 2.5, "shift": 0.5}}))
     calibrate(path, report)
     detector = open_detector(path, "auto", encoder)
-    assert isinstance(detector, YoloDetector)
+    assert isinstance(detector, FixedListDetector)
     assert (detector.gain, detector.shift) == (2.5, 0.5)
     written = onnx.load(str(path))
     assert written.graph == graph

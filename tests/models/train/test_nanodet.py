@@ -13,7 +13,7 @@ from models.errors import ModelFileError
 from models.onnx_session import open_session
 from models.store import manifest
 from models.train import nanodet
-from models.words.coco import coco_names
+from models.words.class_maps import coco_names
 
 REFERENCE = SHARED / "models" / "nanodet_g_320x416.onnx"
 

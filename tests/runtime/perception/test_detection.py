@@ -9,7 +9,7 @@ from baseline_graphs import image_tower, sentence_row
 from onnx import TensorProto, helper, numpy_helper
 
 from models.detection.clip import PLACED, SENTENCE
-from models.detection.fixed_list import YoloDetector
+from models.detection.fixed_list import FixedListDetector
 from models.errors import ModelFileError
 from runtime import config as configuration
 from runtime.clock import SystemClock
@@ -61,13 +61,13 @@ def test_a_fixed_list_says_what_stands_for_the_goal(detector: Path) -> None:
 def test_a_detector_that_fails_on_a_frame_is_a_fault_of_a_model(
     detector: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def fail(self: YoloDetector, rgb: np.ndarray) -> None:
+    def fail(self: FixedListDetector, rgb: np.ndarray) -> None:
         raise ModelFileError("yolo.onnx: does not run on images (1, 3, 64, 96)")
 
     config = configuration.load(None, [f'models.detectors=["{detector}"]', "panel.experts=[]"])
     with LoadedModels(config, SystemClock()) as models:
         models.accept("couch", config)
-        monkeypatch.setattr(YoloDetector, "detect", fail)
+        monkeypatch.setattr(FixedListDetector, "detect", fail)
         with pytest.raises(ModelError, match=r"^yolo\.onnx: does not run on images"):
             models.detect(np.zeros((64, 96, 3), np.uint8))
 
