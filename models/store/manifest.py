@@ -22,6 +22,13 @@ from models.store import sources
 PACKAGE = Path(__file__).parents[1]
 MANIFEST = PACKAGE / "manifest.toml"
 
+PERMISSIVE = frozenset(
+    {"Apache-2.0", "MIT", "BSD-2-Clause", "BSD-3-Clause", "ISC", "0BSD", "Zlib", "Unlicense"}
+    | {"CC0-1.0", "CC-BY-3.0", "CC-BY-4.0"}
+)
+"""Licences, by their SPDX names, under which a model is fetched without more ado."""
+UNKNOWN = "unknown"
+
 Progress = Callable[[str, int, int], None]
 """Called as (what is arriving, bytes so far, bytes in all or 0)."""
 
@@ -56,6 +63,17 @@ class Entry:
         return sum(f.size for f in self.files)
 
 
+def check_licence(name: str, licence: str, accepted: str, command: str) -> None:
+    """Raise ModelFileError unless a licence is permissive, or was `accepted` by its name."""
+    choices = [one.split(" AND ") for one in licence.split(" OR ")]
+    permissive = any(all(part in PERMISSIVE for part in parts) for parts in choices)
+    if not permissive and accepted.lower() != licence.lower():
+        raise ModelFileError(
+            f"{name}: its licence is {licence}, which may ask something of you; when you have read "
+            f"it, `{command} --accept-licence {licence}`"
+        )
+
+
 def cache_dir() -> Path:
     """`$XDG_CACHE_HOME/rf-nav/models`, with the XDG default."""
     base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
@@ -63,7 +81,7 @@ def cache_dir() -> Path:
 
 
 def user_manifest() -> Path:
-    """`$XDG_DATA_HOME/rf-nav/models.toml`, with the XDG default: what was imported."""
+    """`$XDG_DATA_HOME/rf-nav/models.toml`, with the XDG default: what was imported or added."""
     base = os.environ.get("XDG_DATA_HOME") or str(Path.home() / ".local" / "share")
     return Path(base) / "rf-nav" / "models.toml"
 
@@ -117,13 +135,16 @@ def entry(name: str, manifest: Path = MANIFEST) -> Entry:
     return known[name]
 
 
-def fetch(name: str, progress: Progress | None = None, manifest: Path = MANIFEST) -> Path:
-    """Path of a model, verified; what is missing or damaged is fetched first.
+def fetch(
+    name: str, progress: Progress | None = None, manifest: Path = MANIFEST, accepted: str = ""
+) -> Path:
+    """Path of a model, verified; what is missing or damaged is fetched first, from elsewhere only
+    when its licence is permissive or `accepted`.
 
     One file: the path of the file. Several: the path of the directory that holds them.
     """
     model = entry(name, manifest)
-    paths = [_obtain(model, f, progress, manifest) for f in model.files]
+    paths = [_obtain(model, f, progress, manifest, accepted) for f in model.files]
     return _location(model, paths)
 
 
@@ -170,17 +191,21 @@ def _present(model: Entry, file: ModelFile, manifest: Path) -> Path:
     return path
 
 
-def _obtain(model: Entry, file: ModelFile, progress: Progress | None, manifest: Path) -> Path:
+def _obtain(
+    model: Entry, file: ModelFile, progress: Progress | None, manifest: Path, accepted: str
+) -> Path:
     try:
         return _present(model, file, manifest)
     except ModelFileError:
         pass
+    if not all(source.here for source in file.sources):
+        check_licence(model.name, model.licence, accepted, f"rfnav models pull {model.name}")
     target = cache_dir() / model.name / file.name
     failures = []
     for source in file.sources:
         try:
-            with _arriving(target) as (work, partial):
-                sources.deliver(source, manifest.parent, work, partial, progress)
+            with arriving(target) as (work, partial):
+                sources.deliver(source, manifest.parent, work, partial, progress, file.size)
                 _admit(partial, file, target)
             return target
         except ModelFileError as error:
@@ -194,13 +219,13 @@ def _admit(partial: Path, file: ModelFile, target: Path) -> None:
     found = sha256(partial)
     if found != file.sha256:
         raise ModelFileError(
-            f"refused: sha256 is {found[:12]}…, the manifest says {file.sha256[:12]}…"
+            f"refused: sha256 is {found[:12]}…, {file.sha256[:12]}… is what it must be"
         )
     os.replace(partial, target)
 
 
 @contextlib.contextmanager
-def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
+def arriving(target: Path) -> Iterator[tuple[Path, Path]]:
     """A scratch directory beside the target, gone afterwards, and the partial file in it."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

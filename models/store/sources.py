@@ -1,11 +1,14 @@
-"""Ways a model's file arrives: with this package, inside a wheel, or from a URL."""
+"""Ways a model's file arrives: with this package, inside a wheel, from a URL, or as a text in the
+manifest."""
 
+import http.client
 import os
 import shutil
 import subprocess
 import sys
 import time
 import urllib.error
+import urllib.parse
 import urllib.request
 import zipfile
 from collections.abc import Callable
@@ -16,31 +19,45 @@ from models.errors import ModelFileError
 
 CHUNK = 1 << 20
 POLL_S = 0.2
+MOST_BYTES = 4 * 2**30
+SCHEMES = ("https", "http", "file")
 
 Report = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Source:
-    """One way to a file. Exactly one of `file`, `pypi` (with `member`) and `url` is set."""
+    """One way to a file. Exactly one of `file`, `pypi` (with `member`), `url` and `text` is set."""
 
     file: str = ""
     pypi: str = ""
     member: str = ""
     wheel_bytes: int = 0
     url: str = ""
+    text: str = ""
+
+    @property
+    def here(self) -> bool:
+        """Whether nothing is fetched from elsewhere."""
+        return bool(self.file or self.text)
 
 
-def deliver(source: Source, root: Path, work: Path, partial: Path, report: Report | None) -> None:
-    """Bring the file to `partial`; `work` is scratch space, `root` the manifest's directory."""
+def deliver(
+    source: Source, root: Path, work: Path, partial: Path, report: Report | None,
+    most: int = MOST_BYTES,
+) -> None:  # fmt: skip
+    """Bring the file to `partial`; `work` is scratch space, `root` the manifest's directory. What a
+    URL gives must be whole, and not more than `most` bytes."""
     if source.file:
         _copy(root / source.file, partial)
     elif source.pypi:
         _from_wheel(source, work, partial, report)
     elif source.url:
-        _from_url(source.url, partial, report)
+        _from_url(source.url, partial, report, most)
+    elif source.text:
+        partial.write_text(source.text, encoding="utf-8")
     else:
-        raise ModelFileError("a source needs one of file, pypi and url")
+        raise ModelFileError("a source needs one of file, pypi, url and text")
 
 
 def _copy(path: Path, partial: Path) -> None:
@@ -109,15 +126,21 @@ def _reason(log: Path) -> str:
     return errors[-1] if errors else "it said nothing"
 
 
-def _from_url(url: str, partial: Path, report: Report | None) -> None:
+def _from_url(url: str, partial: Path, report: Report | None, most: int) -> None:
+    if urllib.parse.urlsplit(url).scheme not in SCHEMES:
+        raise ModelFileError(f"{url}: cannot be read; known are {', '.join(SCHEMES)} URLs")
     try:
         with urllib.request.urlopen(url, timeout=30) as reply, partial.open("wb") as out:
             total = int(reply.headers.get("Content-Length") or 0)
             done = 0
-            while chunk := reply.read(CHUNK):
+            while done <= most and (chunk := reply.read(CHUNK)):
                 out.write(chunk)
                 done += len(chunk)
                 if report:
                     report(url, done, total)
-    except (urllib.error.URLError, TimeoutError, ValueError) as error:
+    except (urllib.error.URLError, http.client.HTTPException, OSError, ValueError) as error:
         raise ModelFileError(f"{url}: cannot be read ({error})") from error
+    if done > most:
+        raise ModelFileError(f"{url}: gives more than {most} bytes, which is refused")
+    if done < total:
+        raise ModelFileError(f"{url}: ended after {done} of {total} bytes; try again")

@@ -68,6 +68,30 @@ def test_a_wrong_checksum_is_refused_and_not_kept(home: Path) -> None:
     assert cached(home) == []
 
 
+def test_more_than_the_manifest_says_is_not_read(home: Path) -> None:
+    (home / "far.bin").write_bytes(CONTENT + b"and more")
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    with pytest.raises(ModelFileError, match="gives more than 24 bytes, which is refused"):
+        store.fetch("tiny", manifest=path)
+    assert cached(home) == []
+
+
+def test_a_text_lies_in_the_manifest_itself(home: Path) -> None:
+    path = manifest(home, f'{{ text = "{CONTENT.decode()}" }}')
+    assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT
+
+
+def test_what_is_not_permissive_is_fetched_when_it_is_accepted(home: Path) -> None:
+    (home / "far.bin").write_bytes(CONTENT)
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    path.write_text(path.read_text().replace("Apache-2.0", "AGPL-3.0"))
+    with pytest.raises(ModelFileError, match=r"tiny: its licence is AGPL-3\.0.*pull tiny --accept"):
+        store.fetch("tiny", manifest=path)
+    assert cached(home) == []
+    assert store.fetch("tiny", manifest=path, accepted="agpl-3.0").read_bytes() == CONTENT
+    assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT  # it is here now
+
+
 def test_the_next_source_is_tried(home: Path) -> None:
     (home / "far.bin").write_bytes(CONTENT)
     good = f'{{ url = "{(home / "far.bin").as_uri()}" }}'
