@@ -1,178 +1,160 @@
-"""Other people's detectors: tried, copied into the cache, and known by a name from then on.
+"""Other people's detectors, from a file or a URL: tried, kept in the cache, and known by a name
+from then on (models/store/user_entries.py)."""
 
-What is imported is listed in `$XDG_DATA_HOME/rf-nav/models.toml`, in the manifest's format.
-"""
-
-import json
 import os
 import re
 import shutil
 import tempfile
-import time
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from models.checksum import sha256
-from models.detection.detections import Detector
-from models.detection.detector import (
-    MODEL_FILE,
-    TEXTS_FILE,
-    TOKENIZER_FILE,
-    TOWER_FILE,
-    open_detector,
-)
-from models.detection.grounding import GroundingDetector
-from models.detection.told import CLASSES_FILE
+from models.detection.detector import MODEL_FILE, TEXTS_FILE, TOKENIZER_FILE, TOWER_FILE
+from models.detection.told import CLASSES_FILE, CONTRACT_FILE, MAP_FILE, Told
+from models.detection.trial import Limits, TrialReport, tried
 from models.errors import ModelFileError
-from models.store import manifest
-from models.words.text_encoder import TextEncoder
-from models.words.vocabulary import load_vocabulary
+from models.store import manifest, sources, user_entries
+from models.store.sources import Source
+from models.words.class_maps import BUILT_IN, own_map
+from models.words.class_names import read_names
 
 NAME = re.compile(r"[a-z0-9][a-z0-9._-]{0,39}")
-HEAD = "# Models that `rfnav models import` took in.\n"
 SHOWN = 12
 """Classes named on a line."""
 
 
 @dataclass(frozen=True)
+class Offer:
+    """A detector to take in. `model` and `texts` are paths or URLs; `texts` are rows (.npz) or the
+    text tower (.onnx, its tokenizer.json beside it) of a prompted one or of CLIP's kind, or the
+    tokenizer (.json) of a grounding one. `classes` of a fixed list: a file with one name a line, a
+    map (.toml), or one of BUILT_IN."""
+
+    model: str
+    name: str
+    classes: str = ""
+    texts: str = ""
+    layout: str = ""
+    normalise: str = ""
+    licence: str = manifest.UNKNOWN
+
+
+@dataclass(frozen=True)
 class Imported:
-    """What an import found: the detector's capabilities, and what a 640x480 frame took, ms."""
+    """What taking in a detector found; `pinned` is what of it came from elsewhere: the URLs, with
+    their checksums."""
 
     path: Path
-    capabilities: dict[str, Any]
-    frame_ms: float
+    trial: TrialReport
+    pinned: dict[str, str]
 
 
-def import_detector(
-    file: Path, name: str, encoder: TextEncoder, classes: Path | None, texts: Path | None
-) -> Imported:
-    """Try an ONNX detector and keep it as `name`. Raises ModelFileError, keeping nothing.
+def take_in(offer: Offer, limits: Limits, progress: manifest.Progress | None = None) -> Imported:
+    """Try an ONNX detector and keep it by its name. Raises ModelFileError, keeping nothing.
 
-    `classes`: names of a fixed list, one a line. `texts`: rows (.npz) or the text tower (.onnx, its
-    tokenizer.json beside it) of a prompted one or of CLIP's kind, the tokenizer (.json) of a
-    grounding one. A name imported before is replaced.
+    A name taken in before is replaced, but not what came from a URL by other content.
     """
+    name, home = offer.name, manifest.cache_dir() / offer.name
     if not NAME.fullmatch(name):
         raise ModelFileError(f"{name!r}: not a name; use up to 40 of a-z, 0-9, '.', '_' and '-'")
     if name in manifest.load_manifest(manifest.MANIFEST, users=False):
         raise ModelFileError(f"{name}: is a model of the project; choose another name")
-    home = manifest.cache_dir() / name
+    origins = _origins(offer)
     try:
         home.parent.mkdir(parents=True, exist_ok=True)
         work = Path(tempfile.mkdtemp(prefix=".partial-", dir=home.parent))
     except OSError as error:
         raise ModelFileError(f"{home.parent}: cannot be written ({error.strerror})") from error
     try:
-        origins = _copy(_wanted(file, classes, texts), work)
-        detector, frame_ms = _tried(work, encoder, origins)
+        for file, source in origins.items():
+            sources.deliver(source, work, work, work / file, progress)
+        pinned = _pinned(name, work, origins)
+        trial = _tried(work, origins, limits)
         shutil.rmtree(home, ignore_errors=True)
         os.replace(work, home)
     except OSError as error:
         raise ModelFileError(f"{error.filename or home}: {error.strerror or error}") from error
     finally:
         shutil.rmtree(work, ignore_errors=True)
-    _enter(name, home, origins, str(detector.capabilities["contract"]))
-    return Imported(home, detector.capabilities, frame_ms)
+    user_entries.enter(
+        name, home, origins, task="detector", licence=offer.licence,
+        about=f"taken in from {_from(origins[MODEL_FILE])}",
+        contract=str(trial.capabilities["contract"]),
+    )  # fmt: skip
+    return Imported(home, trial, pinned)
 
 
-def _wanted(file: Path, classes: Path | None, texts: Path | None) -> dict[str, Path]:
-    """Names in the cache -> files that are copied there."""
-    files = {MODEL_FILE: file}
-    if classes is not None:
-        files[CLASSES_FILE] = classes
-    if texts is not None and texts.suffix == ".npz":
-        files[TEXTS_FILE] = texts
-    elif texts is not None and texts.suffix == ".json":
-        files[TOKENIZER_FILE] = texts
-    elif texts is not None:
-        files |= {TOWER_FILE: texts, TOKENIZER_FILE: texts.parent / TOKENIZER_FILE}
+def _origins(offer: Offer) -> dict[str, Source]:
+    """Names in the cache -> where each file comes from."""
+    files = {MODEL_FILE: _source(offer.model)}
+    if offer.texts.endswith(".npz"):
+        files[TEXTS_FILE] = _source(offer.texts)
+    elif offer.texts.endswith(".json"):
+        files[TOKENIZER_FILE] = _source(offer.texts)
+    elif offer.texts:
+        folder = offer.texts.rpartition("/")[0] or "."
+        files[TOWER_FILE] = _source(offer.texts)
+        files[TOKENIZER_FILE] = _source(f"{folder}/tokenizer.json")
+    told = Told(offer.layout, offer.normalise)
+    if offer.classes in BUILT_IN:
+        told = told._replace(classes=offer.classes)
+    elif offer.classes.endswith(".toml"):
+        own_map(Path(offer.classes))  # so that what is wrong with it names this file
+        files[MAP_FILE] = _text(Path(offer.classes))
+    elif offer.classes:
+        read_names(Path(offer.classes))
+        files[CLASSES_FILE] = _text(Path(offer.classes))
+    if any(told):
+        lines = [f'{key} = "{value}"\n' for key, value in told._asdict().items() if value]
+        files[CONTRACT_FILE] = Source(text="".join(lines))
     return files
 
 
-def _copy(files: dict[str, Path], work: Path) -> dict[str, Path]:
-    for name, source in files.items():
-        if not source.is_file():
-            raise ModelFileError(f"{source}: no such file")
-        shutil.copyfile(source, work / name)
-    return {name: source.resolve() for name, source in files.items()}
+def _source(place: str) -> Source:
+    if "://" in place:
+        return Source(url=place)
+    if not Path(place).is_file():
+        raise ModelFileError(f"{place}: no such file")
+    return Source(file=str(Path(place).resolve()))
 
 
-def _tried(work: Path, encoder: TextEncoder, origins: dict[str, Path]) -> tuple[Detector, float]:
-    """The detector, after it has answered for frames of several kinds as its contract says."""
+def _text(path: Path) -> Source:
+    return Source(text=path.read_text(encoding="utf-8"))
+
+
+def _from(source: Source) -> str:
+    return source.file or source.url or "what was told"
+
+
+def _pinned(name: str, work: Path, origins: dict[str, Source]) -> dict[str, str]:
+    """Checksums of what came from URLs. Raises ModelFileError where that of the same name was
+    another."""
+    known = manifest.load_manifest().get(name)
+    before = {
+        file.name: file.sha256 for file in (known.files if known else ()) if file.sources[0].url
+    }
+    found = {}
+    for file, source in origins.items():
+        if not source.url:
+            continue
+        digest = found[source.url] = sha256(work / file)
+        if before.get(file, digest) != digest:
+            raise ModelFileError(
+                f"{source.url}: refused: sha256 is {digest[:12]}…, that of {name} is pinned to "
+                f"{before[file][:12]}…; if both are meant, add it by another name"
+            )
+    return found
+
+
+def _tried(work: Path, origins: dict[str, Source], limits: Limits) -> TrialReport:
     try:
-        detector = open_detector(work, "auto", encoder)
-        words = load_vocabulary()
-        detector.set_vocabulary(words.objects, words.rooms)
-        if isinstance(detector, GroundingDetector):
-            detector.look_for(0)  # else it need not look
-        return detector, _trial_ms(detector, work / MODEL_FILE)
+        return tried(work, limits)
     except ModelFileError as error:
         said = str(error)
         for copy, origin in origins.items():
-            said = said.replace(str(work / copy), str(origin))
-        raise ModelFileError(said) from error
-
-
-def _trial_ms(detector: Detector, path: Path) -> float:
-    noise = np.random.default_rng(0).integers(0, 255, (480, 640, 3), dtype=np.uint8)
-    for frame in (noise[:1, :1], np.zeros_like(noise), noise):
-        began_s = time.perf_counter()
-        seen = detector.detect(np.ascontiguousarray(frame))
-        took_s = time.perf_counter() - began_s
-        if not (np.isfinite(seen.boxes_px).all() and (seen.scores <= 1).all()):
-            raise ModelFileError(
-                f"{path}: gives scores above 1; export it with its last activation, so that they "
-                "are in 0..1"
-            )
-    return 1000 * took_s
-
-
-def _enter(name: str, home: Path, origins: dict[str, Path], contract: str) -> None:
-    path = manifest.user_manifest()
-    known = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    files = [
-        {
-            "name": file,
-            "bytes": (home / file).stat().st_size,
-            "sha256": sha256(home / file),
-            "sources": [{"file": str(origin)}],
-        }
-        for file, origin in origins.items()
-    ]
-    known[name] = {
-        "task": "detector",
-        "licence": "unknown",
-        "about": f"imported from {origins[MODEL_FILE]}",
-        "contract": contract,
-        "files": files,
-    }
-    partial = path.with_suffix(".partial")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_text(HEAD + "".join(_section(n, body) for n, body in known.items()), "utf-8")
-        os.replace(partial, path)
-    except OSError as error:
-        raise ModelFileError(f"{path}: cannot be written ({error.strerror})") from error
-
-
-def _section(name: str, body: dict[str, Any]) -> str:
-    lines = [f"\n[{_toml(name)}]"]
-    lines += [f"{key} = {_toml(value)}" for key, value in body.items() if key != "files"]
-    for file in body["files"]:
-        sources = ", ".join(f"{{ file = {_toml(s['file'])} }}" for s in file["sources"])
-        lines.append(f"[[{_toml(name)}.files]]")
-        lines += [f"{key} = {_toml(file[key])}" for key in ("name", "bytes", "sha256")]
-        lines.append(f"sources = [{sources}]")
-    return "\n".join(lines) + "\n"
-
-
-def _toml(value: object) -> str:
-    """A string or a number as TOML; JSON's escapes are TOML's."""
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+            said = said.replace(str(work / copy), _from(origin))
+        raise ModelFileError(said.replace(str(work), _from(origins[MODEL_FILE]))) from error
 
 
 def describe(capabilities: dict[str, Any]) -> list[str]:

@@ -1,19 +1,23 @@
-"""A contact sheet: what the detector says about some frames, drawn for a person to judge."""
+"""Contact sheets: what a detector says about frames or pictures, drawn for a person to judge."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from models.detection.boxes import letterbox
 from models.detection.detections import Detector, RawDetections
 from models.errors import ModelFileError
 from models.evaluation.naming import asked_for
 from models.evaluation.truth import FrameTruth, Marks, NameLists
 
 COLUMNS, ROWS = 3, 4
-WIDTH = 640
-"""Of one picture on the sheet, px."""
+WIDTH, HEIGHT = 640, 480
+"""Of one picture on the sheet, px; frames keep their own height."""
+GAP, LONGEST = 4, 40
+"""Between pictures, px; of a picture's name, characters."""
 SHOWN = 0.3
 """Weaker detections are not drawn."""
 TRUE = (255, 255, 255)
@@ -42,21 +46,46 @@ def draw_sheet(detector: Detector, truth: FrameTruth, words: NameLists, out: Pat
         caption = f"{room} ({seen.rooms.max():.2f})" if len(seen.rooms) else room
         caption += f", truth: {image.get('room') or 'unknown'}"
         pictures.append(draw(rgb, seen, truth.marks[k], truth.categories, caption))
-    blank = np.zeros_like(pictures[0])
-    pictures += [blank] * (-len(pictures) % COLUMNS)
+    _write_sheet(pictures, out)
+
+
+def draw_pictures(
+    pictures: Sequence[tuple[str, Image]], seen: Sequence[RawDetections], classes: Sequence[str],
+    out: Path,
+) -> None:  # fmt: skip
+    """Pictures of any size, each (name, (H, W, 3) RGB), with what was detected in each."""
+    drawn = []
+    for (name, rgb), found in zip(pictures, seen, strict=True):
+        fitted, fit = letterbox(rgb, HEIGHT, WIDTH)
+        shift = np.array([fit.left, fit.top] * 2, np.float32)
+        moved = found._replace(boxes_px=found.boxes_px * np.float32(fit.scale) + shift)
+        shown = int((found.scores >= SHOWN).sum())
+        size = f"{rgb.shape[1]} x {rgb.shape[0]}"
+        caption = f"{name[-LONGEST:]}, {size}: {shown or 'nothing'} with a score of {SHOWN} or more"
+        drawn.append(draw(fitted, moved, None, classes, caption))
+    _write_sheet(drawn, out)
+
+
+def _write_sheet(pictures: list[Image], out: Path) -> None:
+    pictures = [np.pad(p, ((0, GAP), (0, GAP), (0, 0))) for p in pictures]
+    pictures += [np.zeros_like(pictures[0])] * (-len(pictures) % COLUMNS)
     lines = [np.hstack(pictures[i : i + COLUMNS]) for i in range(0, len(pictures), COLUMNS)]
-    if not cv2.imwrite(str(out), np.vstack(lines)[..., ::-1]):
+    try:
+        written = cv2.imwrite(str(out), np.vstack(lines)[..., ::-1])
+    except cv2.error:  # no ending that it knows
+        written = False
+    if not written:
         raise ModelFileError(f"{out}: cannot be written; name a .png in a directory that is there")
 
 
 def draw(
-    rgb: Image, seen: RawDetections, marks: Marks, categories: tuple[str, ...], caption: str
+    rgb: Image, seen: RawDetections, marks: Marks | None, categories: Sequence[str], caption: str
 ) -> Image:
     """(H, W, 3) -> (h, WIDTH, 3) RGB with boxes, names and scores; truth that counts in white."""
     scale = WIDTH / rgb.shape[1]
     size = (WIDTH, max(1, round(rgb.shape[0] * scale)))
     out = np.array(cv2.resize(rgb, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-    for box in marks.boxes[~marks.crowd] * scale:
+    for box in marks.boxes[~marks.crowd] * scale if marks is not None else ():
         x0, y0, x1, y1 = (int(v) for v in box)
         cv2.rectangle(out, (x0, y0), (x1, y1), TRUE, 1)
     shown = np.flatnonzero(seen.scores >= SHOWN)[::-1]  # the best on top

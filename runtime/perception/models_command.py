@@ -1,4 +1,4 @@
-"""`rfnav models`: fetch, check, list, import and judge models."""
+"""`rfnav models`: fetch, check, list and judge models; import_commands.py has those of others."""
 
 import json
 from collections import Counter
@@ -7,11 +7,9 @@ from typing import Any
 
 import click
 import cv2
-from tqdm import tqdm
 
 from models.detection.domain import DomainSetting
 from models.detection.fusion import DOMAINS
-from models.detection.imported import describe, import_detector
 from models.errors import ModelFileError
 from models.evaluation.report import markdown
 from models.evaluation.truth import read_words
@@ -19,7 +17,9 @@ from models.store import manifest
 from models.words.text_encoder import TextEncoder
 from runtime.config import ModelsConfig
 from runtime.errors import ConfigError
+from runtime.perception.import_commands import add, import_model, try_model
 from runtime.perception.model_errors import models_told
+from runtime.perception.progress_bar import Bar
 from runtime.perception.word_verdicts import by_default, word_verdicts
 
 FILE = click.Path(path_type=Path)
@@ -35,23 +35,30 @@ class ModelsGroup(click.Group):
 
 @click.group("models", cls=ModelsGroup)
 def models_command() -> None:
-    """Fetch, check, list, import and judge the models the robot runs on."""
+    """Fetch, check, list, take in, try and judge the models the robot runs on."""
 
 
 def _chosen(names: tuple[str, ...], everything: bool) -> list[manifest.Entry]:
     if names:
         return [manifest.entry(name) for name in names]
-    return [e for e in manifest.load_manifest().values() if everything or e.default]
+    return [
+        e
+        for e in manifest.load_manifest().values()
+        if e.default or (everything and e.task != "detector")
+    ]
 
 
 @models_command.command(epilog="Examples:  rfnav models pull   |   rfnav models pull smollm2-135m")
 @click.argument("names", nargs=-1)
 @click.option("--all", "everything", is_flag=True, help="Also what only training needs.")
-def pull(names: tuple[str, ...], everything: bool) -> None:
+@click.option(
+    "--accept-licence", default="", help="The licence's name, of one that is not permissive."
+)
+def pull(names: tuple[str, ...], everything: bool, accept_licence: str) -> None:
     """Fetch models into the cache; without NAMES, all that a robot needs."""
     for model in _chosen(names, everything):
-        with _Bar() as bar:
-            path = manifest.fetch(model.name, bar)
+        with Bar() as bar:
+            path = manifest.fetch(model.name, bar, accepted=accept_licence)
         click.echo(f"{model.name}: {path}")
 
 
@@ -81,31 +88,6 @@ def list_models() -> None:
             state = "not here or damaged"
         size = f"{model.size / 1e6:.1f} MB"
         click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")
-
-
-@models_command.command(
-    "import",
-    epilog="Examples:  rfnav models import yolov8n.onnx --as yolo   |   "
-    "rfnav models import world.onnx --as world --texts clip/text.onnx",
-)
-@click.argument("file", type=FILE)
-@click.option("--as", "name", required=True, help="Name it goes by from now on.")
-@click.option("--classes", type=FILE, help="Names of its list, one a line.")
-@click.option(
-    "--texts",
-    type=FILE,
-    help="Embedded names (.npz) or text tower (.onnx, tokenizer.json beside it) of a prompted one.",
-)
-def import_model(file: Path, name: str, classes: Path | None, texts: Path | None) -> None:
-    """Take in an ONNX detector of a known contract: ours, prompted (images and texts in), or YOLO
-    with a fixed class list (v5, v8 and X layouts). It is tried before it is kept."""
-    encoder = TextEncoder(manifest.fetch("minilm"))
-    found = import_detector(file, name, encoder, classes, texts)
-    click.echo(f"{name}: {found.path}")
-    for line in describe(found.capabilities):
-        click.echo(f"  {line}")
-    click.echo(f"  a 640x480 frame: {found.frame_ms:.0f} ms on one thread")
-    click.echo(f'use it with models.detectors = ["{name}"]')
 
 
 @models_command.command(epilog="Example:  rfnav models evaluate --data frames/val --dev frames/dev")
@@ -178,28 +160,5 @@ def words(names: bool, senses: bool, listed: bool, asked: bool) -> None:
         click.echo(f"{count:4} of {len(rows)}: {verdict}")
 
 
-class _Bar:
-    """A tqdm bar (on a terminal only) that follows the store's progress reports."""
-
-    def __init__(self) -> None:
-        self._bar: Any = None
-        self._what = ""
-
-    def __enter__(self) -> "_Bar":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._close()
-
-    def __call__(self, what: str, done: int, total: int) -> None:
-        if what != self._what:
-            self._close()
-            self._bar = tqdm(desc=what, unit="B", unit_scale=True, disable=None, leave=False)
-            self._what = what
-        self._bar.total = max(total, done) or None
-        self._bar.update(done - self._bar.n)
-
-    def _close(self) -> None:
-        if self._bar is not None:
-            self._bar.close()
-            self._bar, self._what = None, ""
+for command in (import_model, add, try_model):
+    models_command.add_command(command)

@@ -3,10 +3,14 @@
 import sys
 from pathlib import Path
 
+import cv2
 import pytest
 from click.testing import CliRunner
 
+from models.detection.trial import RENDERS
+from models.evaluation.sheet import GAP, HEIGHT, WIDTH
 from runtime import __main__ as program
+from runtime.errors import ModelError
 from runtime.perception.models_command import models_command
 
 
@@ -30,3 +34,24 @@ def test_a_fault_of_a_model_is_one_line_and_status_2(
     told = capsys.readouterr().err
     assert told.startswith("rfnav: nonesuch: no such model; known are ")
     assert told.count("\n") == 1
+
+
+def test_what_sees_nothing_is_not_tried() -> None:
+    with pytest.raises(ModelError, match="minilm: is a model for text, and sees nothing"):
+        CliRunner().invoke(models_command, ["try", "minilm"], catch_exceptions=False)
+
+
+@pytest.mark.slow
+def test_a_detector_shows_what_it_sees(tmp_path: Path) -> None:
+    sheet = tmp_path / "sheet.png"
+    arguments = ["try", "nanodet-g", str(RENDERS[0]), "--sheet", str(sheet), "--limit-s", "120"]
+    done = CliRunner().invoke(models_command, arguments, catch_exceptions=False)
+    assert done.exit_code == 0
+    lines = done.output.splitlines()
+    assert lines[1].startswith("  HM3D's goals: 6 of 6: chair, sofa (by couch), plant (by potted")
+    assert lines[2].startswith("  RoboTHOR's goals: 7 of 12: apple")
+    assert "    not seen: alarm clock, basketball, trash can, mug, spray bottle" in lines
+    assert any(line.startswith("bathroom.jpg: toilet 0.") for line in lines)
+    assert [line for line in lines if line.startswith("living-room.jpg: ")][1:]
+    picture = cv2.imread(str(sheet))
+    assert picture.shape == (2 * (HEIGHT + GAP), 3 * (WIDTH + GAP), 3)
