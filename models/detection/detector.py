@@ -71,8 +71,8 @@ def open_detector(
     if contract in ("prompted", "clip"):
         if texts is None:
             raise ModelFileError(
-                f"{path}: it takes embedded texts; give them, or its text tower, to "
-                "`rfnav models import` with --texts"
+                f"{path}: it takes embedded texts; give them, or its text tower with "
+                "tokenizer.json beside it, to `rfnav models import` or `add` with --texts"
             )
         made = PromptedDetector if contract == "prompted" else ClipDetector
         return made(session, path, open_prompts(texts))

@@ -88,14 +88,14 @@ def take_in(offer: Offer, limits: Limits, progress: manifest.Progress | None = N
 def _origins(offer: Offer) -> dict[str, Source]:
     """Names in the cache -> where each file comes from."""
     files = {MODEL_FILE: _source(offer.model)}
-    if offer.texts.endswith(".npz"):
-        files[TEXTS_FILE] = _source(offer.texts)
-    elif offer.texts.endswith(".json"):
-        files[TOKENIZER_FILE] = _source(offer.texts)
-    elif offer.texts:
-        folder = offer.texts.rpartition("/")[0] or "."
-        files[TOWER_FILE] = _source(offer.texts)
-        files[TOKENIZER_FILE] = _source(f"{folder}/tokenizer.json")
+    texts = offer.texts.partition("?")[0]
+    if texts.endswith(".npz"):
+        files[TEXTS_FILE] = _source(texts)
+    elif texts.endswith(".json"):
+        files[TOKENIZER_FILE] = _source(texts)
+    elif texts:
+        folder = texts.rpartition("/")[0] or "."
+        files |= {TOWER_FILE: _source(texts), TOKENIZER_FILE: _source(f"{folder}/tokenizer.json")}
     told = Told(offer.layout, offer.normalise)
     if offer.classes in BUILT_IN:
         told = told._replace(classes=offer.classes)

@@ -30,11 +30,12 @@ Command = Callable[..., None]
 def _limited(command: Command) -> Command:
     """With options for what a trial may take, given as `limits`."""
     default = Limits()
-    for option, kind, about in (
-        ("--limit-s", default.seconds, "Seconds that its trial may take."),
-        ("--limit-mb", default.memory_mb, "MB of memory that its trial may take."),
+    for option, kind, usual, about in (
+        ("--limit-s", click.FloatRange(1), default.seconds, "Seconds that its trial may take."),
+        ("--limit-mb", click.IntRange(100), default.memory_mb, "MB that its trial may take."),
     ):
-        command = click.option(option, default=kind, show_default=True, help=about)(command)
+        told = click.option(option, type=kind, default=usual, show_default=True, help=about)
+        command = told(command)
     return command
 
 
@@ -147,7 +148,7 @@ def _listed(seen: RawDetections, classes: Sequence[str]) -> str:
     best = {label: seen.scores[seen.labels == label].max() for label in often}
     told = []
     for label in sorted(often, key=lambda label: -best[label]):
-        more = f" (of {often[label]})" if often[label] > 1 else ""
+        more = f" (and {often[label] - 1} more)" if often[label] > 1 else ""
         told.append(f"{classes[label]} {best[label]:.2f}{more}")
     return ", ".join(told) or "nothing"
 

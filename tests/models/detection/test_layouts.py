@@ -94,8 +94,9 @@ def test_cocos_91_numbers_are_its_80_names(constant_graph, encoder: TextEncoder)
     assert detector.capabilities["classes"] == list(coco_names())
     detector.set_vocabulary(CLASSES, ())
     assert detector.detect(FRAME).labels.tolist() == [0]
-    named = constant_graph(outputs, SIZE, {"names": str(list(coco_names()))})
-    assert open_detector(named, "auto", encoder).capabilities["classes"] == list(coco_names())
+    for names in (coco_names(), [name or "N/A" for name in coco_91()]):
+        named = constant_graph(outputs, SIZE, {"names": str(list(names))})
+        assert open_detector(named, "auto", encoder).capabilities["classes"] == list(coco_names())
 
 
 @pytest.mark.parametrize(
