@@ -29,6 +29,8 @@ PALETTE = (
 )  # fmt: skip
 
 Image = NDArray[np.uint8]
+Place = tuple[int, int, int]
+"""Of a written line: its left, its foot, its width, px."""
 
 
 def draw_sheet(detector: Detector, truth: FrameTruth, words: NameLists, out: Path) -> None:
@@ -93,18 +95,28 @@ def draw(
         colour = PALETTE[int(seen.labels[k]) % len(PALETTE)]
         x0, y0, x1, y1 = (int(v) for v in seen.boxes_px[k] * scale)
         cv2.rectangle(out, (x0, y0), (x1, y1), colour, 2)
-    for k in shown:
+    taken = [_write(out, caption, 0, size[1], (40, 40, 40), [])]
+    for k in shown[::-1]:  # the best choose first where to stand
         name = f"{categories[int(seen.labels[k])]} {seen.scores[k]:.2f}"
         x, y = (int(v) for v in seen.boxes_px[k][:2] * scale)
-        _write(out, name, x, y, PALETTE[int(seen.labels[k]) % len(PALETTE)])
-    _write(out, caption, 0, size[1], (40, 40, 40))
+        taken.append(_write(out, name, x, y, PALETTE[int(seen.labels[k]) % len(PALETTE)], taken))
     return out
 
 
-def _write(out: Image, text: str, x: int, y: int, colour: tuple[int, int, int]) -> None:
-    """A line of white text on a filled ground, above (x, y), kept inside the picture."""
+def _write(
+    out: Image, text: str, x: int, y: int, colour: tuple[int, int, int], taken: Sequence[Place]
+) -> Place:
+    """A line of white text on a filled ground, above (x, y) or, where others stand, below, kept
+    inside the picture."""
     (width, height), below = cv2.getTextSize(text, FONT, SIZE, 1)
-    x = max(0, min(x, out.shape[1] - width - 4))
-    y = min(max(y, height + below + 4), out.shape[0])
-    cv2.rectangle(out, (x, y - height - below - 4), (x + width + 4, y), colour, -1)
+    width, height = width + 4, height + below + 4
+    x = max(0, min(x, out.shape[1] - width))
+    y = min(max(y, height), out.shape[0])
+    while y + height <= out.shape[0] and any(
+        x < left + wide and left < x + width and abs(y - foot) < height
+        for left, foot, wide in taken
+    ):
+        y += height
+    cv2.rectangle(out, (x, y - height), (x + width, y), colour, -1)
     cv2.putText(out, text, (x + 2, y - below - 1), FONT, SIZE, (255, 255, 255), 1, cv2.LINE_AA)
+    return x, y, width

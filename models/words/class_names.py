@@ -28,6 +28,10 @@ def check_names(names: Sequence[str], where: str) -> None:
             raise ModelFileError(
                 f"{where}: class name {shown!r} holds a line break; use one line each"
             )
+        if not name.isprintable():
+            raise ModelFileError(
+                f"{where}: class name {name[:30]!r} holds what cannot be printed; write it anew"
+            )
         if len(name) > MAX_NAME:
             raise ModelFileError(
                 f"{where}: class name {shown!r}… has {len(name)} characters; at most {MAX_NAME}"

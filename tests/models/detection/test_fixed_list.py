@@ -142,6 +142,7 @@ def test_a_class_list_of_the_wrong_length(
         ("a\n" * 2001, "2001 names; at most 2000"),
         ("sofa\n\ntv\n", "a class name is blank"),
         ("x" * 101 + "\n", "101 characters; at most 100"),
+        ("a\n\x1b[2Jb\nc\n", "holds what cannot be printed"),
     ],
 )
 def test_bad_class_files(
