@@ -47,7 +47,8 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
 @click.option("--method", default="rfnav", show_default=True, help=f"{', '.join((*SINGLE, *COW))}.")
 @click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
-@click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
+@click.option("--noise", multiple=True, metavar="NAME=SIZE",
+              help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")

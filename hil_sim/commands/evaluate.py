@@ -35,7 +35,8 @@ from runtime.journal import plain
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 @click.option("--ray", default="", metavar="ADDRESS", help="Run on a Ray cluster: auto, local, …")
 @click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
-@click.option("--noise", multiple=True, metavar="NAME=SIZE", help="Noise other than the protocol's")
+@click.option("--noise", multiple=True, metavar="NAME=SIZE",
+              help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from hil_sim.simulation.depth_cameras import CAMERAS
 from runtime.errors import ConfigError
 
 
@@ -15,6 +16,7 @@ class Noise:
 
     depth: sigma of a depth reading at 1 m, m; grows with the square of the distance.
     edges: share of the pixels beside a depth edge that have no reading.
+    flying: share of them that read something between the near side and the far one.
     glass: share of the pixels of mirrors, showers and windows that have none.
     missing: share of all pixels that have none.
     exposure: sigma of the logarithm of a frame's gain.
@@ -22,10 +24,12 @@ class Noise:
     motion: of discrete actions, 1 for RoboTHOR's (see `robot.act`).
     slip: sigma of the base's true motion, m after 1 m and rad after 1 rad (see `drive.stray`).
     drift: the same of the reported odometry.
+    camera: a depth camera of `depth_cameras.CAMERAS`, besides what the others add; "" for none.
     """
 
     depth: float = 0.0
     edges: float = 0.0
+    flying: float = 0.0
     glass: float = 0.0
     missing: float = 0.0
     exposure: float = 0.0
@@ -33,6 +37,7 @@ class Noise:
     motion: float = 0.0
     slip: float = 0.0
     drift: float = 0.0
+    camera: str = ""
 
 
 NONE = Noise()
@@ -48,12 +53,12 @@ USUAL = Noise(
     drift=0.005,
 )
 """What a name without a value stands for: a mid-range depth camera on a two-wheeled base."""
-SHARES = ("edges", "glass", "missing")
+SHARES = ("edges", "flying", "glass", "missing")
 
 
 def parse_noise(texts: Iterable[str], base: Noise = NONE) -> Noise:
-    """`depth=0.003`, `depth` (the usual value), `all` (every usual value) or `none`, comma-
-    separated, onto `base`. ConfigError names the known ones."""
+    """`depth=0.003`, `depth` (the usual value), `camera=kinect-v1`, `all` (every usual value) or
+    `none`, comma-separated, onto `base`. ConfigError names the known ones."""
     known = [f.name for f in fields(Noise)]
     for text in (part.strip() for joined in texts for part in joined.split(",")):
         name, equals, value = text.partition("=")
@@ -63,10 +68,18 @@ def parse_noise(texts: Iterable[str], base: Noise = NONE) -> Noise:
             raise ConfigError(
                 f"noise {name}: unknown; known: {', '.join(known)}, all, none; e.g. depth=0.003"
             )
+        elif name == "camera":
+            base = replace(base, camera=_camera(value))
         else:
-            amount = _amount(name, value) if equals else getattr(USUAL, name)
-            base = replace(base, **{name: amount})
+            amount = _amount(name, value if equals else f"{getattr(USUAL, name) or ''}")
+            base = Noise(**{**vars(base), name: amount})
     return base
+
+
+def _camera(name: str) -> str:
+    if name not in CAMERAS:
+        raise ConfigError(f"noise camera: {name or 'no name'}: known: {', '.join(CAMERAS)}")
+    return name
 
 
 def _amount(name: str, text: str) -> float:

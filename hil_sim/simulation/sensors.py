@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 
 from hil_sim.scenes.format import Scene
+from hil_sim.simulation.depth_cameras import CAMERAS, edges, mixed, photograph_depth
 from hil_sim.simulation.noise import Noise
 from hil_sim.simulation.protocol import Protocol
 
@@ -31,8 +32,6 @@ class Seen(Port):
 SCAN, BUMPER = "scan", "bumper"  # topics
 GLASS = ("mirror", "shower")
 """Categories whose depth is lost; also anything whose id or mesh speaks of a window."""
-EDGE_RATIO = 0.05
-"""A neighbour this much nearer or further, as a share of the distance, is an edge."""
 BEAMS: Final = 360
 LASER_M: Final = (0.1, 12.0)
 LASER_Z_M: Final = 0.18
@@ -49,6 +48,11 @@ def sense(
     (H, W) m, 0 where it has no reading."""
     noise = protocol.noise
     rgb, depth_m = view.rgb, view.depth_m
+    if noise.flying:
+        depth_m = mixed(depth_m, noise.flying, rng)
+    if noise.camera:
+        glass, focal_px = glass_in(scene)[view.segmentation], protocol.intrinsics.fx
+        depth_m = photograph_depth(CAMERAS[noise.camera], depth_m, rgb, glass, focal_px, rng)
     if noise.depth or noise.edges or noise.glass or noise.missing:
         depth_m = depth_read(depth_m, glass_in(scene)[view.segmentation], noise, rng)
     if noise.exposure or noise.blur:
@@ -90,7 +94,7 @@ def depth_read(
         read += np.float32(noise.depth) * read**2 * rng.standard_normal(read.shape, np.float32)
     chance = np.full(read.shape, noise.missing, np.float32)
     if noise.edges:
-        chance[_edges(depth_m)] = noise.edges
+        chance[edges(depth_m)] = noise.edges
     if noise.glass:
         chance[glass] = noise.glass
     if chance.any():
@@ -115,14 +119,6 @@ def colour_read(
     scale = math.exp(noise.exposure * float(gain))
     levels = np.arange(256) * scale + 64.0 * noise.exposure * float(offset)
     return np.asarray(np.clip(np.round(levels), 0, 255).astype(np.uint8)[rgb], np.uint8)
-
-
-def _edges(depth_m: NDArray[np.float32]) -> NDArray[np.bool_]:
-    """Pixels with a jump of more than 5 % among their 3 x 3 neighbours."""
-    kernel = np.ones((3, 3), np.uint8)
-    high, low = cv2.dilate(depth_m, kernel), cv2.erode(depth_m, kernel)
-    edges: NDArray[np.bool_] = high - low > EDGE_RATIO * np.maximum(low, np.float32(0.1))
-    return edges
 
 
 def encode_scan(ranges_m: NDArray[np.float32], stamp_ns: int, frame: str = "laser") -> bytes:

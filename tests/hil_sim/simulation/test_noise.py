@@ -12,6 +12,7 @@ def test_values_usual_values_and_lists() -> None:
     assert parse_noise(["depth=0.003", "edges"]) == Noise(depth=0.003, edges=USUAL.edges)
     assert parse_noise(["depth=0.003,edges"]) == Noise(depth=0.003, edges=USUAL.edges)
     assert parse_noise(["all", "drift=0"]) == Noise(**{**vars(USUAL), "drift": 0.0})
+    assert parse_noise(["camera=kinect-v1", "flying=0.5"]) == Noise(flying=0.5, camera="kinect-v1")
     assert parse_noise(["none"], USUAL) == parse_noise([]) == NONE
 
 
@@ -24,6 +25,9 @@ def test_values_usual_values_and_lists() -> None:
         ("slip=-1", r"^noise slip: '-1': must be"),
         ("drift=nan", r"^noise drift: 'nan': must be"),
         ("", r"^noise : unknown"),
+        ("flying", r"^noise flying: '': must be a number from 0 to 1$"),
+        ("camera", r"^noise camera: no name: known: kinect-v1, realsense-d435, azure-kinect$"),
+        ("camera=d435", r"^noise camera: d435: known: kinect-v1, "),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(text: str, says: str) -> None:

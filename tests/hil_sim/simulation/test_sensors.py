@@ -56,6 +56,20 @@ def test_glass_and_mirrors_have_no_depth() -> None:
     assert (depth[20:] == 2.0).all()
 
 
+def test_a_camera_by_name_is_photographed_with() -> None:
+    view = View(
+        np.full((60, 80, 3), 120, np.uint8),
+        np.full((60, 80), 4.2, np.float32),
+        np.full((60, 80), -1, np.int32),
+    )
+    scene = Scene("s", (), (), (Room("r", "kitchen", ((0, 0), (1, 0), (1, 1))),), ())
+    noise = Noise(camera="azure-kinect")
+    _, depth = sense(view, scene, replace(HM3D, noise=noise), 0.0, rng())
+    assert (depth == 0).all()  # beyond 3.86 m
+    _, depth = sense(view, scene, replace(HM3D, noise=Noise(flying=1.0)), 0.0, rng())
+    assert (depth == np.float32(4.2)).all()  # no edge
+
+
 def test_nothing_is_read_where_nothing_is_and_nothing_is_negative() -> None:
     true = STEP.copy()
     true[:5] = 0.0
