@@ -67,7 +67,7 @@ def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
     if not lockstep:
         _drive(config, configure, clock, ending.is_set)
         return
-    with LoadedModels(config, clock) as models, Bus(config.bus, clock, lockstep=True) as bus:
+    with LoadedModels(config, clock) as models, Bus(config.bus, clock, True, config.camera) as bus:
         Lockstep(bus, models, configure, clock).run(ending.is_set)
 
 
@@ -80,7 +80,7 @@ def _drive(
     """Real time. The bus and the control loop start first, for every thread that the models start
     after that inherits the lower priority."""
     sys.setswitchinterval(SWITCH_S)
-    with Bus(config.bus, clock) as bus:
+    with Bus(config.bus, clock, camera=config.camera) as bus:
         control = ControlLoop(bus, clock, config.safety, config.realtime, ending)
         control.start()
         try:

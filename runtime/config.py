@@ -19,7 +19,6 @@ from cattrs.errors import ClassValidationError
 
 from runtime.core.keys import RESEARCH, Key, key, keys_of
 from runtime.core.motion.safety import SafetyConfig
-from runtime.core.types import Mount
 from runtime.core.voting.likelihood_experts import ExpertConfig
 from runtime.errors import ConfigError
 from runtime.experts import cloud_config
@@ -28,6 +27,7 @@ from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
 from runtime.robot.session import BusConfig
+from runtime.robot.transforms import CameraConfig
 
 NAVIGATE = "navigate"
 """Where the core's tables are gathered, which are at the top level of the file."""
@@ -140,7 +140,7 @@ class Config:
     level of the file and gathered in `navigate`."""
 
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
-    camera: Mount = field(default_factory=Mount)
+    camera: CameraConfig = field(default_factory=CameraConfig)
     bus: BusConfig = field(default_factory=BusConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)

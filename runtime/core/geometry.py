@@ -29,19 +29,31 @@ def project(points: F64, intrinsics: Intrinsics) -> F64:
     )
 
 
+_OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+"""x ahead, y to the left, z up, by x right, y down, z ahead."""
+
+
 @lru_cache(maxsize=64)
 def optical_to_base(mount: Mount) -> F64:
     """(3, 3) rotation from the camera optical frame to the base frame (REP 103, 105)."""
-    axes = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     cr, sr = math.cos(mount.roll_rad), math.sin(mount.roll_rad)
     cp, sp = math.cos(mount.pitch_rad), math.sin(mount.pitch_rad)
     cy, sy = math.cos(mount.yaw_rad), math.sin(mount.yaw_rad)
     roll = np.array([[1, 0, 0], [0, cr, -sr], [0, sr, cr]])
     pitch = np.array([[cp, 0, sp], [0, 1, 0], [-sp, 0, cp]])
     yaw = np.array([[cy, -sy, 0], [sy, cy, 0], [0, 0, 1]])
-    rotation: F64 = yaw @ pitch @ roll @ axes
+    rotation: F64 = yaw @ pitch @ roll @ _OPTICAL_AXES
     rotation.flags.writeable = False  # it is shared
     return rotation
+
+
+def mount_of(rotation: F64, offset_m: F64, digits: int) -> Mount:
+    """(3, 3) from the camera optical frame to the base frame, and (3,) where the camera is in it ->
+    the mount, rounded."""
+    turn = rotation @ _OPTICAL_AXES.T
+    roll, yaw = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
+    pitch = math.asin(max(-1.0, min(1.0, -float(turn[2, 0]))))
+    return Mount(*(round(float(v), digits) for v in (*offset_m, roll, pitch, yaw)))
 
 
 def base_to_map(points: F64, pose: Pose) -> F64:
@@ -93,30 +105,24 @@ def seen_from_m(intrinsics: Intrinsics, mount: Mount, high_m: float) -> float:
 
 @lru_cache(maxsize=8)
 def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
-    """The ray table of a camera, every `stride`-th pixel; computed once."""
-    v, u = np.meshgrid(
-        np.arange(stride // 2, intrinsics.height, stride),
-        np.arange(stride // 2, intrinsics.width, stride),
-        indexing="ij",
-    )
-    optical = np.stack(
-        [
-            (u + 0.5 - intrinsics.cx) / intrinsics.fx,
-            (v + 0.5 - intrinsics.cy) / intrinsics.fy,
-            np.ones(u.shape),
-        ],
-        axis=-1,
-    )
-    base = optical @ optical_to_base(mount).T
-    azimuth = np.arctan2(base[..., 1], base[..., 0]).ravel()
-    groups = np.floor(azimuth * bins_per_rad).astype(np.int64)
-    columns = groups.reshape(u.shape)
+    """The ray table of a camera, every `stride`-th pixel; computed once for a mount."""
+    across = np.arange(stride // 2, intrinsics.width, stride) + 0.5 - intrinsics.cx
+    down = np.arange(stride // 2, intrinsics.height, stride) + 0.5 - intrinsics.cy
+    right, below, ahead = optical_to_base(mount).T
+    base = [
+        (right[i] / intrinsics.fx * across)[None]
+        + (below[i] / intrinsics.fy * down + ahead[i])[:, None]
+        for i in range(3)
+    ]
+    azimuth = np.arctan2(base[1], base[0]).ravel()
+    groups = np.floor(azimuth * bins_per_rad).astype(np.int16)  # sorted in linear time
+    columns = groups.reshape(base[0].shape)
     level = bool((columns == columns[0]).all())
     groups = columns[0] if level else groups
     order = np.argsort(groups, kind="stable")
     starts = np.flatnonzero(np.r_[True, np.diff(groups[order]) > 0])
     centres = (groups[order][starts] + 0.5) / bins_per_rad
-    forward, left, up = (base[..., i].astype(np.float32) for i in range(3))
+    forward, left, up = (axis.astype(np.float32) for axis in base)
     return Rays(
         stride,
         forward,

@@ -75,6 +75,7 @@ class Observation:
     depth_m: F32  # (H, W) along the optical axis; 0 or NaN is invalid
     pose: Pose
     intrinsics: Intrinsics
+    mount: Mount | None = None  # at that stamp, where somebody reports it
 
 
 @dataclass(frozen=True)

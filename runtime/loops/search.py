@@ -13,9 +13,20 @@ import numpy as np
 from runtime import navigate
 from runtime.config import Config
 from runtime.core.inventory import inventory
+from runtime.core.mapping.floor_plane import mount_by_floor
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.surfaces import Window, surfaces_window
-from runtime.core.types import F32, F64, U8, Action, Brief, Decision, Detections, Observation
+from runtime.core.types import (
+    F32,
+    F64,
+    U8,
+    Action,
+    Brief,
+    Decision,
+    Detections,
+    Mount,
+    Observation,
+)
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
 from runtime.core.world import Command, World
@@ -93,6 +104,10 @@ def understand(
     config, text = configure(_settings(body)), _text(body, "goal")
     named = default_dir is None or "log_dir" in body
     log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
+    if config.camera.mount == "tf" != configure(()).camera.mount:
+        raise ConfigError(
+            "camera.mount: tf is read from the start or not at all: set it in rfnav's configuration"
+        )
     goal, panel = models.accept(text, config)
     return Order(goal, config, panel, log_dir, body.get("episode"), models.rooms)
 
@@ -142,7 +157,7 @@ class Search:
         if self.world is None:
             self.world = self._first(obs)
         known = len(self.world.semantic.instances)
-        navigate.perceive(self.world, obs, detections, self.config.camera, cfg)
+        navigate.perceive(self.world, obs, detections, self.mount(obs), cfg)
         if len(self.world.semantic.instances) != known:
             names = sorted({i.name for i in self.world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
@@ -221,6 +236,16 @@ class Search:
             "collisions": self.world.body.collisions if self.world else 0,
         }
 
+    def mount(self, obs: Observation) -> Mount:
+        """Where the camera was in that image, which is not perceived yet."""
+        camera = self.config.camera
+        if camera.mount == "tf" and obs.mount is not None:
+            return obs.mount
+        if camera.mount == "floor":
+            last = self.world.lens[1] if self.world and self.world.lens else camera
+            return mount_by_floor(obs.depth_m, obs.intrinsics, camera, last)
+        return camera
+
     def _first(self, obs: Observation) -> World:
         cfg = self.config.navigate
         return World.begin(
@@ -238,7 +263,7 @@ def seen(
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""
     if search.config.detector.source == "model":
-        return models.detect(obs.rgb, lambda: surfaces_window(obs, search.config.camera))
+        return models.detect(obs.rgb, lambda: surfaces_window(obs, search.mount(obs)))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
 

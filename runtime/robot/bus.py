@@ -11,6 +11,7 @@ from functools import partial
 from typing import Any, Final, Self
 
 import zenoh
+from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
 from runtime.clock import Clock, Deadline
 from runtime.core.types import Action, Observation, Pose, Twist
@@ -20,6 +21,7 @@ from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
 from runtime.robot.session import DETECTIONS, OWN_TOPICS, BusConfig, TopicsConfig, open_session
 from runtime.robot.streams import SensorStreams, StreamHealth
+from runtime.robot.transforms import FIXED, TF, TF_STATIC, CameraConfig
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
 
@@ -29,13 +31,19 @@ QUERIES: Final = ("goal", "cancel", "status")
 class Bus:
     """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks."""
 
-    def __init__(self, config: BusConfig, clock: Clock, lockstep: bool = False) -> None:
+    def __init__(
+        self,
+        config: BusConfig,
+        clock: Clock,
+        lockstep: bool = False,
+        camera: CameraConfig = FIXED,
+    ) -> None:
         self._config = config
         self._clock = clock
         self._lockstep = lockstep
         self._changed = threading.Condition()
         self._requests: deque[tuple[str, str, Any]] = deque()
-        self._streams = SensorStreams(config, clock, self._changed, lockstep)
+        self._streams = SensorStreams(config, clock, self._changed, lockstep, camera)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
         self._session: Any = open_session(config)
@@ -43,6 +51,9 @@ class Bus:
         self._out = Publications(self._session, config, lockstep)
         for stream, topic in self._streams.topics.items():
             self._subscribe(topic, partial(self._streams.file, stream))
+        if camera.mount == "tf":
+            for topic in (TF, TF_STATIC):
+                self._subscribe(topic, partial(self._streams.file_transforms, topic), past=True)
         labels = DETECTIONS
         self._subscribe(labels, partial(self._streams.file_labels, labels))
         for kind in QUERIES:
@@ -167,11 +178,19 @@ class Bus:
 
     # -- inside --------------------------------------------------------------------------------
 
-    def _subscribe(self, topic: str, file: Callable[[bytes], None]) -> None:
+    def _subscribe(self, topic: str, file: Callable[[bytes], None], past: bool = False) -> None:
+        """`past`: also what was published before, where the publisher keeps it."""
+
         def receive(sample: zenoh.Sample) -> None:
             file(sample.payload.to_bytes())
 
-        self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
+        name = self._config.key(topic)
+        if past:
+            history = HistoryConfig(detect_late_publishers=True)
+            subscriber = declare_advanced_subscriber(self._session, name, receive, history=history)
+        else:
+            subscriber = self._session.declare_subscriber(name, receive)
+        self._declared.append(subscriber)
 
     def _request_waits(self) -> bool:
         return bool(self._requests)

@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from runtime.clock import Clock, Deadline
-from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.core.types import Intrinsics, Mount, Observation, Pose
 from runtime.errors import SensorError
 from runtime.robot import wire
 from runtime.robot.session import BusConfig
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
+from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
 
 __all__ = ["SensorStreams", "StreamHealth"]
 
@@ -37,16 +38,24 @@ class SensorStreams:
     """
 
     def __init__(
-        self, config: BusConfig, clock: Clock, changed: threading.Condition, lockstep: bool
+        self,
+        config: BusConfig,
+        clock: Clock,
+        changed: threading.Condition,
+        lockstep: bool,
+        camera: CameraConfig,
     ) -> None:
         self._config = config
         self._clock = clock
         self._changed = changed
+        self._camera = camera
+        self._transforms = Transforms()
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._camera_info: RawMessage | None = None  # newest, not decoded yet
         self._intrinsics: Intrinsics | None = None
         self._intrinsics_error: SensorError | None = None
         self._frame_without_info_s: float | None = None
+        self._frame_without_mount_s: float | None = None
         self._seen_frame = False
         self._labels: dict[str, Any] = {}  # newest message on `detections`
         topics = config.topics
@@ -80,6 +89,15 @@ class SensorStreams:
             else:
                 self._rings.file(stream, raw)
             self._changed.notify_all()
+
+    def file_transforms(self, topic: str, payload: bytes) -> None:
+        """File a message of `tf` or `tf_static`."""
+        arrival_s = self._clock.now_s()
+        with self._changed:
+            health = self._health.setdefault(topic, StreamHealth())
+            health.received += 1
+            health.arrival_s = arrival_s
+        self._transforms.file(topic, payload)
 
     def file_labels(self, topic: str, payload: bytes) -> None:
         """What a detector elsewhere has seen: the newest is kept."""
@@ -145,9 +163,14 @@ class SensorStreams:
                 if not self._seen_frame:
                     raise
                 return None
+        mount = None
+        if self._camera.mount == "tf":
+            mount = self._mount(match)
+            if mount is None:
+                return None
         self._seen_frame = True
         pose = interpolate(before, after, match.stamp_ns)
-        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics)
+        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount)
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -209,6 +232,20 @@ class SensorStreams:
             )
         return until_s
 
+    def _mount(self, match: Match) -> Mount | None:
+        """By tf; None when it does not say. Before the first frame, SensorError when that is in
+        vain."""
+        try:
+            frame = self._camera.frame or peek_frame(match.depth.payload, self._config.topics.depth)
+            return self._transforms.mount(self._camera.base_frame, frame, match.stamp_ns)
+        except SensorError as error:
+            self._count(TF, error)
+            now_s = self._clock.now_s()
+            since_s = self._frame_without_mount_s = self._frame_without_mount_s or now_s
+            if not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
+                raise
+            return None
+
     def _pose(self, raw: RawMessage) -> wire.Stamped[Pose] | None:
         decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
         try:
@@ -221,5 +258,5 @@ class SensorStreams:
 
     def _count(self, topic: str, error: SensorError) -> None:
         with self._changed:
-            self._health[topic].bad += 1
+            self._health.setdefault(topic, StreamHealth()).bad += 1
             self._health[topic].last_error = str(error)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
-from runtime.core.types import F32, U8, Intrinsics, Pose
+from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
 
 _STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
@@ -30,6 +30,7 @@ POSE_STAMPED: Final = "geometry_msgs/msg/PoseStamped"
 STRING: Final = "std_msgs/msg/String"
 TWIST: Final = "geometry_msgs/msg/Twist"
 TWIST_STAMPED: Final = "geometry_msgs/msg/TwistStamped"
+TF_MESSAGE: Final = "tf2_msgs/msg/TFMessage"
 
 # What the CDR code raises on damaged bytes, besides its own errors.
 _DAMAGED: Final = (
@@ -51,6 +52,17 @@ class Stamped(Generic[V]):
 
     stamp_ns: int
     value: V
+
+
+@dataclass(frozen=True)
+class FrameTransform:
+    """A frame seen from its parent: translation (3,) m, quaternion (4,) x, y, z, w of length 1."""
+
+    parent: str
+    child: str
+    stamp_ns: int
+    translation_m: F64
+    quaternion: F64
 
 
 def peek_stamp(payload: bytes, topic: str) -> int:
@@ -133,6 +145,21 @@ def decode_pose(payload: bytes, topic: str) -> Stamped[Pose]:
     """PoseStamped (a SLAM pose) -> the base in its frame."""
     message = _decode(payload, POSE_STAMPED, topic)
     return Stamped(_header_stamp(message, topic), _planar(message.pose, topic))
+
+
+def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform]:
+    """TFMessage -> its transforms; names without the slash that old ones have."""
+    found = []
+    for one in _decode(payload, TF_MESSAGE, topic).transforms:
+        at, q = one.transform.translation, one.transform.rotation
+        moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
+        names = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+        norm = float(np.linalg.norm(turn))
+        if not np.isfinite(moved).all() or not abs(norm - 1) <= 0.1:
+            what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
+            raise SensorError(f"{what}: publish finite positions and unit quaternions")
+        found.append(FrameTransform(*names, _header_stamp(one, topic), moved, turn / norm))
+    return found
 
 
 def decode_json(payload: bytes, topic: str) -> dict[str, Any]:

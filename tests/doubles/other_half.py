@@ -30,6 +30,20 @@ def slam_pose(pose: Pose, stamp_ns: int) -> bytes:
     return _cdr(TYPES["geometry_msgs/msg/PoseStamped"](_header(stamp_ns, "map"), there))
 
 
+def tf(*told: tuple[str, str, tuple[float, ...], tuple[float, ...]], stamp_ns: int = 0) -> bytes:
+    """(parent, child, translation m, quaternion x y z w) each -> TFMessage."""
+    vector, turn = TYPES["geometry_msgs/msg/Vector3"], TYPES["geometry_msgs/msg/Quaternion"]
+    transforms = [
+        TYPES["geometry_msgs/msg/TransformStamped"](
+            _header(stamp_ns, parent),
+            child,
+            TYPES["geometry_msgs/msg/Transform"](vector(*map(float, at)), turn(*map(float, q))),
+        )
+        for parent, child, at, q in told
+    ]
+    return _cdr(TYPES["tf2_msgs/msg/TFMessage"](transforms))
+
+
 def stamped_twist(payload: bytes) -> tuple[int, float, float]:
     """TwistStamped -> (stamp ns, forward m/s, yaw rate rad/s), as a base reads it."""
     message: Any = STORE.deserialize_cdr(payload, "geometry_msgs/msg/TwistStamped")

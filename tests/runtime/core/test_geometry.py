@@ -13,6 +13,7 @@ from runtime.core.geometry import (
     GridFrame,
     base_to_map,
     map_to_optical,
+    mount_of,
     optical_to_base,
     project,
     rays,
@@ -70,6 +71,12 @@ def test_a_level_camera_looks_forward_with_left_to_the_left():
 
 def test_positive_pitch_looks_down():
     assert (optical_to_base(Mount(pitch_rad=0.4)) @ [0, 0, 1])[2] < 0
+
+
+@given(MOUNTS)
+def test_a_mount_is_read_from_its_rotation(mount: Mount) -> None:
+    read = mount_of(optical_to_base(mount), np.array([mount.x_m, mount.y_m, mount.z_m]), 9)
+    assert vars(read) == pytest.approx(vars(mount), abs=1e-8)
 
 
 @given(POSES, MOUNTS)

@@ -11,14 +11,16 @@ from typing import Any
 import numpy as np
 import pytest
 import zenoh
-from other_half import compressed_color, slam_pose
+from other_half import compressed_color, slam_pose, tf
+from zenoh.ext import CacheConfig, declare_advanced_publisher
 
 from runtime.clock import SystemClock
-from runtime.core.types import Absence, Action, Intrinsics, Missing, Observation, Pose
+from runtime.core.types import Absence, Action, Intrinsics, Missing, Mount, Observation, Pose
 from runtime.errors import BusError, SensorError
 from runtime.robot import wire
 from runtime.robot.bus import Bus, BusConfig, TopicsConfig
 from runtime.robot.session import open_session
+from runtime.robot.transforms import CameraConfig
 
 PATIENCE_S = 10.0
 K = Intrinsics(38.8, 38.8, 8.0, 6.0, 16, 12)
@@ -118,7 +120,7 @@ def pair(lockstep: bool, **options: Any) -> tuple[Robot, Bus]:
 
 def received(bus: Bus, topic: str, count: int) -> None:
     until = time.monotonic() + PATIENCE_S
-    while bus.health()[topic].received < count:
+    while topic not in bus.health() or bus.health()[topic].received < count:
         assert time.monotonic() < until, f"{topic} has not come"
         time.sleep(0.005)
 
@@ -358,3 +360,52 @@ def test_a_bus_that_cannot_be_opened_says_why(config: BusConfig, wanted: str) ->
 def test_keys_follow_the_namespace() -> None:
     assert BusConfig().key("odom") == "odom"
     assert replace(BusConfig(), prefix="/robot1/").key("/odom") == "robot1/odom"
+
+
+def test_the_mount_is_taken_from_tf_also_from_what_was_published_before() -> None:
+    endpoint, other = (f"tcp/127.0.0.1:{free_port()}" for _ in range(2))
+    robot = Robot(BusConfig(listen=(endpoint,)))
+    told = zenoh.Config()  # a publisher that keeps what it said, as those of tf_static do
+    told.insert_json5("listen/endpoints", f'["{other}"]')
+    told.insert_json5("scouting/multicast/enabled", "false")
+    told.insert_json5("timestamping/enabled", "true")
+    with zenoh.open(told) as session:
+        kept = declare_advanced_publisher(session, "tf_static", cache=CacheConfig(1),
+                                          publisher_detection=True)  # fmt: skip
+        kept.put(tf(("mast", "camera", (0, 0, 0.1), (-0.5, 0.5, -0.5, 0.5))))
+        config = BusConfig(connect=(endpoint, other))
+        bus = Bus(config, SystemClock(), camera=CameraConfig(mount="tf"))
+        try:
+            meet(robot, bus)
+            robot.publish(10**9)
+            assert bus.next(0.2) is None
+            assert "no way from base_link to camera" in bus.health()["tf"].last_error
+            at = 2 * 10**9
+            robot.send("tf", tf(("base_link", "mast", (0, 0, 0.8), (0, 0, 0, 1)), stamp_ns=at))
+            received(bus, "tf", 1)
+            received(bus, "tf_static", 1)
+            robot.publish(at)
+            observation = bus.next(PATIENCE_S)
+            assert observation is not None
+            assert observation.mount == Mount(z_m=0.9)
+        finally:
+            bus.close()
+            kept.undeclare()
+            robot.session.close()
+
+
+def test_a_camera_that_tf_does_not_know_is_told_before_the_first_frame(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.0)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robot = Robot(BusConfig(listen=(endpoint,)))
+    bus = Bus(BusConfig(connect=(endpoint,)), SystemClock(), camera=CameraConfig(mount="tf"))
+    try:
+        meet(robot, bus)
+        robot.publish(10**9)
+        with pytest.raises(SensorError, match=r"^tf: no way from base_link to camera; known are"):
+            bus.next(PATIENCE_S)
+    finally:
+        bus.close()
+        robot.session.close()

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from other_half import compressed_color, slam_pose, stamped_twist
+from other_half import compressed_color, slam_pose, stamped_twist, tf
 
 from runtime.core.types import Intrinsics, Pose
 from runtime.errors import SensorError
@@ -32,6 +32,7 @@ DECODERS: list[Callable[[bytes, str], object]] = [
     wire.decode_camera_info,
     wire.decode_odometry,
     wire.decode_pose,
+    wire.decode_transforms,
     wire.decode_json,
     wire.decode_twist,
 ]
@@ -43,6 +44,7 @@ SAMPLES = [
     wire.encode_camera_info(INTRINSICS, 1),
     wire.encode_odometry(Pose(1, 2, 0.5), 1),
     slam_pose(Pose(1, 2, 0.5), 1),
+    tf(("base_link", "camera", (0, 0, 1), (0, 0, 0, 1))),
     wire.encode_json({"a": 1}),
     wire.encode_twist(0.1, 0.2),
 ]
@@ -211,3 +213,14 @@ def test_json_bytes_raise_nothing_but_sensor_errors(text: bytes) -> None:
 @given(v=st.floats(-2, 2), w=st.floats(-3, 3), stamp=st.integers(0, 2**60))
 def test_a_stamped_twist_survives_the_wire(v: float, w: float, stamp: int) -> None:
     assert stamped_twist(wire.encode_twist_stamped(v, w, stamp)) == (stamp, v, w)
+
+
+def test_transforms_are_read_without_slashes_and_refused_when_not_finite() -> None:
+    payload = tf(("/base_link", "head", (1, 2, 3), (0, 0, 0.6, 0.8)), stamp_ns=7)
+    (one,) = wire.decode_transforms(payload, "tf")
+    assert (one.parent, one.child, one.stamp_ns) == ("base_link", "head", 7)
+    np.testing.assert_allclose(one.translation_m, (1, 2, 3))
+    np.testing.assert_allclose(one.quaternion, (0, 0, 0.6, 0.8))
+    for at, q in (((math.nan, 0, 0), (0, 0, 0, 1)), ((0, 0, 0), (0, 0, 0, 0))):
+        with pytest.raises(SensorError, match=r"^tf: head at .*: publish finite"):
+            wire.decode_transforms(tf(("base_link", "head", at, q)), "tf")

@@ -1,0 +1,165 @@
+"""Where the camera is on the base, by `tf`: a tree of frames, each told relative to its parent."""
+
+import math
+import struct
+from bisect import bisect_right
+from collections import deque
+from dataclasses import dataclass, field
+from typing import Final, Literal
+
+import numpy as np
+
+from runtime.core.geometry import mount_of
+from runtime.core.keys import key
+from runtime.core.types import F64, Mount
+from runtime.errors import SensorError
+from runtime.robot import wire
+from runtime.robot.wire import FrameTransform
+
+TF, TF_STATIC = "tf", "tf_static"  # their names on every robot
+RAW_KEPT: Final = 2000  # messages between two images
+KEPT: Final = 200  # of a frame, the newest
+HELD_NS: Final = 250_000_000  # how far from its stamp a transform may be used
+CLOCK_BACK_NS: Final = 1_000_000_000  # a stamp so much older: a clock was set back
+DEPTH: Final = 64  # frames above one another, else they run in a circle
+STEEP_RAD: Final = math.radians(75.0)
+_DIGITS: Final = 3  # a mount is told to 1 mm and 1 mrad: one that rests does not tremble
+
+
+@dataclass(frozen=True)
+class CameraConfig(Mount):
+    """[camera]: the mount, and whether it is that."""
+
+    mount: Literal["fixed", "tf", "floor"] = key(
+        "fixed",
+        'Whether the camera stays as it is mounted; "tf": tf says where it is, "floor": it tilts '
+        "or is carried, and the floor that it sees says how.",
+    )
+    base_frame: str = key(
+        "base_link", "Frame of the base in tf, on the floor.", research="camera_base_frame"
+    )
+    frame: str = key(
+        "", "The camera's optical frame in tf; \"\": the depth image's.", research="camera_frame"
+    )
+
+
+FIXED: Final = CameraConfig()
+
+
+@dataclass
+class _Link:
+    """A frame below its parent: what was told of it, oldest first."""
+
+    parent: str
+    static: bool
+    told: deque[FrameTransform] = field(default_factory=lambda: deque(maxlen=KEPT))
+
+
+class Transforms:
+    """`file` may be called by any thread, `mount` by the one that reads."""
+
+    def __init__(self) -> None:
+        self._raw: deque[tuple[str, bytes]] = deque(maxlen=RAW_KEPT)
+        self._links: dict[str, _Link] = {}
+
+    def file(self, topic: str, payload: bytes) -> None:
+        """Keep a message of `TF` or `TF_STATIC`."""
+        self._raw.append((topic, payload))
+
+    def mount(self, base: str, camera: str, stamp_ns: int) -> Mount:
+        """The camera's optical frame on the base at that time; SensorError when tf does not say."""
+        self._decode()
+        up, down = self._above(camera), self._above(base)
+        shared = next((frame for frame in up if frame in down), None)
+        if shared is None:
+            told = ", ".join(sorted(self._links)) or "nothing"
+            raise SensorError(
+                f"{TF}: no way from {base} to {camera}; known are {told}: publish it, or set "
+                "research.camera_base_frame and research.camera_frame"
+            )
+        to_shared = self._to(shared, camera, up, stamp_ns)
+        from_base = self._to(shared, base, down, stamp_ns)
+        placed = np.linalg.inv(from_base) @ to_shared
+        mount = mount_of(placed[:3, :3], placed[:3, 3], _DIGITS)
+        if abs(mount.pitch_rad) > STEEP_RAD:
+            raise SensorError(
+                f"{TF}: {camera} looks straight {'down' if mount.pitch_rad > 0 else 'up'}: set "
+                "research.camera_frame to the optical frame (x right, y down, z ahead)"
+            )
+        return mount
+
+    def _decode(self) -> None:
+        """Take in what was filed; SensorError for the first that is damaged."""
+        while self._raw:
+            topic, payload = self._raw.popleft()
+            for one in wire.decode_transforms(payload, topic):
+                link = self._links.get(one.child)
+                if link is None or link.parent != one.parent:
+                    link = self._links[one.child] = _Link(one.parent, topic == TF_STATIC)
+                newest_ns = link.told[-1].stamp_ns if link.told else one.stamp_ns
+                if link.static or one.stamp_ns < newest_ns - CLOCK_BACK_NS:
+                    link.told.clear()
+                if not link.told or one.stamp_ns > link.told[-1].stamp_ns:
+                    link.told.append(one)
+
+    def _above(self, frame: str) -> list[str]:
+        """The frame, its parent, and so on."""
+        found = [frame]
+        while found[-1] in self._links and len(found) < DEPTH:
+            found.append(self._links[found[-1]].parent)
+        return found
+
+    def _to(self, top: str, frame: str, above: list[str], stamp_ns: int) -> F64:
+        """(4, 4) from a frame to one above it."""
+        placed = np.eye(4)
+        for name in above[: above.index(top)]:
+            placed = _matrix(self._at(name, stamp_ns)) @ placed
+        return placed
+
+    def _at(self, frame: str, stamp_ns: int) -> FrameTransform:
+        """What was told of a frame, at a time: between its neighbours, or the nearest."""
+        link = self._links[frame]
+        if link.static:
+            return link.told[-1]
+        n = bisect_right(link.told, stamp_ns, key=lambda one: one.stamp_ns)
+        before, after = link.told[max(0, n - 1)], link.told[min(n, len(link.told) - 1)]
+        away_ns = min(abs(stamp_ns - before.stamp_ns), abs(stamp_ns - after.stamp_ns))
+        if away_ns > HELD_NS:
+            raise SensorError(
+                f"{TF}: {frame} was told {away_ns / 1e9:.2f} s from the image's time: publish it "
+                "at 10 Hz or more, by the camera's clock"
+            )
+        return _between(before, after, stamp_ns)
+
+
+def _between(before: FrameTransform, after: FrameTransform, stamp_ns: int) -> FrameTransform:
+    """A straight line, and the shorter way round; outside of the two, the nearer."""
+    span_ns = after.stamp_ns - before.stamp_ns
+    share = min(1.0, max(0.0, (stamp_ns - before.stamp_ns) / span_ns)) if span_ns else 0.0
+    a, b = before.quaternion, after.quaternion
+    turned = (1 - share) * a + share * (b if a @ b >= 0 else -b)
+    moved = (1 - share) * before.translation_m + share * after.translation_m
+    unit = turned / np.linalg.norm(turned)
+    return FrameTransform(before.parent, before.child, stamp_ns, moved, unit)
+
+
+def _matrix(one: FrameTransform) -> F64:
+    """(4, 4), from the child to its parent."""
+    x, y, z, w = one.quaternion
+    placed = np.eye(4)
+    placed[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    placed[:3, 3] = one.translation_m
+    return placed
+
+
+def peek_frame(payload: bytes, topic: str) -> str:
+    """The frame_id of any message that starts with a std_msgs/Header, without decoding the rest."""
+    order = "<" if payload[1:2] == b"\x01" else ">"
+    size = struct.unpack_from(order + "I", payload, 12)[0] if len(payload) >= 16 else 0
+    if not 0 < size <= len(payload) - 16:
+        raise SensorError(f"{topic}: {len(payload)} bytes have no frame_id")
+    return payload[16 : 15 + size].decode("utf-8", "replace")
