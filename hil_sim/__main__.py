@@ -19,6 +19,11 @@ COMMANDS = {
         "demo_command",
         "One episode in a furnished home, told as it goes.",
     ),
+    "depth": (
+        "hil_sim.commands.depth",
+        "depth_command",
+        "What depth cameras' faults cost the map.",
+    ),
     "episodes": ("hil_sim.commands.episodes", "episodes_command", "Sample episodes into a suite."),
     "eval": (
         "hil_sim.commands.evaluate",
