@@ -41,7 +41,7 @@ def lines(scores: Mapping[MapCase, MapScore]) -> list[str]:
     "maple,train-1 --places 1 --json depth.json",
 )
 @click.option("--homes", default=HOMES, show_default=True, metavar="NAMES")
-@click.option("--places", default=3, show_default=True, type=click.IntRange(1),
+@click.option("--places", default=2, show_default=True, type=click.IntRange(1),
               help="In each home, to look around from.")  # fmt: skip
 @click.option("--sways", is_flag=True, help="The camera tilts by 5 degrees and rises by 5 cm, up "
               "and down; else flying pixels are dropped and not.")  # fmt: skip
