@@ -59,7 +59,7 @@ FINER: dict[str, tuple[str, tuple[str, ...]]] = {
     "folded towel": ("towel", _hung("towel", False)),
     "hung toilet paper": ("toilet paper", _hung("toilet paper", True)),
     "roll": ("toilet paper", _hung("toilet paper", False)),
-    "lying bat": ("baseball bat", tuple(f"builtin:baseball_bat.{k}" for k in range(6))),
+    "lying bat": ("baseball bat", _sized("baseball bat", 0.0, 0.2)),
     "large other": ("other", (
         "Scopia#water_cooler", "Scopia#indoor-bike", "Scopia#doll-house", "Scopia#puff",
         "Blend Swap CC-0#ammoBox", "Kator Legaz#trunk-large")),

@@ -8,9 +8,10 @@ from dataclasses import replace
 
 from hil_sim.scenes.colours import hex_colour
 from hil_sim.scenes.format import CATEGORIES, Room, Scene, SceneObject, Wall, contains
-from hil_sim.scenes.furniture.boxes import CatalogMesh, furniture
+from hil_sim.scenes.furniture.boxes import furniture
 from hil_sim.scenes.robothor.evidence import OUTER
 from hil_sim.scenes.robothor.facing import TABLES, faced
+from hil_sim.scenes.robothor.fitting import TO_MEASURE, fitted
 from hil_sim.scenes.robothor.footprints import LEAST_M, Footprint, footprint
 from hil_sim.scenes.robothor.metadata import Thing, apartment, layout_of
 from hil_sim.scenes.robothor.regions import Segment, regions, room_type
@@ -82,18 +83,16 @@ GOALS = {
 }  # fmt: skip
 PARTS = ("Drawer", "Shelf", "Floor")
 """Types that are parts of furniture or of the apartment."""
-FRONTED = (
-    "AlarmClock", "ArmChair", "Bed", "Chair", "Desk", "Dresser", "Laptop", "Painting",
-    "ShelvingUnit", "Sofa", "TVStand", "Television",
-)  # fmt: skip
-"""Types whose front matters; the others are turned to fit a mesh's longer side."""
 SUPPORTS = ("CoffeeTable", "Desk", "DiningTable", "Dresser", "SideTable", "TVStand")
 """Types that carry things on their top: meshes with a flat one are preferred."""
 SURFACE = 0.6
 """Share of its height above which what stands on a support stands on its top."""
 TINTED = ("armchair", "bed", "book", "box", "chair", "cup", "mug", "pillow", "sofa", "vase")
-SIMILAR = 1.35
-"""Meshes whose proportions fit the box up to this factor beyond the best are as good."""
+SPLITS = {
+    "Train": (("train",), ("train", "varied")),
+    "Val": (("train", "val"), ("train", "val", "val varied")),
+}
+"""Of the meshes that scenes of a split show: furniture, and what must keep its proportions."""
 FLOORS = ("#b58a5b", "#8a5f3c", "#caa472", "#a77b52", "#bfc3c4", "#9aa0a3", "#c9b9a3")
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#e8e8e6", "#d9dfe2", "#dfe6da")
 
@@ -166,46 +165,24 @@ def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObj
         (c for c in CATEGORY.get(thing.type, ()) if c in CATEGORIES and furniture().get(c)), "other"
     )
     if category == "other":
-        mesh, turn = "builtin:box", 0
+        mesh, turn, size = "builtin:box", 0, (box.width, box.depth, box.height)
     else:
-        held_out = scene.startswith("FloorPlan_Val")
-        splits = ("train", "val") if held_out else ("train",)
+        usual, more = SPLITS["Val" if scene.startswith("FloorPlan_Val") else "Train"]
+        splits = usual if thing.type in TO_MEASURE else more
         pool = [m for m in furniture()[category] if m.split in splits]
         if carries and thing.type in SUPPORTS:
             pool = [m for m in pool if m.top] or pool
-        mesh, turn = _fitting(rng, pool, box, thing.type in FRONTED)
-    size = (box.depth, box.width) if turn else (box.width, box.depth)
+        mesh, turn, size = fitted(rng, pool, box, thing.type)
+    width, depth, height = size
     return SceneObject(
         id=thing.type,
         category=category,
         mesh=mesh,
         position_m=(round(box.x, 3), round(box.y, 3), round(box.z, 3)),
         yaw_rad=round(math.remainder(box.yaw_rad + turn * math.pi / 2, 2 * math.pi), 4),
-        size_m=(round(size[0], 3), round(size[1], 3), round(box.height, 3)),
+        size_m=(round(width, 3), round(depth, 3), round(height, 3)),
         tint=_tint(rng, category),
     )
-
-
-def _fitting(
-    rng: random.Random, meshes: Sequence[CatalogMesh], box: Footprint, fronted: bool
-) -> tuple[str, int]:
-    """A mesh whose proportions are the box's, or nearly, and the quarter turn that fits it."""
-    turns = (0,) if fronted else (0, 1)
-    rated = []
-    for mesh in meshes:
-        stretch = [_stretch(mesh, box, turn) for turn in turns]
-        rated.append((min(stretch), mesh.id, stretch.index(min(stretch))))
-    limit = min(rated)[0] * SIMILAR
-    good = sorted((id, turn) for stretch, id, turn in rated if stretch <= limit)
-    return rng.choice(good)
-
-
-def _stretch(mesh: CatalogMesh, box: Footprint, turn: int) -> float:
-    """How unevenly the box stretches the mesh: the largest over the smallest factor, from 1."""
-    width, depth = (box.depth, box.width) if turn else (box.width, box.depth)
-    wanted = (width, depth, box.height)
-    factors = [a / max(b, 1e-3) for a, b in zip(wanted, mesh.size_m, strict=True)]
-    return max(factors) / min(factors)
 
 
 def _tint(rng: random.Random, category: str) -> str | None:

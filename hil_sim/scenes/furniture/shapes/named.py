@@ -10,6 +10,7 @@ from hil_sim.scenes.furniture.shapes import (
     bins,
     chairs,
     decor,
+    drawn_goals,
     food,
     furniture,
     goals,
@@ -28,8 +29,13 @@ from hil_sim.scenes.furniture.shapes import palette as c
 from hil_sim.scenes.furniture.shapes.primitives import Part, box, pick
 
 VARIANTS = 6
-OWN = {"armchair": 8, "bed": 8, "chair": 14, "plant": 8, "sofa": 10}
-"""How many variants there are of what only varied homes show."""
+OWN = {
+    "armchair": 8, "bed": 8, "chair": 14, "plant": 8, "sofa": 10, "closed_laptop": 6,
+    "drawn_alarm_clock": 12, "drawn_apple": 12, "drawn_ball": 8, "drawn_bat": 10, "drawn_bowl": 12,
+    "drawn_leaning_bat": 21, "drawn_low_vase": 9, "drawn_mug": 12, "drawn_spray_bottle": 12,
+    "drawn_vase": 12,
+}  # fmt: skip
+"""How many variants there are of what only varied homes and replicas show."""
 HELD_OUT = (4, 5)
 """Variants that no training home shows, in categories with fewer than three catalogue meshes."""
 
@@ -154,6 +160,7 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "cell_phone": small.cell_phone,
     "chair": chairs.chair,
     "clock": decor.clock,
+    "closed_laptop": drawn_goals.closed_laptop,
     "clothes_rack": furniture.clothes_rack,
     "coffee_machine": machines.coffee_machine,
     "computer_monitor": screens.computer_monitor,
@@ -164,6 +171,16 @@ SHAPES: dict[str, Callable[[int], Part]] = {
     "dog_bed": furniture.dog_bed,
     "door": door,
     "dresser": storage.dresser,
+    "drawn_alarm_clock": drawn_goals.drawn_alarm_clock,
+    "drawn_apple": drawn_goals.drawn_apple,
+    "drawn_ball": drawn_goals.drawn_ball,
+    "drawn_bat": drawn_goals.drawn_bat,
+    "drawn_bowl": drawn_goals.drawn_bowl,
+    "drawn_leaning_bat": drawn_goals.drawn_leaning_bat,
+    "drawn_low_vase": drawn_goals.drawn_low_vase,
+    "drawn_mug": drawn_goals.drawn_mug,
+    "drawn_spray_bottle": drawn_goals.drawn_spray_bottle,
+    "drawn_vase": drawn_goals.drawn_vase,
     "drying_rack": furniture.drying_rack,
     "dumbbell": sport.dumbbell,
     "egg": food.egg,
