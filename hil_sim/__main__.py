@@ -47,6 +47,7 @@ COMMANDS = {
         "Ask the experts what is known, and judge them.",
     ),
     "report": ("hil_sim.commands.report", "report_command", "Tables and figures of evaluations."),
+    "sheet": ("hil_sim.commands.sheet", "sheet_command", "Every goal of the replicas from 1 m."),
     "show": ("hil_sim.commands.show", "show_command", "Draw a scene."),
 }
 ASSETS = {
