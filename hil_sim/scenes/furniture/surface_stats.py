@@ -2,7 +2,7 @@
 
 Table tops are mostly smaller than the box around the table (round ones above all), and a bed's or
 a sofa's seat lies lower than its back. Run `python -m
-hil_sim.scenes.generated.surface_stats` when furniture.json gains a table, bed or sofa; it needs the
+hil_sim.scenes.furniture.surface_stats` when furniture.json gains a table, bed or sofa; it needs the
 furniture (`hil-sim assets pull`).
 """
 

@@ -27,6 +27,11 @@ def resting_place(obj: SceneObject) -> Box | None:
     return Box(x, y, (x1 - x0) * w, (y1 - y0) * d, obj.yaw_rad, low, low + z * h)
 
 
+def is_rest(mesh: str) -> bool:
+    """Whether things can rest on a mesh, by what was measured."""
+    return _table().get(mesh) is not None
+
+
 def lies_on(thing: Box, place: Box, slack_m: float = 0.012) -> bool:
     """Whether a thing rests on a surface and does not hang over its edge."""
     if abs(thing.z0 - place.z1) > slack_m:

@@ -1,9 +1,9 @@
 """Things strewn about a home, for detectors to learn what furnished homes seldom show."""
 
 from hil_sim.scenes.furniture.boxes import CatalogMesh
+from hil_sim.scenes.furniture.surfaces import resting_place
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.placing import against_wall, in_the_open, on_top
-from hil_sim.scenes.generated.surfaces import resting_place
 from hil_sim.scenes.generated.wares import find
 
 SMALL = (

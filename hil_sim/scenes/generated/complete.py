@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 
 from hil_sim.scenes.format import SceneObject
 from hil_sim.scenes.furniture.boxes import CatalogMesh
+from hil_sim.scenes.furniture.surfaces import resting_place
 from hil_sim.scenes.generated.furnisher import Furnisher
 from hil_sim.scenes.generated.placement import Habit, Habits, habits
 from hil_sim.scenes.generated.placing import against_wall, beside, in_the_open, on_top
-from hil_sim.scenes.generated.surfaces import resting_place
 from hil_sim.scenes.generated.wares import CLUTTER, RUGS, find
 
 HEIGHT_M = {"picture": (1.15, 1.5), "mirror": (1.0, 1.25), "clock": (1.5, 1.8),

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from hil_sim.scenes.format import SceneObject
 from hil_sim.scenes.furniture.boxes import Box, CatalogMesh, box_of, gap, offset
+from hil_sim.scenes.furniture.surfaces import lies_on, resting_place
 from hil_sim.scenes.generated.furnisher import SIDES, YAW, Furnisher, Spot
-from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 
 NEAR_M = 1.0
 CHOICES = 3

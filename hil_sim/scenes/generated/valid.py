@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from hil_sim.scenes.format import Polygon, Scene, SceneObject, contains, on_wall
 from hil_sim.scenes.furniture.boxes import Box, box_of, hits, mesh_named
+from hil_sim.scenes.furniture.surfaces import lies_on, resting_place
 from hil_sim.scenes.generated.floorplan import OUTER_M
 from hil_sim.scenes.generated.passage import CELL_M, door_zone, pieces_of
-from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 
 RADIUS_M, MARGIN_M = 0.18, 0.02
 """The robot's body, and what is kept besides; half a cell is lost to the grid."""

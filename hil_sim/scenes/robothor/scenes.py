@@ -5,10 +5,12 @@ import math
 import random
 from collections.abc import Sequence
 from dataclasses import replace
+from statistics import median_low
 
 from hil_sim.scenes.colours import hex_colour
 from hil_sim.scenes.format import CATEGORIES, Room, Scene, SceneObject, Wall, contains
 from hil_sim.scenes.furniture.boxes import furniture
+from hil_sim.scenes.furniture.surfaces import is_rest, resting_place
 from hil_sim.scenes.robothor.evidence import OUTER
 from hil_sim.scenes.robothor.facing import TABLES, faced
 from hil_sim.scenes.robothor.fitting import TO_MEASURE, fitted
@@ -85,6 +87,8 @@ PARTS = ("Drawer", "Shelf", "Floor")
 """Types that are parts of furniture or of the apartment."""
 SUPPORTS = ("CoffeeTable", "Desk", "DiningTable", "Dresser", "SideTable", "TVStand")
 """Types that carry things on their top: meshes with a flat one are preferred."""
+SEATS = ("ArmChair", "Bed", "Sofa")
+"""Types whose meshes have a seat or a mattress of another height, below arms and backs."""
 SURFACE = 0.6
 """Share of its height above which what stands on a support stands on its top."""
 TINTED = ("armchair", "bed", "book", "box", "chair", "cup", "mug", "pillow", "sofa", "vase")
@@ -93,6 +97,11 @@ SPLITS = {
     "Val": (("train", "val"), ("train", "val", "val varied")),
 }
 """Of the meshes that scenes of a split show: furniture, and what must keep its proportions."""
+BARE = (
+    "Blend Swap CC-0#decorativePlant", "Blend Swap CC-0#orchids", "Blend Swap CC-0#plant",
+    "Blend Swap CC-BY#decorativePlant",
+)  # fmt: skip
+"""Plants that show hardly a leaf from 1 m."""
 FLOORS = ("#b58a5b", "#8a5f3c", "#caa472", "#a77b52", "#bfc3c4", "#9aa0a3", "#c9b9a3")
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#e8e8e6", "#d9dfe2", "#dfe6da")
 
@@ -113,7 +122,7 @@ def robothor_scene(name: str) -> Scene:
         walls=walls,
         doors=(),
         rooms=_rooms(name, inner, [(thing.type, boxes[thing.id]) for thing in things]),
-        objects=_numbered(objects),
+        objects=_numbered(_settled(things, objects)),
         wall_height_m=WALL_HEIGHT_M,
     )
 
@@ -159,6 +168,22 @@ def _inside(box: Footprint) -> Footprint:
     return replace(box, x=x, y=y)
 
 
+def _settled(things: Sequence[Thing], objects: Sequence[SceneObject]) -> list[SceneObject]:
+    """What lies on a bed or a seat lies on that of the mesh, which may be higher or lower."""
+    settled = list(objects)
+    for seat, obj in zip(things, objects, strict=True):
+        place = resting_place(obj) if seat.type in SEATS else None
+        lying = [i for i, thing in enumerate(things) if seat.id in thing.parents]
+        if place is None or not lying:
+            continue
+        level = median_low([objects[i].position_m[2] for i in lying])
+        for i in lying:
+            x, y, z = objects[i].position_m
+            z = round(place.z1 + max(z - level, 0.0), 3)
+            settled[i] = replace(objects[i], position_m=(x, y, z))
+    return settled
+
+
 def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObject:
     rng = random.Random(hashlib.sha256(f"{scene}/{thing.id}".encode()).hexdigest())
     category = next(
@@ -169,9 +194,11 @@ def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObj
     else:
         usual, more = SPLITS["Val" if scene.startswith("FloorPlan_Val") else "Train"]
         splits = usual if thing.type in TO_MEASURE else more
-        pool = [m for m in furniture()[category] if m.split in splits]
+        pool = [m for m in furniture()[category] if m.split in splits and m.id not in BARE]
         if carries and thing.type in SUPPORTS:
             pool = [m for m in pool if m.top] or pool
+        if carries and thing.type in SEATS:
+            pool = [m for m in pool if is_rest(m.id)] or pool
         mesh, turn, size = fitted(rng, pool, box, thing.type)
     width, depth, height = size
     return SceneObject(

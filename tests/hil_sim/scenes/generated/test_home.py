@@ -11,8 +11,8 @@ from hil_sim.ground_truth.freespace import FreeSpace, build_free_space, categori
 from hil_sim.scenes.format import Scene, room_at
 from hil_sim.scenes.furniture.boxes import ROBOT_M, Box, box_of, furniture
 from hil_sim.scenes.furniture.shapes.named import BUILTINS
+from hil_sim.scenes.furniture.surfaces import lies_on, resting_place
 from hil_sim.scenes.generated.home import generate
-from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 from hil_sim.scenes.scene_file import check_meshes, load_scene, parse_scene, scene_to_json
 from hil_sim.scenes.viewpoints import floor_of, viewpoints
 

@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 
 from hil_sim.commands.generate import generate_command
 from hil_sim.scenes.format import ROOM_TYPES, SceneObject
+from hil_sim.scenes.furniture import surface_stats
 from hil_sim.scenes.furniture.boxes import Box, box_of
-from hil_sim.scenes.generated import surface_stats
+from hil_sim.scenes.furniture.surfaces import lies_on, resting_place
 from hil_sim.scenes.generated.home import generate
 from hil_sim.scenes.generated.placement import habits
-from hil_sim.scenes.generated.surfaces import lies_on, resting_place
 from hil_sim.scenes.scene_file import load_scene
 
 
@@ -131,4 +131,4 @@ def test_rooms_that_cannot_be_are_refused(rooms: str) -> None:
 def test_every_table_bed_and_sofa_has_been_measured() -> None:
     measured = json.loads(surface_stats.OUT.read_text(encoding="utf-8"))
     missing = [name for name, _ in surface_stats.wanted() if name not in measured]
-    assert not missing, "run python -m hil_sim.scenes.generated.surface_stats"
+    assert not missing, "run python -m hil_sim.scenes.furniture.surface_stats"

@@ -87,4 +87,4 @@ def test_every_kind_of_box_has_a_mesh_of_both_splits():
         for splits in (("train", "varied"), ("train", "val", "val varied")):
             pool = [m for m in furniture()[category] if m.split in splits]
             _, _, fit = fitted(random.Random(1), pool, box(*size), "Mug")
-            assert min(a / b for a, b in zip(sorted(fit), sorted(size), strict=True)) > 0.75
+            assert min(a / b for a, b in zip(sorted(fit), sorted(size), strict=True)) > 0.65

@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 from hil_sim.scenes.format import ROOM_TYPES, Wall, contains, polygon_area
 from hil_sim.scenes.furniture.boxes import box_of
+from hil_sim.scenes.furniture.surfaces import resting_place
 from hil_sim.scenes.robothor import metadata
 from hil_sim.scenes.robothor.evidence import OUTER
 from hil_sim.scenes.robothor.facing import faced
 from hil_sim.scenes.robothor.footprints import Footprint, footprint
 from hil_sim.scenes.robothor.metadata import APARTMENTS, MetadataError, Thing, apartment, rooms
 from hil_sim.scenes.robothor.regions import regions, room_type
-from hil_sim.scenes.robothor.scenes import CATEGORY, GOALS, PARTS, robothor_scene
+from hil_sim.scenes.robothor.scenes import CATEGORY, GOALS, PARTS, SEATS, robothor_scene
 from hil_sim.scenes.robothor.walls import layouts
 from hil_sim.scenes.scene_file import parse_scene, scene_to_json
 
@@ -66,12 +67,17 @@ def test_the_same_name_gives_the_same_scene_and_scenes_differ():
 
 @needs_metadata
 def test_what_stands_on_something_stands_on_it():
+    lying = 0
     for name in APARTMENTS[::7]:
         things = [t for t in apartment(name) if t.type not in PARTS]
         objects = robothor_scene(name).objects
         heights = {t.id: obj for t, obj in zip(things, objects, strict=True)}
         for t, obj in zip(things, objects, strict=True):
-            if t.type in ("Mug", "Bowl", "Laptop"):
+            seats = [heights[i] for i in t.parents if i.split("|")[0] in SEATS]
+            if seats and (place := resting_place(seats[0])):
+                assert place.z1 - 0.001 <= obj.position_m[2] <= place.z1 + 0.4
+                lying += 1
+            elif t.type in ("Mug", "Bowl", "Laptop"):
                 assert obj.position_m[2] == pytest.approx(max(t.low_m[2], 0), abs=0.002)
             carriers = [
                 heights[i] for i in t.parents if i.startswith("DiningTable") and i in heights
@@ -79,6 +85,7 @@ def test_what_stands_on_something_stands_on_it():
             for table in carriers:
                 assert table.size_m is not None
                 assert obj.position_m[2] <= table.position_m[2] + table.size_m[2] + 0.15
+    assert lying > 20
 
 
 @needs_metadata
