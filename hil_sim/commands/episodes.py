@@ -1,12 +1,13 @@
 """`hil-sim episodes`: sample episodes by seed and write them as a suite."""
 
+import itertools
 from pathlib import Path
 
 import click
 
-from hil_sim.evaluation.sample import Wish, sample_all
-from hil_sim.evaluation.suites import make_suite
-from hil_sim.ground_truth.episodes import HM3D_GOALS, save_suite
+from hil_sim.evaluation.sample import Wish, not_asked_for, sample_all
+from hil_sim.evaluation.suites import REPLICAS, make_suite
+from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, save_suite
 from hil_sim.scenes.format import SceneError
 
 
@@ -42,6 +43,9 @@ def episodes_command(
     """
     if bool(scenes) == bool(make):
         raise click.UsageError("name scenes, or a suite to make with --make")
+    wanted = itertools.product(*((REPLICAS, ROBOTHOR_GOALS) if make else (scenes, goals)))
+    for line in not_asked_for(wanted):
+        click.echo(line, err=True)
     note = ""
     if make:
         found, note = make_suite(make, replicas, workers)

@@ -18,6 +18,7 @@ class Undrivable(Enum):
     INSIDE = "start inside furniture or a wall"
     OFF_FLOOR = "start off the free floor: too near an obstacle, or outside the home"
     NO_GOAL = "goal that is not in the home"
+    UNRECOGNISED = "goal that a person would not recognise in the replica"
     UNSEEN = "goal that no free place sees from 1 m"
     CUT_OFF = "goal that no way leads to from the start"
 

@@ -15,8 +15,10 @@ from hil_sim.ground_truth.episodes import (
     home_name,
     sample_episode,
 )
+from hil_sim.ground_truth.goals import categories_of
 from hil_sim.scenes.format import SceneError
-from hil_sim.scenes.open import open_scene
+from hil_sim.scenes.open import is_replica, open_scene
+from hil_sim.scenes.robothor.unrecognised import unrecognised
 from hil_sim.simulation.quiet import keep_stdout_for_python
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
@@ -26,7 +28,8 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
 @dataclass(frozen=True)
 class Wish:
     """Episodes of one scene: up to `most` of the `goals`, in their order, those that cannot be
-    met being passed over, unless `strict`; `starts` episodes each, with seeds from `seed` on.
+    met being passed over, unless `strict`, and always those that a person would not recognise (see
+    `not_asked_for`); `starts` episodes each, with seeds from `seed` on.
 
     With `given`, up to `most` of these instead, that can be begun and done in this scene.
     """
@@ -52,6 +55,16 @@ def sample_all(wishes: Iterable[Wish], workers: int = 1) -> list[list[Episode]]:
             raise
 
 
+def not_asked_for(wanted: Iterable[tuple[str, str]]) -> list[str]:
+    """Of scenes and goals, a line for each pair that no episode asks for, with the reason."""
+    lines = []
+    for scene, goal in sorted(set(wanted)):
+        why = unrecognised(open_scene(scene), categories_of(goal)) if is_replica(scene) else ""
+        if why:
+            lines.append(f"{scene}: {goal} left out, a person would not recognise it: {why}")
+    return lines
+
+
 def sample_scene(wish: Wish) -> list[Episode]:
     """One wish's episodes; SceneError if it is strict and cannot be met."""
     keep_stdout_for_python()
@@ -69,6 +82,8 @@ def sample_scene(wish: Wish) -> list[Episode]:
         for goal in wish.goals:
             if len(found) == wish.most:
                 break
+            if unrecognised(world.scene, categories_of(goal)):
+                continue
             try:
                 success, sees = truth.success(goal), truth.sees(goal)
                 seeds = range(wish.seed, wish.seed + wish.starts)
@@ -93,6 +108,8 @@ def adopted(given: Sequence[Episode], truth: "SceneTruth", most: int) -> list[Ep
         if len(found) == most:
             break
         if goal in found or not truth.space.is_free(start.x_m, start.y_m):
+            continue
+        if unrecognised(truth.space.scene, categories_of(goal)):
             continue
         try:
             field = truth.field(goal)

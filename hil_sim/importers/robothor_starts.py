@@ -11,8 +11,10 @@ from pathlib import Path
 
 import click
 
+from hil_sim.ground_truth.goals import categories_of
 from hil_sim.importers.robothor_episodes import OfficialEpisode, official_episodes
 from hil_sim.scenes.format import SceneError
+from hil_sim.scenes.robothor.unrecognised import unrecognised
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
@@ -24,7 +26,8 @@ LONG_M = 1.0
 def verdicts(name: str, episodes: tuple[OfficialEpisode, ...]) -> list[str]:
     """For each episode of a scene: "good"; "tight" (the body fits, but less than a cell is left to
     an obstacle), "blocked" or "cut off" at its start; "goal unseen" (no free place sees it from 1
-    m). Prints their counts and the median of our shortest path over the official one."""
+    m) or "goal unrecognised" (by a person). Prints their counts and the median of our shortest path
+    over the official one."""
     with hushed():
         from hil_sim.ground_truth.truth import SceneTruth
         from hil_sim.scenes.furniture.assets import Assets
@@ -38,6 +41,9 @@ def verdicts(name: str, episodes: tuple[OfficialEpisode, ...]) -> list[str]:
         truth = SceneTruth(world, Assets())
         for episode in episodes:
             at = episode.start
+            if unrecognised(world.scene, categories_of(episode.goal)):
+                found.append("goal unrecognised")
+                continue
             try:
                 away = truth.distance_m(episode.goal, Pose(at.x_m, at.y_m, at.yaw_rad))
             except SceneError:

@@ -97,11 +97,11 @@ SPLITS = {
     "Val": (("train", "val"), ("train", "val", "val varied")),
 }
 """Of the meshes that scenes of a split show: furniture, and what must keep its proportions."""
-BARE = (
+UNLIKE = (
     "Blend Swap CC-0#decorativePlant", "Blend Swap CC-0#orchids", "Blend Swap CC-0#plant",
-    "Blend Swap CC-BY#decorativePlant",
+    "Blend Swap CC-BY#decorativePlant", "Scopia#vase1", "builtin:vase.1",
 )  # fmt: skip
-"""Plants that show hardly a leaf from 1 m."""
+"""From 1 m plants that show hardly a leaf, and beakers for vases."""
 FLOORS = ("#b58a5b", "#8a5f3c", "#caa472", "#a77b52", "#bfc3c4", "#9aa0a3", "#c9b9a3")
 WALL_COLOURS = ("#efe9dd", "#f4f1ea", "#e3e0d8", "#dcd6c8", "#e8e8e6", "#d9dfe2", "#dfe6da")
 
@@ -194,7 +194,7 @@ def _object(scene: str, thing: Thing, box: Footprint, carries: bool) -> SceneObj
     else:
         usual, more = SPLITS["Val" if scene.startswith("FloorPlan_Val") else "Train"]
         splits = usual if thing.type in TO_MEASURE else more
-        pool = [m for m in furniture()[category] if m.split in splits and m.id not in BARE]
+        pool = [m for m in furniture()[category] if m.split in splits and m.id not in UNLIKE]
         if carries and thing.type in SUPPORTS:
             pool = [m for m in pool if m.top] or pool
         if carries and thing.type in SEATS:

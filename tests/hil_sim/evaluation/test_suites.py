@@ -3,6 +3,7 @@
 from collections import Counter
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from hil_sim.evaluation import sample
+from hil_sim.evaluation.left_out import Undrivable
 from hil_sim.evaluation.sample import adopted
+from hil_sim.evaluation.starts import obstacle
 from hil_sim.evaluation.suites import REPLICAS, _home, interleaved, make_suite, offers
 from hil_sim.ground_truth.episodes import (
     HM3D_GOALS,
@@ -22,8 +26,9 @@ from hil_sim.ground_truth.episodes import (
     load_suite,
 )
 from hil_sim.ground_truth.freespace import FreeSpace, scene_hash
-from hil_sim.scenes.format import Room, Scene, SceneError
-from hil_sim.scenes.open import open_scene
+from hil_sim.scenes.format import Room, Scene, SceneError, SceneObject
+from hil_sim.scenes.open import is_replica, open_scene
+from hil_sim.scenes.robothor import metadata, unrecognised
 
 
 def episode(scene: str, goal: str, number: int = 0, length: float = 5.0, x: float = 0.5) -> Episode:
@@ -89,6 +94,30 @@ def test_official_episodes_are_taken_where_they_can_be_done() -> None:
     assert found[0].shortest_path_m == pytest.approx(5.0, abs=0.06)
 
 
+def test_no_episode_asks_for_what_a_person_would_not_recognise(monkeypatch) -> None:
+    truth = FakeTruth()
+    bed = SceneObject("bed-1", "bed", "m", (5.5, 0.5, 0.0), 0.0, (2.0, 1.0, 0.5))
+    truth.space = replace(truth.space, scene=replace(truth.space.scene, objects=(bed,)))
+    given = (episode("hall", "bed", 3), episode("hall", "sofa", 5))
+    assert len(adopted(given, truth, 2)) == 2  # type: ignore[arg-type]
+    monkeypatch.setattr(unrecognised, "listed", lambda: {"hall": {"bed-1": "a slab"}})
+    assert [e.goal for e in adopted(given, truth, 2)] == ["sofa"]  # type: ignore[arg-type]
+    world = SimpleNamespace(scene=truth.space.scene, collides=lambda x, y: False)
+    told = SimpleNamespace(space=truth.space, boxes=lambda goal: {0: None})
+    assert obstacle(given[0], world, told) is Undrivable.UNRECOGNISED  # type: ignore[arg-type]
+
+
+def test_what_is_not_asked_for_is_told(monkeypatch) -> None:
+    hall = replace(FakeTruth().space.scene, name="FloorPlan_Val1_1")
+    vase = SceneObject("vase-1", "vase", "m", (1, 1, 0))
+    monkeypatch.setattr(sample, "open_scene", lambda name: replace(hall, objects=(vase,)))
+    monkeypatch.setattr(unrecognised, "listed", lambda: {hall.name: {"vase-1": "a dish"}})
+    pairs = [(hall.name, "vase"), (hall.name, "mug"), ("maple", "vase"), (hall.name, "vase")]
+    assert sample.not_asked_for(pairs) == [
+        "FloorPlan_Val1_1: vase left out, a person would not recognise it: a dish"
+    ]
+
+
 def test_an_episode_of_another_home_is_refused() -> None:
     truth = FakeTruth()
     found = adopted((episode("hall", "bed", 3),), truth, 1)[0]  # type: ignore[arg-type]
@@ -124,6 +153,9 @@ def test_the_suites_homes_are_still_those_they_were_made_in() -> None:
     """A change to the generator or the furniture means: make the suites again."""
     for suite in ("val", "labels", "train"):
         if suite in known_suites():
-            generated = [e for e in load_suite(suite) if not e.scene.startswith("FloorPlan_")]
-            for asked in generated[:4]:
+            episodes = load_suite(suite)
+            there = [e for e in episodes if not is_replica(e.scene)][:4]
+            if metadata.metadata_path().is_file():
+                there += [e for e in episodes if is_replica(e.scene)][:10]
+            for asked in there:
                 assert scene_hash(open_scene(asked.scene)).startswith(asked.home), asked.id
