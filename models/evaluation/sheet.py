@@ -1,6 +1,7 @@
 """Contact sheets: what a detector says about frames or pictures, drawn for a person to judge."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,13 +14,14 @@ from models.errors import ModelFileError
 from models.evaluation.naming import asked_for
 from models.evaluation.truth import FrameTruth, Marks, NameLists
 
-COLUMNS, ROWS = 3, 4
+COLUMNS, ROWS = 4, 6
 WIDTH, HEIGHT = 640, 480
-"""Of one picture on the sheet, px; frames keep their own height."""
+"""Of one picture on the sheet, px."""
 GAP, LONGEST = 4, 40
 """Between pictures, px; of a picture's name, characters."""
 SHOWN = 0.3
 """Weaker detections are not drawn."""
+NO_MARKS = Marks(np.zeros((0, 4), np.float32), np.zeros(0, np.int64), np.zeros(0, bool))
 TRUE = (255, 255, 255)
 FONT, SIZE = cv2.FONT_HERSHEY_SIMPLEX, 0.5
 # Colours that differ from each other and from rooms, dark enough for white letters.
@@ -47,7 +49,7 @@ def draw_sheet(detector: Detector, truth: FrameTruth, words: NameLists, out: Pat
         room = words.rooms[int(seen.rooms.argmax())] if len(seen.rooms) else "no rooms"
         caption = f"{room} ({seen.rooms.max():.2f})" if len(seen.rooms) else room
         caption += f", truth: {image.get('room') or 'unknown'}"
-        pictures.append(draw(rgb, seen, truth.marks[k], truth.categories, caption))
+        pictures.append(_fitted(rgb, seen, truth.marks[k], truth.categories, caption))
     _write_sheet(pictures, out)
 
 
@@ -58,14 +60,22 @@ def draw_pictures(
     """Pictures of any size, each (name, (H, W, 3) RGB), with what was detected in each."""
     drawn = []
     for (name, rgb), found in zip(pictures, seen, strict=True):
-        fitted, fit = letterbox(rgb, HEIGHT, WIDTH)
-        shift = np.array([fit.left, fit.top] * 2, np.float32)
-        moved = found._replace(boxes_px=found.boxes_px * np.float32(fit.scale) + shift)
         shown = int((found.scores >= SHOWN).sum())
         size = f"{rgb.shape[1]} x {rgb.shape[0]}"
         caption = f"{name[-LONGEST:]}, {size}: {shown or 'nothing'} with a score of {SHOWN} or more"
-        drawn.append(draw(fitted, moved, None, classes, caption))
+        drawn.append(_fitted(rgb, found, NO_MARKS, classes, caption))
     _write_sheet(drawn, out)
+
+
+def _fitted(
+    rgb: Image, seen: RawDetections, marks: Marks, categories: Sequence[str], caption: str
+) -> Image:
+    """(H, W, 3) of any size -> (HEIGHT, WIDTH, 3), drawn."""
+    fitted, fit = letterbox(rgb, HEIGHT, WIDTH)
+    shift = np.array([fit.left, fit.top] * 2, np.float32)
+    seen = seen._replace(boxes_px=seen.boxes_px * np.float32(fit.scale) + shift)
+    marks = replace(marks, boxes=marks.boxes * np.float32(fit.scale) + shift)
+    return draw(fitted, seen, marks, categories, caption)
 
 
 def _write_sheet(pictures: list[Image], out: Path) -> None:
@@ -81,24 +91,22 @@ def _write_sheet(pictures: list[Image], out: Path) -> None:
 
 
 def draw(
-    rgb: Image, seen: RawDetections, marks: Marks | None, categories: Sequence[str], caption: str
+    rgb: Image, seen: RawDetections, marks: Marks, categories: Sequence[str], caption: str
 ) -> Image:
-    """(H, W, 3) -> (h, WIDTH, 3) RGB with boxes, names and scores; truth that counts in white."""
-    scale = WIDTH / rgb.shape[1]
-    size = (WIDTH, max(1, round(rgb.shape[0] * scale)))
-    out = np.array(cv2.resize(rgb, size, interpolation=cv2.INTER_LINEAR), np.uint8)
-    for box in marks.boxes[~marks.crowd] * scale if marks is not None else ():
+    """(H, W, 3) RGB with boxes, names and scores; truth that counts in white."""
+    out = rgb.copy()
+    for box in marks.boxes[~marks.crowd]:
         x0, y0, x1, y1 = (int(v) for v in box)
         cv2.rectangle(out, (x0, y0), (x1, y1), TRUE, 1)
     shown = np.flatnonzero(seen.scores >= SHOWN)[::-1]  # the best on top
     for k in shown:
         colour = PALETTE[int(seen.labels[k]) % len(PALETTE)]
-        x0, y0, x1, y1 = (int(v) for v in seen.boxes_px[k] * scale)
+        x0, y0, x1, y1 = (int(v) for v in seen.boxes_px[k])
         cv2.rectangle(out, (x0, y0), (x1, y1), colour, 2)
-    taken = [_write(out, caption, 0, size[1], (40, 40, 40), [])]
+    taken = [_write(out, caption, 0, len(out), (40, 40, 40), [])]
     for k in shown[::-1]:  # the best choose first where to stand
         name = f"{categories[int(seen.labels[k])]} {seen.scores[k]:.2f}"
-        x, y = (int(v) for v in seen.boxes_px[k][:2] * scale)
+        x, y = (int(v) for v in seen.boxes_px[k][:2])
         taken.append(_write(out, name, x, y, PALETTE[int(seen.labels[k]) % len(PALETTE)], taken))
     return out
 

@@ -20,7 +20,7 @@ from models.evaluation.measures import measure, room_accuracy, tried
 from models.evaluation.naming import look
 from models.evaluation.precision import Precision
 from models.evaluation.report import markdown
-from models.evaluation.sheet import COLUMNS, GAP, ROWS, WIDTH, draw_sheet
+from models.evaluation.sheet import COLUMNS, GAP, HEIGHT, ROWS, WIDTH, draw_sheet
 from models.evaluation.truth import FrameTruth, read_truth, read_words
 from models.words.text_encoder import TextEncoder
 
@@ -223,7 +223,7 @@ def test_a_sheet_is_drawn(truth: FrameTruth, detector: OpenDetector, tmp_path: P
     draw_sheet(detector, truth, read_words(), tmp_path / "sheet.png")
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     rows = -(-min(len(truth.marks), COLUMNS * ROWS) // COLUMNS)
-    assert sheet.shape == (rows * (GAP + round(64 * WIDTH / 96)), COLUMNS * (GAP + WIDTH), 3)
+    assert sheet.shape == (rows * (GAP + HEIGHT), COLUMNS * (GAP + WIDTH), 3)
     assert len(np.unique(sheet.reshape(-1, 3), axis=0)) > 3
     with pytest.raises(ModelFileError, match="cannot be written"):
         draw_sheet(detector, truth, read_words(), tmp_path / "none" / "sheet.png")
