@@ -1,6 +1,7 @@
 """`hil-sim episodes`: sample episodes by seed and write them as a suite."""
 
 import itertools
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -43,13 +44,12 @@ def episodes_command(
     """
     if bool(scenes) == bool(make):
         raise click.UsageError("name scenes, or a suite to make with --make")
-    wanted = itertools.product(*((REPLICAS, ROBOTHOR_GOALS) if make else (scenes, goals)))
-    for line in not_asked_for(wanted):
-        click.echo(line, err=True)
     note = ""
     if make:
         found, note = make_suite(make, replicas, workers)
+        _tell(itertools.product(REPLICAS, ROBOTHOR_GOALS))
     else:
+        _tell(itertools.product(scenes, goals))
         strict = not skip_missing
         wishes = [Wish(scene, goals, starts=starts, seed=seed, strict=strict) for scene in scenes]
         found = tuple(e for episodes in sample_all(wishes, workers) for e in episodes)
@@ -57,3 +57,8 @@ def episodes_command(
             raise SceneError(f"{', '.join(scenes)}: none of these goals can be met; name others")
     save_suite(found, out, note)
     click.echo(f"{len(found)} episodes in {out}")
+
+
+def _tell(wanted: Iterable[tuple[str, str]]) -> None:
+    for line in not_asked_for(wanted):
+        click.echo(line, err=True)
