@@ -77,7 +77,7 @@ def tried(path: Path, limits: Limits, pictures: Sequence[Path] = ()) -> TrialRep
     except subprocess.TimeoutExpired as error:
         raise ModelFileError(
             f"{path}: had not answered after {limits.seconds:g} s of its trial; it may never end; "
-            "if it is only slow, raise --limit-s"
+            "if it is only slow, take it in with a higher --limit-s"
         ) from error
     try:
         found = json.loads(done.stdout)

@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from models.detection.clip import ClipDetector
+from models.detection.detections import Detector
 from models.detection.detector import open_detector
 from models.detection.domain import DomainEvidence
 from models.detection.ensemble import DetectorEnsemble
 from models.detection.grounding import GroundingDetector
 from models.detection.second_look import SecondLook, Sought
+from models.detection.trial import Limits, tried
 from models.store import manifest
 from models.words.class_names import ClassText
 from models.words.text_encoder import TextEncoder
@@ -33,10 +35,7 @@ class SeekingDetector:
         models = config.models
         self._encoder, self._rooms = encoder, words.rooms
         self._all = DetectorEnsemble(
-            {
-                n: open_detector(located(n), "auto", encoder, models.threads)
-                for n in models.detectors
-            },
+            {n: _opened(n, encoder, models.threads) for n in models.detectors},
             DomainEvidence(models.domain),
             models.others_every,
         )
@@ -114,6 +113,14 @@ class SeekingDetector:
     def domain(self) -> dict[str, object]:
         """What the images are taken for, as JSON."""
         return self._all.domain.told()
+
+
+def _opened(name: str, encoder: TextEncoder, threads: int) -> Detector:
+    """A detector by its name; what is named by its path, and not in a manifest, is tried first."""
+    path = located(name)
+    if path == Path(name):
+        tried(path, Limits())
+    return open_detector(path, "auto", encoder, threads)
 
 
 def located(name: str) -> Path:
