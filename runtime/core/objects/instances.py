@@ -222,6 +222,9 @@ def _widen(instance: Instance, seen: Instance, range_m: float, frame: GridFrame)
 
 
 def _joined(total: F32, one: F32) -> F32:
+    """A sum of embeddings; not every detector, nor every frame, has one."""
+    if not one.size:
+        return total
     return total + one if total.shape == one.shape else one
 
 

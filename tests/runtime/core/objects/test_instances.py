@@ -164,6 +164,14 @@ def test_the_fused_embedding_is_the_views_mean_by_score(views: list[tuple[float,
     assert np.allclose(things[1].embedding, mean / np.linalg.norm(mean), atol=1e-5)
 
 
+def test_a_view_without_an_embedding_takes_none_away() -> None:
+    """As of a frame at which only a detector with a fixed list looked."""
+    none = np.zeros(0, np.float32)
+    things = seen((box("sofa", 2.0, 0.0), HERE), (box("sofa", 2.0, 0.0, none), HERE))
+    assert len(things) == 1
+    assert things[1].embedding == pytest.approx(LEATHER)
+
+
 def test_a_rejection_forgets_for_one_name_alone_and_asks_for_new_views():
     chair = [(box("chair", 2, 0), around(2, 0, 0.6 * k)) for k in range(3)]
     instances = seen(*chair)
