@@ -1,14 +1,13 @@
-"""Frames as `hil-sim frames` writes them (COCO detection JSON), and their augmentation."""
+"""Labelled frames read, augmented and put together into batches."""
 
 import contextlib
 import functools
-import json
 import queue
 import threading
 from collections.abc import Callable, Generator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from models.errors import ModelFileError
+from models.train.labelled import Labelled
 
 WIDTH, HEIGHT = FULL = 416, 320
 SMALL = 320, 256
@@ -24,114 +24,26 @@ SMALL = 320, 256
 ZOOMED, ZOOM = 0.75, (0.65, 2.0)
 """Share of the frames that are zoomed, and by how much: what is in a frame at 640 px is seen at the
 size it has there by networks that take smaller ones."""
+STRETCH = 1.1
+"""How much more a frame may be stretched one way than the other; what is left over is grey."""
 KEEP_FRACTION = 0.3
 """A box of which a crop leaves less than this becomes an ignore region."""
 
-SCARCE = 0.03
-"""A category that fewer of the frames show than this is shown again (`repeated`)."""
-
 NOISE_SLACK = 128
-UNLEARNED = -1
-"""The label of what is of a held-out category, which is ignored."""
-
 Image = NDArray[np.uint8]
 
 
-@dataclass(frozen=True)
-class Labelled:
-    """One frame: boxes (N, 4) px corners, labels (N,) category indices or UNLEARNED, ignore (N,)
-    bool."""
-
-    path: Path
-    boxes: NDArray[np.float32]
-    labels: NDArray[np.int64]
-    ignore: NDArray[np.bool_]
-    room: str
-
-
 class Batch(NamedTuple):
-    """`image` (B, 3, H, W) float32 0..255; lists hold one tensor per image; room -1: unknown."""
+    """`image` (B, 3, H, W) float32 0..255; lists hold one tensor per image; room -1: unknown;
+    `boxed` (B, C) bool: the categories of which none is without a box."""
 
     image: Tensor
     boxes: list[Tensor]
     labels: list[Tensor]
     ignore: list[Tensor]
+    surety: list[Tensor]
     room: Tensor
-
-
-def read_frames(
-    directory: Path, categories: Sequence[str], held_out: Sequence[str] = ()
-) -> list[Labelled]:
-    """All finished frames of a directory, labels as indices into `categories`; what is of a
-    `held_out` category becomes an ignore region.
-
-    Reads annotations.json where it is there, and the shards of a rendering that still runs.
-    """
-    index = {name: i for i, name in enumerate(categories)} | dict.fromkeys(held_out, UNLEARNED)
-    frames: dict[Path, Labelled] = {}
-    for path in sorted(directory.rglob("*.json")):
-        try:
-            table = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            continue  # still being written; the next scan finds it whole
-        for row in _rows(table):
-            image = _find(path.parent, row["file_name"])
-            if image is not None and image not in frames:
-                frames[image] = _labelled(image, row, index)
-    if not frames:
-        raise ModelFileError(f"{directory}: no annotated frames; make some with `hil-sim frames`")
-    return list(frames.values())
-
-
-def repeated(frames: Sequence[Labelled], rng: np.random.Generator) -> list[Labelled]:
-    """The frames, those with a scarce category several times over: sqrt(SCARCE / its share of the
-    frames) times on average, by the scarcest that a frame shows (Gupta et al. 2019)."""
-    shown = [np.unique(frame.labels[~frame.ignore]) for frame in frames]
-    found = np.bincount(np.concatenate(shown))
-    times = np.sqrt(np.maximum(1.0, SCARCE * len(frames) / np.maximum(found, 1)))
-    wanted = np.array([times[labels].max(initial=1.0) for labels in shown])
-    counts = np.floor(wanted + rng.random(len(frames))).astype(int)
-    return [frame for frame, count in zip(frames, counts, strict=True) for _ in range(count)]
-
-
-def _rows(table: Any) -> list[dict[str, Any]]:
-    """A shard's rows; a COCO table is brought into the same form."""
-    if isinstance(table, list):
-        return [r for r in table if isinstance(r, dict) and "objects" in r]
-    if not isinstance(table, dict) or "images" not in table or "annotations" not in table:
-        return []
-    names = {c["id"]: c["name"] for c in table["categories"]}
-    objects: dict[int, list[dict[str, Any]]] = {}
-    for mark in table["annotations"]:
-        row = {"category": names[mark["category_id"]], "bbox": mark["bbox"]}
-        row["ignore"] = bool(mark.get("iscrowd"))
-        objects.setdefault(mark["image_id"], []).append(row)
-    return [{**image, "objects": objects.get(image["id"], [])} for image in table["images"]]
-
-
-def _labelled(path: Path, row: dict[str, Any], index: dict[str, int]) -> Labelled:
-    marks = row["objects"]
-    for mark in marks:
-        if mark["category"] not in index:
-            raise ModelFileError(
-                f"{path}: category {mark['category']!r} has no names in names.toml"
-            )
-    labels = np.array([index[m["category"]] for m in marks], np.int64)
-    xywh = np.array([m["bbox"] for m in marks], np.float32).reshape(-1, 4)
-    return Labelled(
-        path=path,
-        boxes=np.concatenate((xywh[:, :2], xywh[:, :2] + xywh[:, 2:]), axis=1),
-        labels=labels,
-        ignore=np.array([bool(m["ignore"]) for m in marks], np.bool_) | (labels == UNLEARNED),
-        room=str(row.get("room") or ""),
-    )
-
-
-def _find(root: Path, name: str) -> Path | None:
-    for folder in (root / "images", root, root.parent / "images", root.parent):
-        if (folder / name).is_file():
-            return (folder / name).resolve()
-    return None
+    boxed: Tensor
 
 
 def load(path: Path) -> Image:
@@ -144,15 +56,15 @@ def load(path: Path) -> Image:
 
 def augment(
     image: Image, frame: Labelled, rng: np.random.Generator, size: tuple[int, int] = FULL
-) -> tuple[Image, NDArray[np.float32], NDArray[np.int64], NDArray[np.bool_]]:
+) -> tuple[Image, Labelled]:
     """Flip, zoom and shift, then what cameras do; boxes follow and are clipped."""
     height, width = image.shape[:2]
-    move = np.array([[size[0] / width, 0, 0], [0, size[1] / height, 0]], np.float64)
+    fit = np.array((size[0] / width, size[1] / height))
+    fit = np.minimum(fit, STRETCH * fit.min())
     if rng.random() < ZOOMED:
-        zoom = float(np.exp(rng.uniform(*np.log(ZOOM))))
-        slack = np.array(size) * (1 - zoom)
-        move = move * zoom
-        move[:, 2] += slack * rng.random(2)
+        fit *= float(np.exp(rng.uniform(*np.log(ZOOM))))
+    move = np.hstack((np.diag(fit), np.zeros((2, 1))))
+    move[:, 2] = (np.array(size) - fit * (width, height)) * rng.random(2)
     if rng.random() < 0.5:
         move[0] *= -1
         move[0, 2] += size[0]
@@ -167,7 +79,13 @@ def augment(
     whole = visible > KEEP_FRACTION
     kept = visible > 0.02
     ignore = frame.ignore | ~whole
-    return _photograph(image, rng), boxes[kept], frame.labels[kept], ignore[kept]
+    return _photograph(image, rng), replace(
+        frame,
+        boxes=boxes[kept],
+        labels=frame.labels[kept],
+        ignore=ignore[kept],
+        surety=frame.surety[kept],
+    )
 
 
 def _moved(
@@ -223,17 +141,21 @@ def collate(
     size: tuple[int, int] = FULL,
 ) -> Batch:
     """Read and augment frames into one batch; a frame that cannot be read is an error."""
-    images, boxes, labels, ignore, room = [], [], [], [], []
+    images, shown = [], []
     for frame in frames:
-        image, b, c, i = augment(load(frame.path), frame, rng, size)
+        image, seen = augment(load(frame.path), frame, rng, size)
         images.append(torch.from_numpy(image))
-        boxes.append(torch.from_numpy(b))
-        labels.append(torch.from_numpy(c))
-        ignore.append(torch.from_numpy(i))
-        room.append(rooms.index(frame.room) if frame.room in rooms else -1)
+        shown.append(seen)
     stack = torch.stack(images).permute(0, 3, 1, 2).float()
-    stack = stack.contiguous(memory_format=torch.channels_last)
-    return Batch(stack, boxes, labels, ignore, torch.tensor(room))
+    return Batch(
+        image=stack.contiguous(memory_format=torch.channels_last),
+        boxes=[torch.from_numpy(seen.boxes) for seen in shown],
+        labels=[torch.from_numpy(seen.labels) for seen in shown],
+        ignore=[torch.from_numpy(seen.ignore) for seen in shown],
+        surety=[torch.from_numpy(seen.surety) for seen in shown],
+        room=torch.tensor([rooms.index(f.room) if f.room in rooms else -1 for f in shown]),
+        boxed=torch.from_numpy(np.stack([seen.boxed for seen in shown])),
+    )
 
 
 def batches(

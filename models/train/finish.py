@@ -17,13 +17,14 @@ from torch import Tensor
 
 from models.errors import told
 from models.store import manifest
-from models.train.data import Batch, Labelled, batches, read_frames, repeated
+from models.train.data import Batch, batches
 from models.train.export import load_network
-from models.train.losses import background, gather, room_loss, view_loss, word_loss
+from models.train.labelled import Labelled, Portion, PortionParam, read_epoch
+from models.train.losses import answers, background, gather, room_loss, view_loss, word_loss
 from models.train.memory import keep_memory
 from models.train.names import Names, load_names
 from models.train.network import Network
-from models.train.targets import assign, make_grid
+from models.train.targets import make_grid
 from models.train.trainer import CHECKPOINT, save
 from models.words.text_encoder import TextEncoder
 
@@ -40,12 +41,14 @@ Columns = tuple[Tensor, ...]
 
 @dataclass(frozen=True)
 class Features:
-    """`regions` (P, C) with `label` (P,), -1 background, and `weight` (P,); `summary` (N, S) of
-    whole views with `room` (N,), -1 unknown, and `present` (N, categories): 1, 0 or NaN."""
+    """`regions` (P, C) with `label` (P,), -1 background, `weight` (P,), and which categories are
+    `boxed` (P, categories) where they are from; `summary` (N, S) of whole views with `room` (N,),
+    -1 unknown, and `present` (N, categories): 1, 0 or NaN."""
 
     regions: Tensor
     label: Tensor
     weight: Tensor
+    boxed: Tensor
     summary: Tensor
     room: Tensor
     present: Tensor
@@ -80,24 +83,23 @@ def _joined(parts: Sequence[Columns]) -> Columns:
 def _of_batch(network: Network, batch: Batch) -> tuple[Tensor, ...]:
     raw = network(batch.image)
     grid = make_grid(batch.image.shape[2], batch.image.shape[3])
-    targets = [
-        assign(grid, raw.boxes[i], raw.objectness[i], batch.boxes[i], batch.ignore[i])
-        for i in range(len(batch.image))
-    ]
+    targets = answers(raw, batch, grid)
     chosen = gather(batch, targets)
     image, location, likeness = background(raw, targets, BACKGROUND)
     regions = (raw.regions[chosen.image, chosen.location], raw.regions[image, location])
     label = torch.cat((chosen.label, torch.full_like(image, -1)))
     weight = torch.cat((chosen.quality, likeness))
-    return torch.cat(regions), label, weight, raw.summary, batch.room
+    boxed = batch.boxed[torch.cat((chosen.image, image))]
+    return torch.cat(regions), label, weight, boxed, raw.summary, batch.room
 
 
 def _present(batch: Batch, compare: Tensor) -> Tensor:
-    """(B, categories): 1 what counts as seen, NaN what is ignored or near to something seen."""
+    """(B, categories): 1 what counts as seen, NaN what is ignored, near to something seen or not
+    boxed throughout."""
     rows = []
-    for labels, ignore in zip(batch.labels, batch.ignore, strict=True):
+    for labels, ignore, boxed in zip(batch.labels, batch.ignore, batch.boxed, strict=True):
         seen = torch.unique(labels[~ignore])  # type: ignore[no-untyped-call]
-        row = torch.zeros(len(compare))
+        row = torch.where(boxed, 0.0, torch.nan)
         row[labels[ignore & (labels >= 0)]] = torch.nan
         row[(compare[seen] == 0).any(0)] = torch.nan
         row[seen] = 1.0
@@ -134,7 +136,7 @@ def finish(
 
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
-        parts = features.regions[at], features.label[at], features.weight[at]
+        parts = features.regions[at], features.label[at], features.weight[at], features.boxed[at]
         return word_loss(out, *parts, names.draw(rng), whole)
 
     heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
@@ -198,17 +200,16 @@ def _kept(out: Path, passes: float, seed: int, make: Callable[[], Features]) -> 
 
 
 @click.command(epilog="Example:  python -m models.train.finish --data frames/train --out out/train")
-@click.option("--data", type=click.Path(path_type=Path, exists=True), required=True)
+@click.option("--data", type=PortionParam(), multiple=True, required=True)
 @click.option("--out", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--passes", default=2.0, show_default=True, help="Augmented passes over the frames.")
 @click.option("--seed", default=1, show_default=True)
-def main(data: Path, out: Path, passes: float, seed: int) -> None:
+def main(data: tuple[Portion, ...], out: Path, passes: float, seed: int) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
     names = load_names(TextEncoder(manifest.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
-    frames = repeated(
-        read_frames(data, names.categories, names.held_out), np.random.default_rng(seed)
-    )
+    rng = np.random.default_rng(seed)
+    frames = read_epoch(data, names.categories, names.held_out, rng)
     features = _kept(
         out, passes, seed, lambda: collect(network, frames, names, passes, seed, click.echo)
     )

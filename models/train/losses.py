@@ -14,6 +14,8 @@ from models.train.targets import Grid, Targets, assign
 
 HARD = 24
 """Background locations per image, the most objectlike, that must resemble no word."""
+UNBOXED = 0.2
+"""What an answer where no box is counts for, in a frame of which not everything is boxed."""
 BOX_WEIGHT, WORD_WEIGHT, ROOM_WEIGHT = 2.0, 1.0, 0.4
 
 
@@ -41,21 +43,30 @@ def loss(
     network: Network, raw: Raw, batch: Batch, grid: Grid, names: Names, rng: np.random.Generator
 ) -> Losses:
     """Everything one batch costs."""
-    targets = [
-        assign(grid, raw.boxes[i], raw.objectness[i], batch.boxes[i], batch.ignore[i])
-        for i in range(len(batch.image))
-    ]
+    targets = answers(raw, batch, grid)
     quality = torch.stack([t.quality for t in targets])
-    counted = torch.stack([t.counted for t in targets])
+    owned = torch.stack([t.owner >= 0 for t in targets])
+    certain = torch.where(owned | batch.boxed.all(1, keepdim=True), 1.0, UNBOXED)
+    counted = torch.stack([t.counted for t in targets]) * certain
     chosen = gather(batch, targets)
     weight = chosen.quality.sum().clamp(min=1.0)
     objectness = _quality_focal(raw.objectness, quality, counted) / weight
     giou = generalised_iou(raw.boxes[chosen.image, chosen.location], chosen.truth)
     box = ((1 - giou) * chosen.quality).sum() / weight
-    words = _word_loss(network, raw, chosen, targets, names.draw(rng), names.compare)
+    words = _word_loss(network, raw, batch, chosen, targets, names, rng)
     room = room_loss(network, raw.summary, batch.room, names.draw_rooms(rng))
     total = objectness + BOX_WEIGHT * box + WORD_WEIGHT * words + ROOM_WEIGHT * room
     return Losses(total, objectness, box, words, room)
+
+
+def answers(raw: Raw, batch: Batch, grid: Grid) -> list[Targets]:
+    """Who answers for what, an image each; no better than the boxes are sure."""
+    found = []
+    for i, surety in enumerate(batch.surety):
+        target = assign(grid, raw.boxes[i], raw.objectness[i], batch.boxes[i], batch.ignore[i])
+        cap = torch.cat((surety, surety.new_ones(1)))[target.owner]  # -1: nobody's
+        found.append(target._replace(quality=target.quality * cap))
+    return found
 
 
 def gather(batch: Batch, targets: list[Targets]) -> Chosen:
@@ -88,37 +99,37 @@ def generalised_iou(a: Tensor, b: Tensor) -> Tensor:
 
 
 def _word_loss(
-    network: Network,
-    raw: Raw,
-    chosen: Chosen,
-    targets: list[Targets],
-    rows: Tensor,
-    compare: Tensor,
-) -> Tensor:
+    network: Network, raw: Raw, batch: Batch, chosen: Chosen, targets: list[Targets], names: Names,
+    rng: np.random.Generator,
+) -> Tensor:  # fmt: skip
     image, location, likeness = background(raw, targets)
     return word_loss(
         network,
         torch.cat((raw.regions[chosen.image, chosen.location], raw.regions[image, location])),
         torch.cat((chosen.label, torch.full_like(image, -1))),
         torch.cat((chosen.quality, likeness)),
-        rows,
-        compare,
+        batch.boxed[torch.cat((chosen.image, image))],
+        names.draw(rng),
+        names.compare,
     )
 
 
 def word_loss(
-    network: Network, regions: Tensor, label: Tensor, weight: Tensor, rows: Tensor, compare: Tensor
-) -> Tensor:
+    network: Network, regions: Tensor, label: Tensor, weight: Tensor, boxed: Tensor, rows: Tensor,
+    compare: Tensor,
+) -> Tensor:  # fmt: skip
     """Sigmoid alignment (Zhai et al. 2023) of regions with one name of every category.
 
-    `label` (P,): category, or -1 for a region that must resemble no word; `rows` (C + absent, 384).
+    `label` (P,): category, or -1 for a region that must resemble no word, but for those of what is
+    not `boxed` (P, C) throughout; `rows` (C + absent, 384).
     """
     thing = label >= 0
     kinds = label.clamp(min=0)
     right = F.one_hot(kinds, len(rows)).float() * thing[:, None]
-    beyond = torch.ones(len(compare), len(rows) - len(compare))
-    matter = torch.cat((compare, beyond), 1)[kinds]
-    matter = torch.where(thing[:, None], torch.maximum(matter, right), torch.ones_like(matter))
+    beyond = torch.ones(len(label), len(rows) - len(compare))
+    named = torch.maximum(torch.cat((compare[kinds], beyond), 1), right)
+    empty = torch.cat((boxed.float(), beyond * boxed.all(1, keepdim=True)), 1)
+    matter = torch.where(thing[:, None], named, empty)
     logits = network.embed(regions) @ rows.T * network.log_scale.exp() + network.bias
     cost = F.binary_cross_entropy_with_logits(logits, right, reduction="none")
     return (cost * matter * weight[:, None]).sum() / weight.sum().clamp(min=1.0)

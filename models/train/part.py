@@ -1,5 +1,6 @@
 """What one process of a training does. Apart from the command, for processes import it by name."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -7,12 +8,15 @@ import cv2
 import torch
 
 from models.store import manifest
+from models.train.labelled import Portion
 from models.train.team import Team
 from models.train.trainer import Recipe, train
 from models.words.text_encoder import TextEncoder
 
 
-def take_part(data: Path, out: Path, recipe: Recipe, start: Path | None, team: Team) -> None:
+def take_part(
+    data: Sequence[Portion], out: Path, recipe: Recipe, start: Path | None, team: Team
+) -> None:
     """Train on one core, as a member of a team; its leader says how it goes."""
     torch.set_num_threads(1)
     cv2.setNumThreads(1)

@@ -18,8 +18,9 @@ from torch import Tensor, nn
 
 from models.errors import ModelFileError, told
 from models.onnx_session import image_size, open_session
-from models.train.data import Labelled, batches, read_frames
+from models.train.data import batches
 from models.train.export import FORMAT, Selected, check_parity
+from models.train.labelled import Labelled, read_frames
 from models.train.memory import keep_memory
 from models.train.names import load_names
 from models.train.network import STRIDES, Network

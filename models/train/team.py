@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, distributed
 from torch.multiprocessing.spawn import spawn
 
-from models.train.data import Labelled
+from models.train.labelled import Labelled
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ import copy
 import csv
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,8 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from models.train.data import FULL, SMALL, Batch, batches, read_frames, repeated
+from models.train.data import FULL, SMALL, Batch, batches
+from models.train.labelled import Portion, read_epoch
 from models.train.losses import Losses, loss
 from models.train.names import Embed, Names, load_names
 from models.train.network import Network
@@ -141,7 +142,7 @@ def save(path: Path, state: dict[str, Any]) -> None:
 
 
 def train(
-    data: Path,
+    data: Sequence[Portion],
     out: Path,
     backbone: dict[str, Tensor],
     embed: Embed,
@@ -168,12 +169,10 @@ def train(
         trainer.restore(checkpoint)
         say(f"resumed at step {trainer.step}, {trainer.spent_s / 60:.1f} min spent")
     while trainer.done() < 1:
-        frames = read_frames(data, trainer.names.categories, trainer.names.held_out)
-        shown = repeated(frames, trainer.rng)
-        say(f"epoch {trainer.epoch}: {len(frames)} frames, {len(shown)} with those shown again")
-        source = batches(
-            team.share(shown), trainer.names.rooms, recipe.batch, trainer.rng, trainer.size
-        )
+        names = trainer.names
+        shown = read_epoch(data, names.categories, names.held_out, trainer.rng)
+        say(f"epoch {trainer.epoch}: {len(shown)} frames, {len({f.path for f in shown})} different")
+        source = batches(team.share(shown), names.rooms, recipe.batch, trainer.rng, trainer.size)
         with contextlib.closing(source):
             for losses in _steps(trainer, source):
                 if team.leads and trainer.step % LOG_EVERY == 0:

@@ -16,8 +16,9 @@ from models.detection.detector import OpenDetector, open_detector  # noqa: E402
 from models.errors import ModelFileError  # noqa: E402
 from models.onnx_session import open_session  # noqa: E402
 from models.train import graph  # noqa: E402
-from models.train.data import batches, read_frames  # noqa: E402
+from models.train.data import batches  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
+from models.train.labelled import read_frames  # noqa: E402
 from models.train.network import Network  # noqa: E402
 from models.train.restore import main, restore  # noqa: E402
 from models.train.trainer import save  # noqa: E402

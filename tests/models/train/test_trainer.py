@@ -19,7 +19,7 @@ torch = pytest.importorskip("torch")
 from drawn_shapes import SHAPES, draw_frames  # noqa: E402
 
 from models.errors import ModelFileError  # noqa: E402
-from models.train import average, data, finish, targets  # noqa: E402
+from models.train import average, data, finish, labelled, targets  # noqa: E402
 from models.train.export import export, load_network  # noqa: E402
 from models.train.losses import generalised_iou, room_loss  # noqa: E402
 from models.train.names import PATH, load_names  # noqa: E402
@@ -50,10 +50,10 @@ def trainer(frames: Path) -> Trainer:
 
 def test_held_out_categories_are_ignored_and_unseen_names_are_not_trained(frames: Path) -> None:
     names = load_names(embed)
-    whole = data.read_frames(frames, names.categories)
+    whole = labelled.read_frames(frames, names.categories)
     gone = names.categories[int(whole[0].labels[0])]
     rest = [name for name in names.categories if name != gone]
-    held = data.read_frames(frames, rest, [gone])
+    held = labelled.read_frames(frames, rest, [gone])
     for before, after in zip(whole, held, strict=True):
         lost = [names.categories[i] == gone for i in before.labels]
         assert after.ignore.tolist() == (before.ignore | np.array(lost, bool)).tolist()
@@ -70,15 +70,15 @@ def test_held_out_categories_are_ignored_and_unseen_names_are_not_trained(frames
 def test_frames_with_a_scarce_category_are_shown_again() -> None:
     def frame(name: str, *labels: int, ignore: bool = False) -> data.Labelled:
         boxes = np.zeros((len(labels), 4), np.float32)
-        return data.Labelled(
-            Path(name), boxes, np.array(labels, np.int64), np.full(len(labels), ignore), ""
-        )
+        kinds, hidden = np.array(labels, np.int64), np.full(len(labels), ignore)
+        sure, boxed = np.ones(len(labels), np.float32), np.ones(3, bool)
+        return labelled.Labelled(Path(name), boxes, kinds, hidden, sure, boxed, "")
 
     common = [frame(f"common{i}", 0) for i in range(396)]
     scarce = [frame(f"scarce{i}", 0, 1) for i in range(3)]
     frames = [*common, *scarce, frame("hidden", 2, ignore=True)]
     rng = np.random.default_rng(0)
-    drawn = [[f.path.name for f in data.repeated(frames, rng)] for _ in range(50)]
+    drawn = [[f.path.name for f in labelled.repeated(frames, rng)] for _ in range(50)]
     # Category 1 is in 3 of 400 frames where 12 would be common: twice each, on average exactly.
     counts = [sum(name.startswith("scarce") for name in names) for names in drawn]
     assert counts == [6] * 50
@@ -94,8 +94,8 @@ def test_a_lower_height_lowers_the_rates(trainer: Trainer) -> None:
 
 
 def test_a_few_steps_reduce_the_loss(frames: Path, trainer: Trainer) -> None:
-    labelled = data.read_frames(frames, trainer.names.categories)
-    batch = data.collate(labelled[:2], trainer.names.rooms, np.random.default_rng(0), data.SMALL)
+    some = labelled.read_frames(frames, trainer.names.categories)[:2]
+    batch = data.collate(some, trainer.names.rooms, np.random.default_rng(0), data.SMALL)
     costs = [float(trainer.learn(batch).total.detach()) for _ in range(6)]
     assert min(costs[3:]) < 0.8 * costs[0]
 
@@ -177,8 +177,8 @@ def test_the_mean_of_two_checkpoints(trainer: Trainer, tmp_path: Path) -> None:
 
 def test_features_of_frames_are_stored(frames: Path, trainer: Trainer) -> None:
     names = trainer.names
-    labelled = data.read_frames(frames, names.categories) * 2
-    features = finish.collect(trainer.average.eval(), labelled, names, 1, 0, print)
+    shown = labelled.read_frames(frames, names.categories) * 2
+    features = finish.collect(trainer.average.eval(), shown, names, 1, 0, print)
     assert len(features.summary) == len(features.room) == finish.BATCH
     drawn = [names.categories[i] for i in np.flatnonzero((features.present == 1).any(0))]
     assert set(drawn) <= set(SHAPES)
@@ -191,7 +191,7 @@ def test_features_are_kept_until_the_checkpoint_changes(tmp_path: Path) -> None:
 
     def make() -> finish.Features:
         made.append(torch.full((1,), float(len(made))))
-        return finish.Features(*[made[-1]] * 6)
+        return finish.Features(*[made[-1]] * 7)
 
     checkpoint = tmp_path / finish.CHECKPOINT
     checkpoint.write_bytes(b"one")
@@ -212,7 +212,8 @@ def test_the_word_heads_learn_from_stored_features(trainer: Trainer) -> None:
     summary[:, 0] += 8 * room
     present = torch.zeros(32, len(names.categories))
     present[:, 3], present[:, 4] = room.float(), torch.nan
-    features = finish.Features(torch.randn(64, 96), label, torch.rand(64), summary, room, present)
+    regions, boxed = torch.randn(64, 96), torch.ones(64, len(names.categories), dtype=torch.bool)
+    features = finish.Features(regions, label, torch.rand(64), boxed, summary, room, present)
     done = finish.finish(network, features, names, 0, print, room_steps=60, word_steps=2)
     rows = names.draw_rooms(np.random.default_rng(0))
     before, after = (float(room_loss(n, summary, room, rows).detach()) for n in (network, done))
@@ -228,10 +229,14 @@ def test_augmented_boxes_stay_on_their_objects(
     image = np.full((480, 640, 3), 255, np.uint8)
     image[150:300, 230:460] = 0
     boxes = np.array([[230, 150, 460, 300]], np.float32)
-    frame = data.Labelled(tmp_path, boxes, np.array([0]), np.array([False]), "")
+    sure = np.ones(1, np.float32)
+    frame = labelled.Labelled(
+        tmp_path, boxes, np.array([0]), np.array([False]), sure, np.ones(1, bool), ""
+    )
     off = []
     for seed in range(40):
-        out, (box, *_), *_ = data.augment(image, frame, np.random.default_rng(seed))
+        out, moved = data.augment(image, frame, np.random.default_rng(seed))
+        box = moved.boxes[0]
         dark = 1 - out[..., 0] / 255.0
         middle = ((box[:2] + box[2:]) / 2).astype(int)
         # The middle of what is dark along a line; what fills the rest of a frame that was made
@@ -251,25 +256,42 @@ def test_augmented_boxes_stay_on_their_objects(
     assert abs(np.mean(off)) < 0.05
 
 
+def test_a_square_picture_keeps_its_proportions(tmp_path: Path) -> None:
+    box = np.array([[64, 64, 192, 192]], np.float32)
+    frame = labelled.Labelled(
+        tmp_path, box, np.array([0]), np.array([False]), np.ones(1, np.float32), np.ones(1, bool),
+        "",
+    )  # fmt: skip
+    image, stretched = np.zeros((256, 256, 3), np.uint8), []
+    for seed in range(20):
+        _, moved = data.augment(image, frame, np.random.default_rng(seed), (416, 320))
+        if len(moved.boxes) and not moved.ignore[0]:
+            x0, y0, x1, y1 = moved.boxes[0]
+            if x0 > 0 and y0 > 0 and x1 < 416 and y1 < 320:  # not cut
+                stretched.append((x1 - x0) / (y1 - y0))
+    assert len(stretched) > 5
+    assert stretched == pytest.approx([data.STRETCH] * len(stretched), abs=1e-3)
+
+
 def test_unfinished_annotations_are_left_out(frames: Path, tmp_path: Path) -> None:
     (tmp_path / "annotations.json").write_text('{"images": [')
     with pytest.raises(ModelFileError, match="no annotated frames"):
-        data.read_frames(tmp_path, ())
+        labelled.read_frames(tmp_path, ())
 
 
 def test_shards_of_a_running_rendering_are_read(frames: Path, tmp_path: Path) -> None:
-    whole = data.read_frames(frames, SHAPES)
+    whole = labelled.read_frames(frames, SHAPES)
     (tmp_path / "images").symlink_to(frames / "images")
     (tmp_path / "shards").mkdir()
     row = {"category": "toilet", "bbox": [1, 2, 30, 40], "area": 900, "ignore": True}
     shard = [{"file_name": whole[0].path.name, "room": "bathroom", "objects": [row]}]
     (tmp_path / "shards" / "train-000001.json").write_text(json.dumps(shard))
-    (found,) = data.read_frames(tmp_path, SHAPES)
+    (found,) = labelled.read_frames(tmp_path, SHAPES)
     assert found.boxes.tolist() == [[1, 2, 31, 42]]
     assert found.ignore.tolist() == [True]
     assert SHAPES[found.labels[0]] == "toilet"
     with pytest.raises(ModelFileError, match=r"category 'toilet' has no names in names\.toml"):
-        data.read_frames(tmp_path, ("bed",))
+        labelled.read_frames(tmp_path, ("bed",))
 
 
 def test_every_object_has_an_answer_and_ignored_ones_have_none() -> None:
