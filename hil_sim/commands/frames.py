@@ -28,13 +28,20 @@ from hil_sim.training_frames.frames import counts, homes, render
     type=click.IntRange(0),
     help="So many frames more, of homes whose furniture no other home has.",
 )
+@click.option(
+    "--patterns",
+    default=0.0,
+    show_default=True,
+    type=click.FloatRange(0, 1),
+    help="Share of the things in view that are made of another stuff: fabric, wood, paint.",
+)
 @click.option("--width", default=640, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--height", default=480, show_default=True, type=click.IntRange(64, 1920))
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Counts as JSON.")
 def frames_command(
     out: Path, frames: int, seed: int, split: str, replicas: bool, cluttered: int, varied: int,
-    width: int, height: int, workers: int, json_file: Path | None,
+    patterns: float, width: int, height: int, workers: int, json_file: Path | None,
 ) -> None:  # fmt: skip
     """Render labelled frames of generated homes and RoboTHOR replicas (COCO detection format).
 
@@ -43,7 +50,7 @@ def frames_command(
     A run that was interrupted goes on with the same command.
     """
     names = homes(split, seed, frames, replicas, cluttered, varied)
-    coco = render(out, frames + cluttered + varied, names, (width, height), workers)
+    coco = render(out, frames + cluttered + varied, names, (width, height), workers, patterns)
     found = counts(coco)
     for name, count in found.items():
         click.echo(f"{name:16} {count:6}")

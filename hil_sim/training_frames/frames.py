@@ -27,6 +27,7 @@ from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.scenes.viewpoints import viewpoints
 from hil_sim.simulation.camera import Appearance, CameraModel, Light
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
+from hil_sim.training_frames.patterns import patterned
 
 FRAMES_A_HOME = 25
 HEIGHT_M = (0.73, 1.03)
@@ -34,10 +35,13 @@ PITCH_RAD = math.radians(10)
 HFOV_RAD = math.radians(79)
 
 
-def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int:
-    """Render one home into out/images and write its shard; returns the number of frames. A
-    replica's views get no room type, those of its rooms are only inferred from the furniture; nor
-    do those of cluttered and varied homes, whose furniture says little of it."""
+def render_home(
+    name: str, frames: int, size: tuple[int, int], out: Path, patterns: float = 0.0
+) -> int:
+    """Render one home into out/images and write its shard; returns the number of frames. In each a
+    share of the things, `patterns`, is made of another stuff. A replica's views get no room type,
+    those of its rooms are only inferred from the furniture; nor do those of cluttered and varied
+    homes, whose furniture says little of it."""
     keep_stdout_for_python()
     with hushed():
         from hil_sim.scenes.furniture.assets import Assets
@@ -54,7 +58,9 @@ def render_home(name: str, frames: int, size: tuple[int, int], out: Path) -> int
             camera = CameraModel(*size, HFOV_RAD, view.z_m)
             frame = world.render(x, y, yaw, camera, pitch, Light(*daylight(rng)))
             image = f"{name}-{index:02d}.jpg"
-            rgb = photograph(rng, frame.rgb)
+            stuff = random.Random(f"stuff/{image}")
+            made = patterned(stuff, frame.rgb, frame.segmentation, patterns)
+            rgb = photograph(rng, made)
             cv2.imwrite(str(out / "images" / image), rgb[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 92])
             found = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
             room = seen_room(scene, view, frame.depth_m) if plain else ""
@@ -109,8 +115,9 @@ def homes(
 
 
 def render(
-    out: Path, frames: int, names: list[str], size: tuple[int, int], workers: int = 2
-) -> dict[str, Any]:
+    out: Path, frames: int, names: list[str], size: tuple[int, int], workers: int = 2,
+    patterns: float = 0.0,
+) -> dict[str, Any]:  # fmt: skip
     """Render these homes until there are `frames`; returns the COCO data."""
     for folder in ("images", "shards"):
         (out / folder).mkdir(parents=True, exist_ok=True)
@@ -121,7 +128,7 @@ def render(
         tqdm(total=frames, initial=min(done, frames), unit="frame", disable=None) as bar,
         ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
     ):
-        jobs = [pool.submit(render_home, name, FRAMES_A_HOME, size, out) for name in todo]
+        jobs = [pool.submit(render_home, name, FRAMES_A_HOME, size, out, patterns) for name in todo]
         try:
             for job in as_completed(jobs):
                 bar.update(min(job.result(), frames - bar.n))
