@@ -21,13 +21,15 @@ from models.train.labelled import Labelled
 WIDTH, HEIGHT = FULL = 416, 320
 SMALL = 320, 256
 """Sizes (width, height) px. A frame at SMALL takes 0.62 of the time of one at FULL."""
-ZOOMED, ZOOM = 0.75, (0.65, 2.0)
+ZOOMED, ZOOM = 0.75, (0.7, 2.3)
 """Share of the frames that are zoomed, and by how much: what is in a frame at 640 px is seen at the
 size it has there by networks that take smaller ones."""
 STRETCH = 1.1
 """How much more a frame may be stretched one way than the other; what is left over is grey."""
 KEEP_FRACTION = 0.3
 """A box of which a crop leaves less than this becomes an ignore region."""
+SMALLEST_PX2 = 64.0
+"""So does one with less area, a cell of the finest level."""
 
 NOISE_SLACK = 128
 Image = NDArray[np.uint8]
@@ -35,7 +37,7 @@ Image = NDArray[np.uint8]
 
 class Batch(NamedTuple):
     """`image` (B, 3, H, W) float32 0..255; lists hold one tensor per image; room -1: unknown;
-    `boxed` (B, C) bool: the categories of which none is without a box."""
+    `boxed` (B, C) 0..1: how surely there is none of a category without a box."""
 
     image: Tensor
     boxes: list[Tensor]
@@ -76,7 +78,7 @@ def augment(
         np.uint8,
     )
     boxes, visible = _moved(frame.boxes, move, size)
-    whole = visible > KEEP_FRACTION
+    whole = (visible > KEEP_FRACTION) & ((boxes[:, 2:] - boxes[:, :2]).prod(1) > SMALLEST_PX2)
     kept = visible > 0.02
     ignore = frame.ignore | ~whole
     return _photograph(image, rng), replace(

@@ -99,7 +99,7 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
     rows = []
     for labels, ignore, boxed in zip(batch.labels, batch.ignore, batch.boxed, strict=True):
         seen = torch.unique(labels[~ignore])  # type: ignore[no-untyped-call]
-        row = torch.where(boxed, 0.0, torch.nan)
+        row = torch.where(boxed == 1, 0.0, torch.nan)
         row[labels[ignore & (labels >= 0)]] = torch.nan
         row[(compare[seen] == 0).any(0)] = torch.nan
         row[seen] = 1.0
@@ -132,12 +132,14 @@ def finish(
         room = room_loss(out, seen, features.room[at], names.draw_rooms(rng))
         return room + view_weight * views()
 
-    whole = torch.ones_like(names.compare)  # what is nearly alike is told apart here, too
-
     def words() -> Tensor:
         at = torch.from_numpy(rng.integers(0, len(features.label), 1024))
-        parts = features.regions[at], features.label[at], features.weight[at], features.boxed[at]
-        return word_loss(out, *parts, names.draw(rng), whole)
+        label, boxed = features.label[at], features.boxed[at]
+        # What is nearly alike is told apart here, too, by labels that do so: COCO's are coarser.
+        whole = (boxed == 1).all(1, keepdim=True).float()
+        compare = torch.maximum(names.compare[label.clamp(min=0)], whole)
+        parts = features.regions[at], label, features.weight[at], boxed, names.draw(rng)
+        return word_loss(out, *parts, compare)
 
     heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
     _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)

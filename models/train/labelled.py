@@ -15,6 +15,9 @@ from models.errors import ModelFileError
 
 SCARCE = 0.03
 """A category that fewer of the frames show than this is shown again (`repeated`)."""
+TAUGHT = 0.2
+"""How surely a picture has none of a category without a box, where teachers drew them: they miss
+more than half."""
 UNLEARNED = -1
 """The label of what is of a held-out category, or of none that is trained; it is ignored."""
 
@@ -22,15 +25,15 @@ UNLEARNED = -1
 @dataclass(frozen=True)
 class Labelled:
     """One frame: boxes (N, 4) px corners, labels (N,) category indices or UNLEARNED, ignore (N,)
-    bool, surety (N,) 0..1, how sure whoever drew the box was; boxed (C,) bool, the categories of
-    which none is in the frame without a box."""
+    bool, surety (N,) 0..1, how sure whoever drew the box was; boxed (C,) 0..1, how surely there is
+    none of a category without a box."""
 
     path: Path
     boxes: NDArray[np.float32]
     labels: NDArray[np.int64]
     ignore: NDArray[np.bool_]
     surety: NDArray[np.float32]
-    boxed: NDArray[np.bool_]
+    boxed: NDArray[np.float32]
     room: str
 
 
@@ -70,7 +73,8 @@ def read_frames(
     `held_out` category becomes an ignore region.
 
     Reads annotations.json where it is there, and the shards of a rendering that still runs. A
-    table whose `info.labelled` lists what is boxed throughout may have other categories, too.
+    table whose `info.labelled` lists what is boxed throughout, and `info.taught` what teachers
+    boxed, may have other categories, too.
     """
     index = {name: i for i, name in enumerate(categories)} | dict.fromkeys(held_out, UNLEARNED)
     frames: dict[Path, Labelled] = {}
@@ -79,9 +83,11 @@ def read_frames(
             table = json.loads(path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             continue  # still being written; the next scan finds it whole
-        boxed, known = np.ones(len(categories), np.bool_), index
-        if isinstance(table, dict) and "labelled" in table.get("info", {}):
-            boxed = np.isin(np.array(categories), table["info"]["labelled"])
+        boxed, known = np.ones(len(categories), np.float32), index
+        info = table.get("info", {}) if isinstance(table, dict) else {}
+        if "labelled" in info:
+            sure = dict.fromkeys(info.get("taught", ()), TAUGHT) | dict.fromkeys(info["labelled"], 1)
+            boxed = np.array([sure.get(name, 0) for name in categories], np.float32)
             known = {c["name"]: UNLEARNED for c in table["categories"]} | index
         for row in _rows(table):
             image = _find(path.parent, row["file_name"])
@@ -153,7 +159,7 @@ def _rows(table: Any) -> list[dict[str, Any]]:
 
 
 def _labelled(
-    path: Path, row: dict[str, Any], index: dict[str, int], boxed: NDArray[np.bool_]
+    path: Path, row: dict[str, Any], index: dict[str, int], boxed: NDArray[np.float32]
 ) -> Labelled:
     marks = row["objects"]
     for mark in marks:

@@ -16,7 +16,7 @@ HARD = 24
 """Background locations per image, the most objectlike, that must resemble no word."""
 UNBOXED = 0.2
 """What an answer where no box is counts for, in a frame of which not everything is boxed."""
-BOX_WEIGHT, WORD_WEIGHT, ROOM_WEIGHT = 2.0, 1.0, 0.4
+BOX_WEIGHT, WORD_WEIGHT, ROOM_WEIGHT = 2.0, 1.0, 0.8
 
 
 class Losses(NamedTuple):
@@ -46,7 +46,7 @@ def loss(
     targets = answers(raw, batch, grid)
     quality = torch.stack([t.quality for t in targets])
     owned = torch.stack([t.owner >= 0 for t in targets])
-    certain = torch.where(owned | batch.boxed.all(1, keepdim=True), 1.0, UNBOXED)
+    certain = torch.where(owned | (batch.boxed == 1).all(1, keepdim=True), 1.0, UNBOXED)
     counted = torch.stack([t.counted for t in targets]) * certain
     chosen = gather(batch, targets)
     weight = chosen.quality.sum().clamp(min=1.0)
@@ -110,7 +110,7 @@ def _word_loss(
         torch.cat((chosen.quality, likeness)),
         batch.boxed[torch.cat((chosen.image, image))],
         names.draw(rng),
-        names.compare,
+        names.compare[torch.cat((chosen.label, torch.zeros_like(image)))],
     )
 
 
@@ -120,15 +120,15 @@ def word_loss(
 ) -> Tensor:  # fmt: skip
     """Sigmoid alignment (Zhai et al. 2023) of regions with one name of every category.
 
-    `label` (P,): category, or -1 for a region that must resemble no word, but for those of what is
-    not `boxed` (P, C) throughout; `rows` (C + absent, 384).
+    `label` (P,): category, or -1 for a region that must resemble no word, as far as things of that
+    name are `boxed` (P, C) there; `rows` (C + absent, 384); `compare` (P, C): 1 where a word counts
+    for what is there.
     """
     thing = label >= 0
-    kinds = label.clamp(min=0)
-    right = F.one_hot(kinds, len(rows)).float() * thing[:, None]
-    beyond = torch.ones(len(label), len(rows) - len(compare))
-    named = torch.maximum(torch.cat((compare[kinds], beyond), 1), right)
-    empty = torch.cat((boxed.float(), beyond * boxed.all(1, keepdim=True)), 1)
+    right = F.one_hot(label.clamp(min=0), len(rows)).float() * thing[:, None]
+    beyond = torch.ones(len(label), len(rows) - compare.shape[1])
+    named = torch.maximum(torch.cat((compare, beyond), 1), right)
+    empty = torch.cat((boxed, beyond * (boxed == 1).all(1, keepdim=True)), 1)
     matter = torch.where(thing[:, None], named, empty)
     logits = network.embed(regions) @ rows.T * network.log_scale.exp() + network.bias
     cost = F.binary_cross_entropy_with_logits(logits, right, reduction="none")

@@ -26,7 +26,7 @@ from models.words.text_encoder import TextEncoder
 
 ONE_THING = 0.5
 """IoU from which two teachers' boxes are of one thing."""
-SURE, UNSURE = 0.6, 0.15
+SURE, UNSURE = 0.6, 0.25
 """Probability from which a thing is a box, and from which it is an ignore region."""
 
 
@@ -95,7 +95,7 @@ def annotate(folder: Path, teachers: Sequence[Detector], words: NameLists) -> di
                 notes.append(note | {"category_id": index[names[label]]})
         image["file_name"] = str(_place(folder, image["file_name"]))
     return {
-        "info": {**info, "labelled": sorted(labelled | known)},
+        "info": {**info, "taught": sorted(known - labelled)},
         "images": truth.table["images"],
         "annotations": notes,
         "categories": [{"id": k, "name": name} for name, k in index.items()],

@@ -23,10 +23,10 @@ def say_labelled(folder: Path, *names: str) -> None:
 
 def test_a_table_says_what_is_boxed_throughout(tmp_path: Path) -> None:
     draw_frames(tmp_path, 3)
-    assert all(frame.boxed.all() for frame in read_frames(tmp_path, CATEGORIES))
+    assert all((frame.boxed == 1).all() for frame in read_frames(tmp_path, CATEGORIES))
     say_labelled(tmp_path, "bed", "plant", "unheard of")
     for frame in read_frames(tmp_path, CATEGORIES):
-        assert frame.boxed.tolist() == [True, False, True, False, False]
+        assert frame.boxed.tolist() == [1, 0, 1, 0, 0]
         assert frame.surety.tolist() == [1.0] * len(frame.labels)
 
 

@@ -71,7 +71,7 @@ def test_frames_with_a_scarce_category_are_shown_again() -> None:
     def frame(name: str, *labels: int, ignore: bool = False) -> data.Labelled:
         boxes = np.zeros((len(labels), 4), np.float32)
         kinds, hidden = np.array(labels, np.int64), np.full(len(labels), ignore)
-        sure, boxed = np.ones(len(labels), np.float32), np.ones(3, bool)
+        sure, boxed = np.ones(len(labels), np.float32), np.ones(3, np.float32)
         return labelled.Labelled(Path(name), boxes, kinds, hidden, sure, boxed, "")
 
     common = [frame(f"common{i}", 0) for i in range(396)]
@@ -212,7 +212,7 @@ def test_the_word_heads_learn_from_stored_features(trainer: Trainer) -> None:
     summary[:, 0] += 8 * room
     present = torch.zeros(32, len(names.categories))
     present[:, 3], present[:, 4] = room.float(), torch.nan
-    regions, boxed = torch.randn(64, 96), torch.ones(64, len(names.categories), dtype=torch.bool)
+    regions, boxed = torch.randn(64, 96), torch.ones(64, len(names.categories))
     features = finish.Features(regions, label, torch.rand(64), boxed, summary, room, present)
     done = finish.finish(network, features, names, 0, print, room_steps=60, word_steps=2)
     rows = names.draw_rooms(np.random.default_rng(0))
@@ -231,7 +231,7 @@ def test_augmented_boxes_stay_on_their_objects(
     boxes = np.array([[230, 150, 460, 300]], np.float32)
     sure = np.ones(1, np.float32)
     frame = labelled.Labelled(
-        tmp_path, boxes, np.array([0]), np.array([False]), sure, np.ones(1, bool), ""
+        tmp_path, boxes, np.array([0]), np.array([False]), sure, np.ones(1, np.float32), ""
     )
     off = []
     for seed in range(40):
@@ -259,7 +259,7 @@ def test_augmented_boxes_stay_on_their_objects(
 def test_a_square_picture_keeps_its_proportions(tmp_path: Path) -> None:
     box = np.array([[64, 64, 192, 192]], np.float32)
     frame = labelled.Labelled(
-        tmp_path, box, np.array([0]), np.array([False]), np.ones(1, np.float32), np.ones(1, bool),
+        tmp_path, box, np.array([0]), np.array([False]), np.ones(1, np.float32), np.ones(1, np.float32),
         "",
     )  # fmt: skip
     image, stretched = np.zeros((256, 256, 3), np.uint8), []
