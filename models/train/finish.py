@@ -32,6 +32,7 @@ FINISHED, FEATURES = "finished.pt", "features.pt"
 BACKGROUND = 12
 BATCH = 8
 DROPOUT = 0.6
+ROOM_STEPS = 700
 JOINED = 64
 """Batches whose features are joined at once: small pieces kept among freed activations would hold
 on to all their memory."""
@@ -109,14 +110,14 @@ def _present(batch: Batch, compare: Tensor) -> Tensor:
 
 def finish(
     network: Network, features: Features, names: Names, seed: int, say: Callable[[str], None],
-    room_steps: int = 700, word_steps: int = 1000, view_weight: float = 0.1,
+    room_steps: int = ROOM_STEPS, word_steps: int = 1000, view_weight: float = 0.1,
 ) -> Network:  # fmt: skip
-    """A copy of the network whose word heads were trained on stored features."""
+    """A copy of the network whose word heads were trained on stored features, the room head anew
+    (with 0 `room_steps` it is as it was)."""
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     out = copy.deepcopy(network).requires_grad_(True).train()
     summary, middle, spread = _standard(features.summary)
-    _reset(out)
     known = torch.nonzero(features.room >= 0).flatten()
 
     scale, bias = torch.nn.Parameter(torch.tensor(2.7)), torch.nn.Parameter(torch.tensor(-4.0))
@@ -141,9 +142,11 @@ def finish(
         parts = features.regions[at], label, features.weight[at], boxed, names.draw(rng)
         return word_loss(out, *parts, compare)
 
-    heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
-    _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)
-    _fold_standard(out, middle, spread)
+    if room_steps:
+        _reset(out)
+        heads = [*out.room.parameters(), out.room_log_scale, scale, bias]
+        _descend("rooms and views", heads, rooms, room_steps, 1e-3, say)
+        _fold_standard(out, middle, spread)
     scales = [out.log_scale, out.bias]
     _descend("words", [*out.region.parameters(), *scales], words, word_steps, 5e-4, say)
     return out.eval()
@@ -206,7 +209,13 @@ def _kept(out: Path, passes: float, seed: int, make: Callable[[], Features]) -> 
 @click.option("--out", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--passes", default=2.0, show_default=True, help="Augmented passes over the frames.")
 @click.option("--seed", default=1, show_default=True)
-def main(data: tuple[Portion, ...], out: Path, passes: float, seed: int) -> None:
+@click.option(
+    "--rooms/--no-rooms",
+    default=True,
+    show_default=True,
+    help="The room head anew, or as it is: few homes are not enough for it.",
+)
+def main(data: tuple[Portion, ...], out: Path, passes: float, seed: int, rooms: bool) -> None:
     """Read OUT/checkpoint.pt, train its word heads on stored features, write OUT/finished.pt."""
     names = load_names(TextEncoder(manifest.fetch("minilm")).embed)
     network, _ = load_network(out / CHECKPOINT)
@@ -215,7 +224,7 @@ def main(data: tuple[Portion, ...], out: Path, passes: float, seed: int) -> None
     features = _kept(
         out, passes, seed, lambda: collect(network, frames, names, passes, seed, click.echo)
     )
-    done = finish(network, features, names, seed, click.echo)
+    done = finish(network, features, names, seed, click.echo, room_steps=ROOM_STEPS if rooms else 0)
     save(out / FINISHED, {"average": done.state_dict()})
 
 

@@ -86,7 +86,9 @@ def read_frames(
         boxed, known = np.ones(len(categories), np.float32), index
         info = table.get("info", {}) if isinstance(table, dict) else {}
         if "labelled" in info:
-            sure = dict.fromkeys(info.get("taught", ()), TAUGHT) | dict.fromkeys(info["labelled"], 1)
+            sure = dict.fromkeys(info.get("taught", ()), TAUGHT) | dict.fromkeys(
+                info["labelled"], 1
+            )
             boxed = np.array([sure.get(name, 0) for name in categories], np.float32)
             known = {c["name"]: UNLEARNED for c in table["categories"]} | index
         for row in _rows(table):

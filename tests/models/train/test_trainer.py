@@ -257,11 +257,8 @@ def test_augmented_boxes_stay_on_their_objects(
 
 
 def test_a_square_picture_keeps_its_proportions(tmp_path: Path) -> None:
-    box = np.array([[64, 64, 192, 192]], np.float32)
-    frame = labelled.Labelled(
-        tmp_path, box, np.array([0]), np.array([False]), np.ones(1, np.float32), np.ones(1, np.float32),
-        "",
-    )  # fmt: skip
+    box, one = np.array([[64, 64, 192, 192]], np.float32), np.ones(1, np.float32)
+    frame = labelled.Labelled(tmp_path, box, np.array([0]), np.array([False]), one, one, "")
     image, stretched = np.zeros((256, 256, 3), np.uint8), []
     for seed in range(20):
         _, moved = data.augment(image, frame, np.random.default_rng(seed), (416, 320))
