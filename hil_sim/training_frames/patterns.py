@@ -1,6 +1,7 @@
 """What a rendered thing is made of, at random: fabric, wood, marble, paint. Else a detector takes
 any light fabric for a bed."""
 
+import math
 import random
 
 import cv2
@@ -32,7 +33,8 @@ def _pattern(rng: random.Random, height: int, width: int) -> NDArray[np.float32]
     """(height, width, 3) factors of the colours: a tint, and grain in two sizes."""
     noise = np.random.default_rng(rng.getrandbits(32))
     grain = np.zeros((height, width), np.float32)
-    across, along = np.exp(noise.uniform(*np.log(GRAIN_PX), 2))
+    low, high = (math.log(px) for px in GRAIN_PX)
+    across, along = np.exp(noise.uniform(low, high, 2))
     for finer in (1, 3):
         cells = (int(height * finer / across) + 2, int(width * finer / along) + 2)
         coarse = noise.standard_normal(cells).astype(np.float32) / finer
