@@ -16,7 +16,16 @@ from onnx import helper
 from models.checksum import sha256
 from models.detection.detections import Detector, RawDetections
 from models.detection.detector import PHOTOGRAPHS, OpenDetector, open_detector
-from models.detection.fusion import DOMAINS, FITTED, Domain, Line, Together, paired
+from models.detection.fusion import (
+    DOMAINS,
+    FITTED,
+    Domain,
+    FusionWeights,
+    Line,
+    Together,
+    paired,
+    read_weights,
+)
 from models.errors import ModelFileError, told
 from models.evaluation.judged import Judged, fit_calibration, fit_odds, judge, verdicts
 from models.evaluation.naming import detect_all
@@ -24,8 +33,8 @@ from models.evaluation.truth import FrameTruth, read_truth
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
-HOME: dict[str, Domain] = {"rfnav-det": "renderings", "nanodet-g": "photographs"}
-"""The detectors, and what each was trained for first."""
+BESIDE = "nanodet-g"
+"""The detector that looks beside one of ours, trained for photographs."""
 PARTS = 5
 """Of the frames, each of which is told by a fit on the others, to say how well that does."""
 
@@ -39,7 +48,7 @@ Doubles = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FramesSeen:
-    """One directory of frames by every detector, in the order of HOME: `found` by detector and
+    """One directory of frames by every detector, ours first: `found` by detector and
     frame, `knows` (D, C), `scenes` (F, S)."""
 
     truth: FrameTruth
@@ -84,9 +93,9 @@ def fit_together(seen: Sequence[FramesSeen]) -> Together:
                     odds = np.where(said, places.odds[k], 0.0)
                     evidence.append(np.stack((odds, said), axis=1).reshape(-1))
                     right.append(verdict)
-    start = np.array([1.0, 0.0] * len(HOME) + [-1.0])
+    start = np.array([1.0, 0.0] * len(seen[0].found) + [-1.0])
     *w, constant = fit_odds(np.array(evidence), np.array(right, bool), start).tolist()
-    lines = tuple(Line(w[2 * d], w[2 * d + 1]) for d in range(len(HOME)))
+    lines = tuple(Line(w[2 * d], w[2 * d + 1]) for d in range(len(w) // 2))
     return Together(lines, constant)
 
 
@@ -120,19 +129,21 @@ def write_direction(path: Path, row: Doubles) -> None:
     onnx.save(model, str(path))
 
 
-def written(alone: dict[tuple[str, Domain], Line], together: dict[Domain, Together]) -> str:
+def written(weights: FusionWeights) -> str:
     """The TOML that models.detection.fusion reads."""
     lines = [
         "# What detectors' scores are worth (log odds), alone and together, by domain: made by"
     ]
     lines += ["# `python -m models.train.fuse`."]
-    for name, home in HOME.items():
+    for name, home in weights.home.items():
         lines += [f"[detectors.{name}]", f'home = "{home}"']
-        lines += [f"{d} = {_inline(alone[name, d])}" for d in DOMAINS] + [""]
-    lines += ["[[together]]", f"of = {json.dumps(list(HOME))}"]
-    for domain, whole in together.items():
-        parts = [f"{n} = {_inline(line)}" for n, line in zip(HOME, whole.lines, strict=True)]
-        lines.append(f"{domain} = {{ constant = {whole.constant:.3f}, {', '.join(parts)} }}")
+        lines += [f"{d} = {_inline(weights.alone[name, d])}" for d in DOMAINS] + [""]
+    for names in dict.fromkeys(names for names, _ in weights.together):
+        lines += ["[[together]]", f"of = {json.dumps(list(names))}"]
+        for domain in DOMAINS:
+            whole = weights.together[names, domain]
+            parts = [f"{n} = {_inline(line)}" for n, line in zip(names, whole.lines, strict=True)]
+            lines.append(f"{domain} = {{ constant = {whole.constant:.3f}, {', '.join(parts)} }}")
     return "\n".join(lines) + "\n"
 
 
@@ -150,16 +161,20 @@ def _inline(line: Line) -> str:
 @click.option(
     "--ours", type=FILE, help="Our detector's file; it is written to. Default: the project's."
 )
+@click.option("--name", default="rfnav-det", show_default=True, help="Of ours.")
+@click.option("--home", type=click.Choice(DOMAINS), default="renderings", show_default=True,
+              help="What ours was trained for first.")  # fmt: skip
 @click.option("--out", type=FILE, default=FITTED, show_default=True)
 @click.option("--limit", type=click.IntRange(1), help="Only as many frames of each directory.")
 def main(
-    photographs: tuple[Path, ...], renderings: tuple[Path, ...], ours: Path | None, out: Path,
-    limit: int | None,
+    photographs: tuple[Path, ...], renderings: tuple[Path, ...], ours: Path | None, name: str,
+    home: Domain, out: Path, limit: int | None,
 ) -> None:  # fmt: skip
-    """Fit what the default detectors' scores are worth, and the direction that tells domains."""
-    first, *others = HOME
-    path, encoder = ours or manifest.locate(first), TextEncoder(manifest.fetch("minilm"))
-    files = [path, *(manifest.locate(name) for name in others)]
+    """Fit what the scores of ours and of nanodet-g are worth, and the direction that tells domains;
+    what OUT has of other detectors stays."""
+    path, encoder = ours or manifest.locate(name), TextEncoder(manifest.fetch("minilm"))
+    names = name, BESIDE
+    files = (path, manifest.locate(BESIDE))
     detectors = [open_detector(file, "auto", encoder) for file in files]
     if not isinstance(detectors[0], OpenDetector):
         raise ModelFileError(f"{path}: not a detector of ours; its scenes tell the domain")
@@ -168,8 +183,14 @@ def main(
         "renderings": [look(detectors, d, limit) for d in renderings],
     }
     boxed = {d: [s for s in seen[d] if s.truth.categories] for d in DOMAINS}
-    alone = {(n, d): fit_alone(boxed[d], k) for k, n in enumerate(HOME) for d in DOMAINS}
-    out.write_text(written(alone, {d: fit_together(boxed[d]) for d in DOMAINS}), encoding="utf-8")
+    alone = {(n, d): fit_alone(boxed[d], k) for k, n in enumerate(names) for d in DOMAINS}
+    before = read_weights(out) if out.exists() else FusionWeights()
+    weights = FusionWeights(
+        {**before.home, name: home, BESIDE: "photographs"},
+        {**before.alone, **alone},
+        {**before.together, **{(names, d): fit_together(boxed[d]) for d in DOMAINS}},
+    )
+    out.write_text(written(weights), encoding="utf-8")
     scenes = [np.concatenate([s.scenes for s in seen[d]]) for d in DOMAINS]
     row, share = fit_direction(*scenes)
     write_direction(path, row)

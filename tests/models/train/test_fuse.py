@@ -10,21 +10,22 @@ from labelled_frames import SOFA, sofa_graph, write_frames
 pytest.importorskip("pycocotools")
 
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.fusion import Line, Together, read_weights
+from models.detection.fusion import DOMAINS, FusionWeights, Line, Together, read_weights
 from models.train import fuse
 from models.words.text_encoder import TextEncoder
 
 
 def test_what_is_written_is_read(tmp_path: Path) -> None:
-    alone = {(n, d): Line(1.5, -0.25) for n in fuse.HOME for d in fuse.DOMAINS}
+    names = "ours", "list"
     whole = Together((Line(0.5, 1.0), Line(1.0, 2.0)), -3.0)
+    weights = FusionWeights(
+        {"ours": "renderings", "list": "photographs"},
+        {(n, d): Line(1.5, -0.25) for n in names for d in DOMAINS},
+        {(names, d): whole for d in DOMAINS},
+    )
     path = tmp_path / "fusion.toml"
-    path.write_text(fuse.written(alone, dict.fromkeys(fuse.DOMAINS, whole)))
-    read = read_weights(path)
-    assert read.home == fuse.HOME
-    assert read.alone == alone
-    assert set(read.together.values()) == {whole}
-    assert {names for names, _ in read.together} == {tuple(fuse.HOME)}
+    path.write_text(fuse.written(weights))
+    assert read_weights(path) == weights
 
 
 def test_agreement_is_worth_more_than_one_voice(
