@@ -89,7 +89,9 @@ def test_a_third_voice_leaves_the_others_weights_as_they_are() -> None:
 
 def test_the_committed_weights_are_of_the_default_detectors() -> None:
     weights = read_weights()
-    assert weights.home == {"rfnav-det": "renderings", "nanodet-g": "photographs"}
+    assert weights.home["rfnav-det"] == weights.home["rfnav-det-clean"] == "renderings"
+    assert weights.home["nanodet-g"] == weights.home["rfnav-det-photos"] == "photographs"
+    assert (("rfnav-det", "nanodet-g"), "photographs") in weights.together
     assert all(line.gain > 0 for line in weights.alone.values())
 
 

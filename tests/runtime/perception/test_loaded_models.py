@@ -241,7 +241,8 @@ def test_what_the_detector_has_no_word_for_is_looked_at_twice(
         "classify",
         lambda self, rgb, boxes: looks.append(len(boxes)) or np.full((len(boxes), 1000), 1e-3),
     )
-    config = configured(tmp_path, "panel.experts=[]", *settings)
+    seen = "models.domain='renderings'"  # else ours rests every other frame
+    config = configured(tmp_path, "panel.experts=[]", seen, *settings)
     with LoadedModels(config, SystemClock()) as models:
         how = models.accept(goal, config)[0].how
         assert said in how

@@ -54,4 +54,4 @@ def test_a_detector_shows_what_it_sees(tmp_path: Path) -> None:
     assert any(line.startswith("bathroom.jpg: toilet 0.") for line in lines)
     assert [line for line in lines if line.startswith("living-room.jpg: ")][1:]
     picture = cv2.imread(str(sheet))
-    assert picture.shape == (2 * (HEIGHT + GAP), 3 * (WIDTH + GAP), 3)
+    assert picture.shape == (HEIGHT + GAP, 4 * (WIDTH + GAP), 3)
