@@ -128,13 +128,17 @@ class DetectorEnsemble:
         return None if ours is None else ours.photograph_odds(scene)
 
     def _whose_turn(self) -> list[str]:
-        """At first all; when there is one of this domain, the others every few frames."""
+        """Those of this domain; every few frames also others that have a word for what those have
+        none for. At first all, and where none is of this domain."""
         home, names = self._weights.home, list(self.detectors)
         now = self.domain.believed
         always = [n for n in names if home.get(n, now) == now]
-        if self._frames % self.others_every == 0 or not always:
+        if not always or not self._frames:
             return names
-        return always
+        if self._frames % self.others_every:
+            return always
+        known = np.any([self._knows[n] for n in always], axis=0)
+        return [n for n in names if n in always or (self._knows[n] & ~known).any()]
 
     def _view(
         self, ours: OpenDetector, image: object, rgb: NDArray[np.uint8], near: Window | None
