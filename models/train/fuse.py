@@ -183,12 +183,7 @@ def main(
         "renderings": [look(detectors, d, limit) for d in renderings],
     }
     boxed = {d: [s for s in seen[d] if s.truth.categories] for d in DOMAINS}
-    calibrated: tuple[Domain, Domain] = ("renderings", "photographs")  # what the files' own is of
-    alone = {
-        (n, d): Line() if d == calibrated[k] else fit_alone(boxed[d], k)
-        for k, n in enumerate(names)
-        for d in DOMAINS
-    }
+    alone = {(n, d): fit_alone(boxed[d], k) for k, n in enumerate(names) for d in DOMAINS}
     before = read_weights(out) if out.exists() else FusionWeights()
     weights = FusionWeights(
         {**before.home, name: home, BESIDE: "photographs"},
