@@ -29,8 +29,10 @@ class DomainEvidence:
         if self.setting != "auto":
             self.believed = self.setting
 
-    def add(self, log_odds: float) -> None:
-        """One image's log odds of being a photograph."""
+    def add(self, log_odds: float | None) -> None:
+        """One image's log odds of being a photograph; None where they are not told."""
+        if log_odds is None:
+            return
         bounded = max(-MOST, min(MOST, log_odds))
         self.images += 1
         self.log_odds += (bounded - self.log_odds) / min(self.images, REMEMBERED)

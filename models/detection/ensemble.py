@@ -12,7 +12,7 @@ from models.detection.boxes import pairwise_iou
 from models.detection.closer import Window, joined, joined_views, part
 from models.detection.detections import Detector, Floats, RawDetections, checked
 from models.detection.detector import DetectorView, OpenDetector
-from models.detection.domain import DomainEvidence
+from models.detection.domain import DomainEvidence, DomainSetting
 from models.detection.fusion import ONE_THING_IOU, FusedPlaces, FusionWeights, fused, read_weights
 from models.detection.second_look import SecondLook, Sought, look_twice
 from models.errors import ModelFileError
@@ -25,22 +25,22 @@ class DetectorEnsemble:
     """Detectors by name as one (models.detection.detections.Detector). The first of our own says
     which room it is, what regions look like, and which domain the images are of.
 
-    `others_every`: frames between two looks of a detector that was trained for the other domain.
-    `again`: the classifier of second looks, and what it looks for. `closer`: what is looked for is
-    small.
+    `others_every`: frames between two looks of a detector that was trained for the other domain;
+    1: all look at every frame. `again`: the classifier of second looks, and what it looks for.
+    `closer`: what is looked for is small.
     """
 
     def __init__(
         self,
         detectors: Mapping[str, Detector],
-        domain: DomainEvidence | None = None,
+        domain: DomainSetting = "auto",
         others_every: int = 1,
         weights: FusionWeights | None = None,
     ) -> None:
         if not detectors:
             raise ModelFileError("models.detectors: is empty, name one at least")
         self.detectors = dict(detectors)
-        self.domain = domain or DomainEvidence()
+        self.domain = DomainEvidence(domain)
         self.others_every = others_every
         self.again: tuple[SecondLook, Sought] | None = None
         self._weights = read_weights() if weights is None else weights
@@ -52,6 +52,10 @@ class DetectorEnsemble:
         self.closer = False
         self._memo = _Memo()
         self._asked: tuple[str, ...] = ()
+
+    def begin(self) -> None:
+        """A run begins: nothing of the images before it counts, so that runs repeat."""
+        self.domain, self._frames = DomainEvidence(self.domain.setting), 0
 
     def remember(self, images: int, *asked: str) -> None:
         """Keep what was seen in the last so many images: a harness shows the same ones again.
@@ -111,8 +115,8 @@ class DetectorEnsemble:
             again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
             names, found = [*names, SECOND], [*found, again]
             knows.append(np.arange(len(self._classes)) == sought.label)
-        if view is not None and (odds := self.photograph_odds(view.scene)) is not None:
-            self.domain.add(odds)
+        if view is not None and ours is not None:
+            self.domain.add(ours.photograph_odds(view.scene))
         domain = self.domain.believed
         one, places = fused(found, names, np.stack(knows), domain, self._weights)
         if view is None:
@@ -122,18 +126,13 @@ class DetectorEnsemble:
         regions = _regions(places, teller, said, view)
         return one._replace(embeddings=regions, rooms=said.rooms, scene=said.scene)
 
-    def photograph_odds(self, scene: Floats) -> float | None:
-        """Log odds that an image with this scene vector is a photograph, if our own can tell."""
-        ours = self.open_detector
-        return None if ours is None else ours.photograph_odds(scene)
-
     def _whose_turn(self) -> list[str]:
         """Those of this domain; every few frames also others that have a word for what those have
-        none for. At first all, and where none is of this domain."""
+        none for. All at a run's first frame, and where none is of this domain."""
         home, names = self._weights.home, list(self.detectors)
         now = self.domain.believed
         always = [n for n in names if home.get(n, now) == now]
-        if not always or not self._frames:
+        if not always or not self._frames or self.others_every == 1:
             return names
         if self._frames % self.others_every:
             return always

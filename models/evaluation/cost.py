@@ -25,7 +25,6 @@ from onnx import TensorProto, helper, numpy_helper
 from models.detection.boxes import letterbox
 from models.detection.detections import Detector
 from models.detection.detector import DetectorView, OpenDetector, open_detector
-from models.detection.domain import DomainEvidence
 from models.detection.ensemble import DetectorEnsemble
 from models.detection.second_look import LOOKS, SecondLook, Sought, look_twice
 from models.errors import ModelFileError, told
@@ -140,7 +139,7 @@ def _opened(
     if len(found) == 1:
         return next(iter(found.values()))
     # A frame of noise is neither a photograph nor a rendering.
-    return DetectorEnsemble(found, DomainEvidence("photographs"), others_every)
+    return DetectorEnsemble(found, "photographs", others_every)
 
 
 def _both(

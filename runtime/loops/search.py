@@ -123,6 +123,7 @@ class Search:
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
+    _mounted: tuple[Observation, Mount] | None = None  # of the newest image
 
     @classmethod
     def begin(cls, order: Order) -> "Search":
@@ -238,6 +239,11 @@ class Search:
 
     def mount(self, obs: Observation) -> Mount:
         """Where the camera was in that image, which is not perceived yet."""
+        if self._mounted is None or self._mounted[0] is not obs:
+            self._mounted = obs, self._mount(obs)
+        return self._mounted[1]
+
+    def _mount(self, obs: Observation) -> Mount:
         camera = self.config.camera
         if camera.mount == "tf" and obs.mount is not None:
             return obs.mount

@@ -9,7 +9,6 @@ import numpy as np
 from models.detection.clip import ClipDetector
 from models.detection.detections import Detector
 from models.detection.detector import open_detector
-from models.detection.domain import DomainEvidence
 from models.detection.ensemble import DetectorEnsemble
 from models.detection.grounding import GroundingDetector
 from models.detection.second_look import SecondLook, Sought
@@ -36,7 +35,7 @@ class SeekingDetector:
         self._encoder, self._rooms = encoder, words.rooms
         self._all = DetectorEnsemble(
             {n: _opened(n, encoder, models.threads) for n in models.detectors},
-            DomainEvidence(models.domain),
+            models.domain,
             models.others_every,
         )
         self._all.remember(config.detector.memo_frames)
@@ -59,6 +58,7 @@ class SeekingDetector:
             if isinstance(detector, ClipDetector | GroundingDetector):
                 detector.look_for(goal.label)
         self._all.remember(config.detector.memo_frames, goal.name, config.detector.clip_way)
+        self._all.begin()
         self._all.again, self._classes = again, goal.classes
         self._all.closer = goal.name in self._small
         return _told(self._all.capabilities, goal.name) + how

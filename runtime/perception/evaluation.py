@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from models.detection.detector import Detector, OpenDetector, open_detector
-from models.detection.domain import DomainEvidence, DomainSetting
+from models.detection.domain import DomainSetting
 from models.detection.ensemble import DetectorEnsemble
 from models.detection.second_look import SecondLook
 from models.evaluation.asked import LookedFor, by_other_names, looked_at_twice
@@ -32,7 +32,7 @@ def opened(
     found = {n: open_detector(located(n), "auto", encoder, threads) for n in detectors}
     if len(found) == 1:
         return next(iter(found.values()))
-    return DetectorEnsemble(found, DomainEvidence(domain), others_every=1)
+    return DetectorEnsemble(found, domain)
 
 
 def evaluate(

@@ -7,7 +7,6 @@ import pytest
 
 from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.domain import DomainEvidence
 from models.detection.ensemble import DetectorEnsemble
 from models.detection.fusion import FusionWeights
 from models.errors import ModelFileError
@@ -44,7 +43,7 @@ class Sees:
 @pytest.mark.parametrize(("domain", "asked"), [("photographs", [5, 10]), ("renderings", [10, 1])])
 def test_the_others_look_at_every_second_frame_if_they_add_a_word(domain, asked: list[int]) -> None:
     drawn, photo = Sees(0, 0.6), Sees(0, 0.8, unseen=("bed",))
-    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, DomainEvidence(domain), 2, HOME)
+    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, domain, 2, HOME)
     both.set_vocabulary(CLASSES, ())
     for _ in range(10):
         assert both.detect(FRAME).labels.tolist() == [0]
@@ -53,7 +52,7 @@ def test_the_others_look_at_every_second_frame_if_they_add_a_word(domain, asked:
 
 def test_alone_it_looks_at_every_frame() -> None:
     drawn = Sees(0, 0.6)
-    one = DetectorEnsemble({"drawn": drawn}, DomainEvidence("photographs"), 3, HOME)
+    one = DetectorEnsemble({"drawn": drawn}, "photographs", 3, HOME)
     one.set_vocabulary(CLASSES, ())
     for _ in range(4):
         one.detect(FRAME)
@@ -145,7 +144,7 @@ def test_a_direction_of_no_use_is_one_line(constant_graph, encoder: TextEncoder)
 
 def test_what_is_small_is_looked_at_more_closely_while_others_rest() -> None:
     drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
-    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, DomainEvidence("renderings"), 2, HOME)
+    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, "renderings", 2, HOME)
     both.set_vocabulary(CLASSES, ())
     asked = []
 
@@ -161,3 +160,27 @@ def test_what_is_small_is_looked_at_more_closely_while_others_rest() -> None:
     assert (drawn.asked, photo.asked, len(asked)) == (10, 1, 2)
     assert [len(f.scores) for f in found] == [1, 2, 1, 2]  # BOX again, in the part
     assert found[1].boxes_px[1].tolist() == [16, 16, 48, 48]
+
+
+def test_every_run_begins_alike(ours: OpenDetector) -> None:
+    """Whose turn it is, and the domain, are of this run alone."""
+    home = FusionWeights(home={"ours": "renderings", "list": "photographs"})
+    other = Sees(1, 0.7, unseen=("sofa",))
+    both = DetectorEnsemble({"list": other, "ours": ours}, "auto", 2, home)
+    both.set_vocabulary(CLASSES, ())
+    runs = []
+    for _ in range(2):
+        both.begin()
+        assert both.domain.images == 0
+        runs.append([len(both.detect(FRAME).scores) for _ in range(3)])
+    assert runs[0] == runs[1]
+    assert runs[0][0] > runs[0][1]  # ours rests at every second frame
+
+
+def test_without_a_budget_all_look_at_every_frame() -> None:
+    drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
+    both = DetectorEnsemble({"drawn": drawn, "photo": photo}, "renderings", weights=HOME)
+    both.set_vocabulary(CLASSES, ())
+    for _ in range(4):
+        both.detect(FRAME)
+    assert (drawn.asked, photo.asked) == (4, 4)

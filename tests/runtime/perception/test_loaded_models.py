@@ -250,6 +250,9 @@ def test_what_the_detector_has_no_word_for_is_looked_at_twice(
         rng = np.random.default_rng(0)
         for _ in range(2):
             models.detect(rng.integers(0, 255, (480, 640, 3), np.uint8))
+        assert models.health()["domain"]["images"] == 2
+        models.accept(goal, config)
+        assert models.health()["domain"]["images"] == 0  # each search is a run of its own
     assert looks == ([5, 5] if "twice" in said else [])
 
 
