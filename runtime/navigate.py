@@ -13,7 +13,6 @@ from runtime.core.approach import approach_target
 from runtime.core.exploration import explore, with_frontiers
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, grid, keyframes
-from runtime.core.mapping.solid_depth import solid
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
 from runtime.core.settings import NavigateConfig as NavigateConfig
@@ -46,7 +45,6 @@ def perceive(
     world: World, obs: Observation, detections: Detections, mount: Mount, cfg: NavigateConfig
 ) -> World:
     """Add one observation: navigation map, semantic map, frontiers with stable ids."""
-    obs = replace(obs, depth_m=solid(obs.depth_m))
     progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
     world.body.visited_xy.append((obs.pose.x_m, obs.pose.y_m))

@@ -84,7 +84,7 @@ def suppress(
     same = labels[order][:, None] == labels[order][None]
     better, worse = np.nonzero(np.triu(same | (across < 1), 1))
     limit = np.where(same[better, worse], overlap, across)
-    clash = _iou(ranked[better], ranked[worse]) > limit
+    clash = iou(ranked[better], ranked[worse]) > limit
     alive = np.ones(len(order), np.bool_)
     # By rank of the better one, so that whether it is alive is settled when its turn comes.
     for i, j in zip(better[clash].tolist(), worse[clash].tolist(), strict=True):
@@ -95,15 +95,15 @@ def suppress(
 
 def pairwise_iou(a: Floats, b: Floats) -> Floats:
     """(N, 4), (M, 4) corners -> (N, M)."""
-    return _iou(a[:, None], b[None])
+    return iou(a[:, None], b[None])
 
 
-def _iou(a: Floats, b: Floats) -> Floats:
+def iou(a: Floats, b: Floats) -> Floats:
     """(..., 4), (..., 4) corners -> (...), shapes broadcast."""
     low = np.maximum(a[..., :2], b[..., :2])
     high = np.minimum(a[..., 2:], b[..., 2:])
     shared = np.clip(high - low, 0, None).prod(-1)
     area_a = (a[..., 2:] - a[..., :2]).prod(-1)
     area_b = (b[..., 2:] - b[..., :2]).prod(-1)
-    iou: Floats = shared / np.maximum(area_a + area_b - shared, 1e-9)
-    return iou
+    shares: Floats = shared / np.maximum(area_a + area_b - shared, 1e-9)
+    return shares

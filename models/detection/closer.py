@@ -16,9 +16,9 @@ Window = tuple[int, int, int, int]
 
 
 def part(rgb: NDArray[np.uint8], window: Window) -> NDArray[np.uint8]:
-    """(H, W, 3), clipped -> the window's pixels."""
+    """(H, W, 3) -> the window's pixels, as far as the image has them."""
     x0, y0, x1, y1 = window
-    return np.ascontiguousarray(rgb[max(0, y0) : y1, max(0, x0) : x1])
+    return np.ascontiguousarray(rgb[y0:y1, x0:x1])
 
 
 def whole(boxes: Floats, window: Window) -> NDArray[np.bool_]:

@@ -102,21 +102,22 @@ class DetectorEnsemble:
         """(H, W, 3) uint8 RGB -> detections by those whose turn it is. `window`: where in the image
         what is small may be, looked at more closely while others rest."""
         image, names = self._memo.of(checked(rgb)), self._whose_turn()
-        near = window() if self.closer and self._frames % self.others_every else None
+        resting = self._frames % self.others_every and len(names) < len(self.detectors)
+        near = window() if self.closer and resting else None
         self._frames += 1
         ours, view = self.open_detector, None
         if ours is not None and self._teller in names:
             view = self._view(ours, image, rgb, near)
         found = [self._named(name, image, rgb, view, near) for name in names]
         knows = [self._knows[name] for name in names]
-        if view is not None and ours is not None and self.again is not None:
-            second, sought = self.again
-            key = image, self._classes, sought.places
-            again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
-            names, found = [*names, SECOND], [*found, again]
-            knows.append(np.arange(len(self._classes)) == sought.label)
         if view is not None and ours is not None:
             self.domain.add(ours.photograph_odds(view.scene))
+            if self.again is not None:
+                second, sought = self.again
+                key = image, self._classes, sought.places
+                again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
+                names, found = [*names, SECOND], [*found, again]
+                knows.append(np.arange(len(self._classes)) == sought.label)
         domain = self.domain.believed
         one, places = fused(found, names, np.stack(knows), domain, self._weights)
         if view is None:

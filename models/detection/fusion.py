@@ -12,7 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detection.boxes import pairwise_iou
+from models.detection.boxes import iou
 from models.detection.calibration import log_odds
 from models.detection.detections import Floats, RawDetections, select
 from models.errors import ModelFileError
@@ -95,19 +95,15 @@ def paired(found: Sequence[RawDetections]) -> FusedPlaces:
     labels = np.concatenate([f.labels for f in found]).astype(np.int32)
     owner = np.repeat(np.arange(len(found)), [len(f.scores) for f in found])
     own = np.concatenate([np.arange(len(f.scores)) for f in found])
-    order = np.argsort(-scores, kind="stable")
-    alike = (labels[:, None] == labels) & (owner[:, None] != owner)
-    iou = np.where(alike, pairwise_iou(boxes, boxes), 0)
-    alike = iou >= ONE_THING_IOU
-    free = np.ones(len(scores), bool)
+    near = _neighbours(boxes, labels, owner)
+    free = [True] * len(scores)
     firsts, which = [], []
-    for k in order.tolist():
+    for k in np.argsort(-scores, kind="stable").tolist():
         if not free[k]:
             continue
         row = [-1] * len(found)
-        row[owner[k]], free[k] = int(own[k]), False
-        for j in np.flatnonzero(alike[k] & free)[np.argsort(-iou[k, alike[k] & free])].tolist():
-            if row[owner[j]] < 0:
+        for j in (k, *near[k]):
+            if free[j] and row[owner[j]] < 0:
                 row[owner[j]], free[j] = int(own[j]), False
         firsts.append(k)
         which.append(row)
@@ -117,6 +113,20 @@ def paired(found: Sequence[RawDetections]) -> FusedPlaces:
         said = at[:, d] >= 0
         odds[said, d] = log_odds(f.scores[at[said, d]])
     return FusedPlaces(boxes[firsts], labels[firsts], odds, at)
+
+
+def _neighbours(
+    boxes: Floats, labels: NDArray[np.int32], owner: NDArray[np.int64]
+) -> list[list[int]]:
+    """Of each detection those of other detectors that are of one thing with it, the nearest
+    first."""
+    a, b = np.nonzero((labels[:, None] == labels) & (owner[:, None] != owner))
+    share = iou(boxes[a], boxes[b])
+    near: list[list[int]] = [[] for _ in labels]
+    for k in np.argsort(-share, kind="stable").tolist():
+        if share[k] >= ONE_THING_IOU:
+            near[a[k]].append(int(b[k]))
+    return near
 
 
 def worth(

@@ -100,6 +100,7 @@ class Lockstep:
     def _step(self, search: Search, obs: Observation) -> None:
         cfg = search.config.navigate
         began_s = perf_counter()
+        obs = search.prepared(obs)
         detections = seen(search, obs, self._models, self._bus, LABELS_S)
         if detections is None:
             raise SensorError(f"detections: none came for an image in {LABELS_S:g} s")

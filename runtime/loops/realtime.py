@@ -206,6 +206,7 @@ class RealTime:
             drive.frozen += 1
             return  # the plan grows old, and that holds the base
         drive.fresh = obs
+        obs = search.prepared(obs)
         detections = seen(search, obs, self._models, self._bus, LABELS_S)
         if detections is None:
             return

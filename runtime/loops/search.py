@@ -3,7 +3,7 @@ lockstep and in real time, are made of it."""
 
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any, Protocol
@@ -14,6 +14,7 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core.inventory import inventory
 from runtime.core.mapping.floor_plane import mount_by_floor
+from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.surfaces import Window, surfaces_window
 from runtime.core.types import (
@@ -24,7 +25,6 @@ from runtime.core.types import (
     Brief,
     Decision,
     Detections,
-    Mount,
     Observation,
 )
 from runtime.core.voting import consensus
@@ -104,7 +104,7 @@ def understand(
     config, text = configure(_settings(body)), _text(body, "goal")
     named = default_dir is None or "log_dir" in body
     log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
-    if config.camera.mount == "tf" != configure(()).camera.mount:
+    if config.camera.by_tf != configure(()).camera.by_tf:
         raise ConfigError(
             "camera.mount: tf is read from the start or not at all: set it in rfnav's configuration"
         )
@@ -123,7 +123,6 @@ class Search:
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
-    _mounted: tuple[Observation, Mount] | None = None  # of the newest image
 
     @classmethod
     def begin(cls, order: Order) -> "Search":
@@ -152,13 +151,14 @@ class Search:
         return now_s
 
     def perceive(self, obs: Observation, detections: Detections, models: SearchModels) -> World:
-        """Add one observation to the world, which begins with the first; experts hear early of
-        objects that are new."""
+        """Add one observation, `prepared`, to the world, which begins with the first; experts hear
+        early of objects that are new."""
         cfg = self.config.navigate
         if self.world is None:
             self.world = self._first(obs)
         known = len(self.world.semantic.instances)
-        navigate.perceive(self.world, obs, detections, self.mount(obs), cfg)
+        mount = obs.mount or self.config.camera
+        navigate.perceive(self.world, obs, detections, mount, cfg)
         if len(self.world.semantic.instances) != known:
             names = sorted({i.name for i in self.world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
@@ -237,20 +237,17 @@ class Search:
             "collisions": self.world.body.collisions if self.world else 0,
         }
 
-    def mount(self, obs: Observation) -> Mount:
-        """Where the camera was in that image, which is not perceived yet."""
-        if self._mounted is None or self._mounted[0] is not obs:
-            self._mounted = obs, self._mount(obs)
-        return self._mounted[1]
-
-    def _mount(self, obs: Observation) -> Mount:
+    def prepared(self, obs: Observation) -> Observation:
+        """An image as all that comes after takes it: without flying pixels, and with where the
+        camera was."""
+        obs = replace(obs, depth_m=solid(obs.depth_m))
         camera = self.config.camera
-        if camera.mount == "tf" and obs.mount is not None:
-            return obs.mount
+        if obs.mount is not None and camera.mount == "tf":
+            return obs
         if camera.mount == "floor":
             last = self.world.lens[1] if self.world and self.world.lens else camera
-            return mount_by_floor(obs.depth_m, obs.intrinsics, camera, last)
-        return camera
+            return replace(obs, mount=mount_by_floor(obs.depth_m, obs.intrinsics, camera, last))
+        return replace(obs, mount=camera)
 
     def _first(self, obs: Observation) -> World:
         cfg = self.config.navigate
@@ -269,7 +266,8 @@ def seen(
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""
     if search.config.detector.source == "model":
-        return models.detect(obs.rgb, lambda: surfaces_window(obs, search.mount(obs)))
+        mount = obs.mount or search.config.camera
+        return models.detect(obs.rgb, lambda: surfaces_window(obs, mount))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
 

@@ -42,6 +42,11 @@ class CameraConfig(Mount):
         "", "The camera's optical frame in tf; \"\": the depth image's.", research="camera_frame"
     )
 
+    @property
+    def by_tf(self) -> tuple[str, str] | None:
+        """The base's and the camera's frame where tf is gone by."""
+        return (self.base_frame, self.frame) if self.mount == "tf" else None
+
 
 FIXED: Final = CameraConfig()
 

@@ -184,3 +184,14 @@ def test_without_a_budget_all_look_at_every_frame() -> None:
     for _ in range(4):
         both.detect(FRAME)
     assert (drawn.asked, photo.asked) == (4, 4)
+
+
+def test_where_nobody_rests_there_is_no_time_for_a_closer_look() -> None:
+    home = FusionWeights(home={"a": "photographs", "b": "photographs"})
+    seen = [Sees(0, 0.6), Sees(0, 0.8)]
+    both = DetectorEnsemble(dict(zip("ab", seen, strict=True)), "photographs", 2, home)
+    both.set_vocabulary(CLASSES, ())
+    both.closer = True
+    for _ in range(4):
+        both.detect(FRAME, lambda: (8, 8, 90, 62))
+    assert [s.asked for s in seen] == [4, 4]

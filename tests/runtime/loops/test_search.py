@@ -1,5 +1,8 @@
 """A search: where its camera is, and what a goal may not ask for."""
 
+import contextlib
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +12,9 @@ from fake_models import FakeModels
 
 from runtime.config import load
 from runtime.core.geometry import rays
-from runtime.core.types import Mount, Observation, Pose
+from runtime.core.types import Detections, Mount, Observation, Pose
 from runtime.errors import ConfigError
-from runtime.loops.search import Search, understand
+from runtime.loops.search import Search, seen, understand
 
 NODDING = Mount(z_m=0.93, pitch_rad=0.12)
 
@@ -32,7 +35,7 @@ def free_cells(tmp_path: Path, mount: str) -> int:
         return load(None, [f"camera.mount='{mount}'", *more])
 
     search = Search.begin(understand({"goal": "bed", "log_dir": str(tmp_path)}, models, configure))
-    world = search.perceive(nodded(home.observe()), NO_DETECTIONS, models)
+    world = search.perceive(search.prepared(nodded(home.observe())), NO_DETECTIONS, models)
     search.end("seen")
     models.panel.close()
     assert world.lens is not None
@@ -49,6 +52,61 @@ def test_the_floor_is_kept_where_the_mount_is_known_by_the_frame(tmp_path: Path)
     fixed, floor, tf = (free_cells(tmp_path, mount) for mount in ("fixed", "floor", "tf"))
     assert tf > 5 * fixed
     assert floor == pytest.approx(tf, rel=0.02)
+
+
+@contextlib.contextmanager
+def search_for(home: Apartment, goal: str, tmp_path: Path) -> Iterator[tuple[Search, FakeModels]]:
+    models = FakeModels(home)
+    body = {"goal": goal, "log_dir": str(tmp_path)}
+    search = Search.begin(understand(body, models, lambda more: load(None, more)))
+    yield search, models
+    search.end("seen")
+    models.panel.close()
+
+
+def test_what_flies_is_dropped_before_anything_looks(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
+    with search_for(home, "bed", tmp_path) as (search, _):
+        obs = home.observe()
+        obs.depth_m[:, :100], obs.depth_m[:, 100:] = 1.0, 4.0
+        obs.depth_m[:, 100] = 2.0  # between the edge of one thing and what is behind it
+        clean = search.prepared(obs)
+        assert (clean.depth_m[10:-10, 100] == 0).all()
+        assert (clean.depth_m[10:-10, 90:100] == 1.0).all()
+        assert (clean.depth_m[10:-10, 103:] == 4.0).all()
+        assert clean.mount == search.config.camera
+
+
+def test_a_closer_look_is_offered_where_the_table_is(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
+    offered = []
+
+    class Looks(FakeModels):
+        def detect(self, rgb: np.ndarray, window=None) -> Detections:
+            offered.append(window())
+            return NO_DETECTIONS
+
+    with search_for(home, "bed", tmp_path) as (search, _):
+        table = rays(INTRINSICS, MOUNT, 1)
+        height = np.where(table.up < 0, (0.6 - MOUNT.z_m) / np.minimum(table.up, -1e-6), 0)
+        on = (height > 0.7) & (height < 2.0)
+        obs = replace(home.observe(), depth_m=np.where(on, height, 4.0).astype(np.float32))
+        seen(search, search.prepared(obs), Looks(home), bus=None, labels_s=0.0)
+        bare = replace(obs, depth_m=np.full_like(obs.depth_m, 4.0))
+        seen(search, search.prepared(bare), Looks(home), bus=None, labels_s=0.0)
+    assert offered[0] is not None
+    assert offered[1] is None
+
+
+@pytest.mark.parametrize("key", ["mount='tf'", "mount='fixed'"])
+def test_frames_of_tf_do_not_change_with_a_goal(tmp_path: Path, key: str) -> None:
+    models = FakeModels(Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0)))
+    own = "camera.mount='tf'"
+    settings = [f"camera.{key}", "research.camera_frame='other'"]
+    body = {"goal": "bed", "log_dir": str(tmp_path), "settings": settings}
+    with pytest.raises(ConfigError, match=r"^camera.mount: tf is read from the start or not"):
+        understand(body, models, lambda more: load(None, [own, *more]))
+    models.panel.close()
 
 
 def test_tf_does_not_come_with_a_goal(tmp_path: Path) -> None:
