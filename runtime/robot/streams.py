@@ -49,7 +49,7 @@ class SensorStreams:
         self._clock = clock
         self._changed = changed
         self._camera = camera
-        self._transforms = Transforms()
+        self._transforms = Transforms(lambda error: self._count(TF, error))
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._camera_info: RawMessage | None = None  # newest, not decoded yet
         self._intrinsics: Intrinsics | None = None

@@ -4,6 +4,7 @@ import math
 import struct
 from bisect import bisect_right
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -61,9 +62,11 @@ class _Link:
 
 
 class Transforms:
-    """`file` may be called by any thread, `mount` by the one that reads."""
+    """`file` may be called by any thread, `mount` by the one that reads; it has what is damaged
+    told to `bad`, and goes on with the rest."""
 
-    def __init__(self) -> None:
+    def __init__(self, bad: Callable[[SensorError], None]) -> None:
+        self._bad = bad
         self._raw: deque[tuple[str, bytes]] = deque(maxlen=RAW_KEPT)
         self._links: dict[str, _Link] = {}
 
@@ -74,6 +77,7 @@ class Transforms:
     def mount(self, base: str, camera: str, stamp_ns: int) -> Mount:
         """The camera's optical frame on the base at that time; SensorError when tf does not say."""
         self._decode()
+        base, camera = base.lstrip("/"), camera.lstrip("/")
         up, down = self._above(camera), self._above(base)
         shared = next((frame for frame in up if frame in down), None)
         if shared is None:
@@ -94,18 +98,28 @@ class Transforms:
         return mount
 
     def _decode(self) -> None:
-        """Take in what was filed; SensorError for the first that is damaged."""
+        """Take in what was filed."""
         while self._raw:
             topic, payload = self._raw.popleft()
-            for one in wire.decode_transforms(payload, topic):
-                link = self._links.get(one.child)
-                if link is None or link.parent != one.parent:
-                    link = self._links[one.child] = _Link(one.parent, topic == TF_STATIC)
-                newest_ns = link.told[-1].stamp_ns if link.told else one.stamp_ns
-                if link.static or one.stamp_ns < newest_ns - CLOCK_BACK_NS:
-                    link.told.clear()
-                if not link.told or one.stamp_ns > link.told[-1].stamp_ns:
-                    link.told.append(one)
+            try:
+                told = wire.decode_transforms(payload, topic)
+            except SensorError as error:
+                told = [error]
+            for one in told:
+                if isinstance(one, SensorError):
+                    self._bad(one)
+                else:
+                    self._take_in(one, topic == TF_STATIC)
+
+    def _take_in(self, one: FrameTransform, static: bool) -> None:
+        link = self._links.get(one.child)
+        if link is None or link.parent != one.parent:
+            link = self._links[one.child] = _Link(one.parent, static)
+        newest_ns = link.told[-1].stamp_ns if link.told else one.stamp_ns
+        if link.static or one.stamp_ns < newest_ns - CLOCK_BACK_NS:
+            link.told.clear()
+        if not link.told or one.stamp_ns > link.told[-1].stamp_ns:
+            link.told.append(one)
 
     def _above(self, frame: str) -> list[str]:
         """The frame, its parent, and so on."""
@@ -163,7 +177,8 @@ def _matrix(one: FrameTransform) -> F64:
 
 def peek_frame(payload: bytes, topic: str) -> str:
     """The frame_id of any message that starts with a std_msgs/Header, without decoding the rest."""
-    order = "<" if payload[1:2] == b"\x01" else ">"
+    wire.peek_stamp(payload, topic)  # it is a stamped message
+    order = "<" if payload[1] else ">"
     size = struct.unpack_from(order + "I", payload, 12)[0] if len(payload) >= 16 else 0
     if not 0 < size <= len(payload) - 16:
         raise SensorError(f"{topic}: {len(payload)} bytes have no frame_id")

@@ -147,9 +147,9 @@ def decode_pose(payload: bytes, topic: str) -> Stamped[Pose]:
     return Stamped(_header_stamp(message, topic), _planar(message.pose, topic))
 
 
-def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform]:
-    """TFMessage -> its transforms; names without the slash that old ones have."""
-    found = []
+def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | SensorError]:
+    """TFMessage -> its transforms, or what is wrong with one; names without old ones' slash."""
+    found: list[FrameTransform | SensorError] = []
     for one in _decode(payload, TF_MESSAGE, topic).transforms:
         at, q = one.transform.translation, one.transform.rotation
         moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
@@ -157,7 +157,8 @@ def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform]:
         norm = float(np.linalg.norm(turn))
         if not np.isfinite(moved).all() or not abs(norm - 1) <= 0.1:
             what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
-            raise SensorError(f"{what}: publish finite positions and unit quaternions")
+            found.append(SensorError(f"{what}: publish finite positions and unit quaternions"))
+            continue
         found.append(FrameTransform(*names, _header_stamp(one, topic), moved, turn / norm))
     return found
 
