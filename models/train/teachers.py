@@ -16,16 +16,14 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detection.boxes import pairwise_iou
-from models.detection.detections import Detector
+from models.detection.detections import Detector, RawDetections
 from models.detection.detector import open_detector
+from models.detection.fusion import paired
 from models.errors import ModelFileError, told
 from models.evaluation.truth import NameLists, read_truth, read_words
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
-ONE_THING = 0.5
-"""IoU from which two teachers' boxes are of one thing."""
 SURE, UNSURE = 0.6, 0.25
 """Probability from which a thing is a box, and from which it is an ignore region."""
 
@@ -38,39 +36,20 @@ class Opinion(NamedTuple):
     surety: NDArray[np.float32]
 
 
-def agreed(opinions: Sequence[Opinion]) -> Opinion:
+def agreed(found: Sequence[RawDetections]) -> Opinion:
     """What the teachers see together, the surest first. Of one thing, a box of each teacher at
     most, the box is the mean by surety, and the probability that not all are wrong its surety."""
-    boxes = np.concatenate([seen.boxes for seen in opinions])
-    labels = np.concatenate([seen.labels for seen in opinions])
-    surety = np.concatenate([seen.surety for seen in opinions])
-    teacher = np.repeat(np.arange(len(opinions)), [len(seen.labels) for seen in opinions])
-    free = np.ones(len(boxes), np.bool_)
-    found = []
-    for first in np.argsort(-surety, kind="stable"):
-        if not free[first]:
-            continue
-        alike = free & (labels == labels[first])
-        alike &= pairwise_iou(boxes[first : first + 1], boxes)[0] >= ONE_THING
-        one = [first]
-        for other in set(teacher[alike]) - {teacher[first]}:
-            theirs = np.flatnonzero(alike & (teacher == other))
-            one.append(theirs[surety[theirs].argmax()])
-        free[one] = False
-        box = np.average(boxes[one], axis=0, weights=surety[one])
-        found.append((box, labels[first], 1 - np.prod(1 - surety[one])))
-    found.sort(key=lambda thing: -thing[2])
+    places = paired(found)
+    boxes, surety = np.zeros((len(places.labels), 4)), np.zeros(len(places.labels))
+    for k, which in enumerate(places.which):
+        those = [(f.boxes_px[n], f.scores[n]) for f, n in zip(found, which, strict=True) if n >= 0]
+        sure = np.array([score for _, score in those], np.float64)
+        boxes[k] = np.average([box for box, _ in those], axis=0, weights=sure)
+        surety[k] = 1 - np.prod(1 - sure)
+    order = np.argsort(-surety, kind="stable")
     return Opinion(
-        np.array([box for box, _, _ in found], np.float32).reshape(-1, 4),
-        np.array([label for _, label, _ in found], np.int32),
-        np.array([sure for _, _, sure in found], np.float32),
+        boxes[order].astype(np.float32), places.labels[order], surety[order].astype(np.float32)
     )
-
-
-def look(teacher: Detector, picture: NDArray[np.uint8]) -> Opinion:
-    """(H, W, 3) uint8 RGB -> what one teacher sees."""
-    found = teacher.detect(picture)
-    return Opinion(found.boxes_px, found.labels, found.scores)
 
 
 def annotate(folder: Path, teachers: Sequence[Detector], words: NameLists) -> dict[str, Any]:
@@ -88,7 +67,7 @@ def annotate(folder: Path, teachers: Sequence[Detector], words: NameLists) -> di
     old = {c["id"]: index[c["name"]] for c in truth.table["categories"]}
     notes = [{**n, "category_id": old[n["category_id"]]} for n in truth.table["annotations"]]
     for image, picture in zip(truth.table["images"], truth.pictures("pictures"), strict=True):
-        seen = agreed([look(teacher, picture) for teacher in teachers])
+        seen = agreed([teacher.detect(picture) for teacher in teachers])
         for box, label, surety in zip(*seen, strict=True):
             if surety >= UNSURE and names[label] not in labelled:
                 note = {"id": len(notes) + 1, "image_id": image["id"], **_mark(box, surety)}

@@ -9,33 +9,37 @@ import pytest
 from click.testing import CliRunner
 from labelled_frames import SOFA, sofa_graph, write_frames
 
+from models.detection.detections import RawDetections
 from models.errors import ModelFileError
 from models.train.labelled import TAUGHT, read_frames
-from models.train.teachers import Opinion, agreed, main
+from models.train.teachers import agreed, main
 from models.words.text_encoder import TextEncoder
 
 SIDE, FAR = [10, 10, 50, 50], [60, 60, 90, 90]
 NAMES = "{0: 'couch', 1: 'giraffe', 2: 'tv'}"
 
 
-def seen(*things: tuple[list[float], int, float]) -> Opinion:
-    boxes, labels, surety = zip(*things, strict=True)
-    return Opinion(np.array(boxes, np.float32), np.array(labels, np.int32), np.float32(surety))
+def seen(*things: tuple[list[float], int, float]) -> RawDetections:
+    boxes = np.array([t[0] for t in things], np.float32).reshape(-1, 4)
+    labels, surety = ([t[k] for t in things] for k in (1, 2))
+    none = np.zeros(0, np.float32)
+    return RawDetections(
+        boxes, np.array(surety, np.float32), np.array(labels, np.int32), none, none, none
+    )
 
 
 def test_what_two_see_is_surer_than_what_one_does() -> None:
     first = seen((SIDE, 0, 0.6), (FAR, 1, 0.7))
-    second = seen(([10, 10, 50, 46], 0, 0.2), (FAR, 2, 0.3), (SIDE, 0, 0.1))
+    second = seen(([10, 10, 50, 46], 0, 0.2), (FAR, 2, 0.3))
     found = agreed([first, second])
-    assert found.labels.tolist() == [1, 0, 2, 0]
-    np.testing.assert_allclose(found.surety, [0.7, 1 - 0.4 * 0.8, 0.3, 0.1], atol=1e-6)
+    assert found.labels.tolist() == [1, 0, 2]
+    np.testing.assert_allclose(found.surety, [0.7, 1 - 0.4 * 0.8, 0.3], atol=1e-6)
     np.testing.assert_allclose(found.boxes[1], [10, 10, 50, (0.6 * 50 + 0.2 * 46) / 0.8], atol=1e-4)
     assert agreed([seen((SIDE, 0, 0.5))] * 2).surety.tolist() == [0.75]
 
 
 def test_nothing_seen() -> None:
-    nothing = Opinion(np.zeros((0, 4), np.float32), np.zeros(0, np.int32), np.zeros(0, np.float32))
-    assert agreed([nothing, nothing]).boxes.shape == (0, 4)
+    assert agreed([seen(), seen()]).boxes.shape == (0, 4)
 
 
 def taught(folder: Path, teacher: Path, labelled: list[str] | None, out: Path) -> str:
