@@ -6,7 +6,13 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from runtime.core.distances.planner import Field
-from runtime.core.objects.instances import RIVAL, Instance, at_one_height, same_thing
+from runtime.core.objects.instances import (
+    RIVAL,
+    Instance,
+    at_one_height,
+    same_thing,
+    shares,
+)
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.objects.standpoints import REACH_M
 from runtime.core.objects.verdict import INSPECT_LOG_ODDS
@@ -18,6 +24,8 @@ RIVAL_SHARE = 0.5  # of the smaller footprint, shared with what is more surely a
 APART_CONFIDENCE = 0.9  # from which on something else keeps its cells to itself,
 APART_SIZE = 1.2  # unless it is so much larger than the target
 BESIDE_M = 1.5  # between the middles of two things that may share a place
+UNDECIDED_SHARE = 0.8  # of all that a thing may be; a name with less is not settled
+DOUBT_WORTH_M = 10.0  # way to what is undecided, times how likely it is the goal
 
 
 def ranked(
@@ -27,18 +35,27 @@ def ranked(
     """The instances worth going to, first the one that costs least to go to and, as likely as it is
     none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
     when there is nothing else to do; `standing` is the instance that the robot is on its way to,
-    for which less will do: one view that misses it does not turn the robot round."""
+    for which less will do: one view that misses it does not turn the robot round. What is rather
+    something else, but undecided, is worth a short way, and with `least` any."""
     bar = INSPECT_LOG_ODDS if least is None else least
+
+    def worth(i: Instance) -> bool:
+        if i.name == goal:
+            return True
+        near = least is not None or i.id == standing or away(i) <= _likely(i, goal) * DOUBT_WORTH_M
+        return near and shares(i)[i.name] < UNDECIDED_SHARE
+
     candidates = [
         i
         for i in semantic.instances.values()
         if i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
         and i.views_as(goal)
+        and worth(i)
         and not _outdone(i, goal, semantic)
     ]
 
     def cost_m(i: Instance) -> tuple[float, float, int]:
-        detour_m = (1.0 - i.confidence_of(goal)) * DETOUR_M
+        detour_m = (1.0 - _likely(i, goal)) * DETOUR_M
         kept_m = KEEP_M if i.id == standing else 0.0
         return away(i) + detour_m - kept_m, -i.odds_of(goal), i.id
 
@@ -54,10 +71,15 @@ def on_foot_m(reach: Field, instance: Instance) -> float:
     return float(around.min(initial=math.inf))
 
 
+def _likely(instance: Instance, goal: str) -> float:
+    """How likely it is the goal; of one that is rather something else its share."""
+    if instance.name == goal:
+        return instance.confidence_of(goal)
+    return instance.confidence * shares(instance)[goal]
+
+
 def _outdone(instance: Instance, goal: str, semantic: SemanticMap) -> bool:
-    """Whether the same thing, or another in the same place, is more surely something else."""
-    if instance.name != goal:
-        return True
+    """Whether another in the same place is more surely something else."""
     rivals = [
         other
         for other in semantic.instances.values()

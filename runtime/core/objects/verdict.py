@@ -71,8 +71,9 @@ def confirmed(instance: Instance, goal: str) -> bool:
 
 
 def supported(instance: Instance, goal: str) -> bool:
-    """Whether the evidence would do, wherever it was seen from: some of it is of this search."""
-    enough = instance.odds_of(goal) >= CONFIRM_LOG_ODDS
+    """Whether the evidence would do, wherever it was seen from: it is nothing else more surely, and
+    some of it is of this search."""
+    enough = instance.odds_of(goal) >= CONFIRM_LOG_ODDS and instance.name == goal
     return enough and bool(instance.evidence[goal].backing)
 
 

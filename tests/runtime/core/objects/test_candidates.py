@@ -66,9 +66,31 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
     semantic.instances[1] = thing
     assert ranked(semantic, "bed", near) == [thing]
-    thing.evidence_of("sofa").odds = 5.0
+    thing.evidence_of("sofa").odds = thing.odds_of("bed") + 2.0
     assert ranked(semantic, "bed", near) == []
     assert ranked(semantic, "sofa", near) == [thing]
+
+
+@pytest.mark.parametrize(
+    ("ahead", "away_m", "least", "standing", "gone_to"),
+    [
+        (0.5, 1.0, None, None, True),  # rather a sofa, and 1 m to see
+        (0.5, 6.0, None, None, False),
+        (0.5, 6.0, None, 1, True),  # on the way already
+        (0.5, 6.0, INSPECT_LOG_ODDS, None, True),  # nothing else is left
+        (2.0, 1.0, None, None, False),  # a sofa
+        (2.0, 1.0, INSPECT_LOG_ODDS, 1, False),
+    ],
+)
+def test_what_is_undecided_is_worth_a_short_way(
+    ahead: float, away_m: float, least: float | None, standing: int | None, gone_to: bool
+):
+    thing = bed(at(0, 1), odds=1.0)
+    thing.evidence_of("sofa").odds = 1.0 + ahead
+    semantic = SemanticMap.empty(("bed", "sofa"), (), open_floor()[0].frame)
+    semantic.instances[1] = thing
+    found = ranked(semantic, "bed", lambda _: away_m, least, standing)
+    assert found == ([thing] if gone_to else [])
 
 
 def cells(x_m: tuple[float, float], y_m: tuple[float, float]) -> np.ndarray:

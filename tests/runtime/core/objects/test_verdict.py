@@ -70,6 +70,15 @@ def test_a_doubt_is_settled_by_the_second_look_at_the_latest():
     assert come(thing, Reached.FACED, seen) is Verdict.FOUND
 
 
+def test_what_is_rather_something_else_is_never_found():
+    thing = bed(at(0, 1), at(2, 1), odds=4.0)
+    thing.evidence_of("sofa").odds = 4.5
+    outcomes = {come(thing, Reached.FACED, at(0, 1)) for _ in range(4)}
+    assert not confirmed(thing, "bed")
+    assert Verdict.FOUND not in outcomes
+    assert rejections(thing)
+
+
 def test_too_little_evidence_after_two_looks_is_a_rejection():
     thing = bed(at(0, 1), at(0.1, 1.0), odds=1.2)
     assert come(thing, Reached.FACED, at(0, 1)) is not Verdict.FOUND
