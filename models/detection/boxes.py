@@ -10,6 +10,14 @@ Floats = NDArray[np.float32]
 GREY = 114
 
 
+class Scaling(NamedTuple):
+    """What is made of a frame's 0..255: channels turned round, then (value - mean) / deviation."""
+
+    bgr: bool
+    mean: tuple[float, float, float]
+    deviation: tuple[float, float, float]
+
+
 class Letterbox(NamedTuple):
     """How an image was fitted: network px = image px * scale + (left, top)."""
 
@@ -64,11 +72,14 @@ def letterbox(
     return canvas, Letterbox(scale, left, top)
 
 
-def stretched(rgb: NDArray[np.uint8], height: int, width: int, mean: Floats, std: Floats) -> Floats:
-    """(h, w, 3) -> (3, height, width), RGB in 0..1 less `mean` by `std`, each (3,); the aspect is
-    not kept."""
-    small = stretch(rgb, height, width)[0].astype(np.float32)
-    return np.ascontiguousarray(((small / 255 - mean) / std).transpose(2, 0, 1), np.float32)
+def scaled(rgb: NDArray[np.uint8], scaling: Scaling) -> Floats:
+    """(H, W, 3) -> (3, H, W) as a network takes it."""
+    planes = rgb.transpose(2, 0, 1).astype(np.float32)
+    mean, deviation = (
+        np.array(each, np.float32).reshape(3, 1, 1) for each in (scaling.mean, scaling.deviation)
+    )
+    planes = ((planes[::-1] if scaling.bgr else planes) - mean) / deviation
+    return np.ascontiguousarray(planes, np.float32)
 
 
 def suppress(

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import ModelFileError
+
+FloatT = TypeVar("FloatT", bound=np.floating)
 
 PREFIX = "value."
 """Of the keys in an ONNX file's metadata that hold a constant."""
@@ -46,17 +49,21 @@ def log_odds(scores: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.asarray(np.log(p / (1 - p)), np.float64)
 
 
+def sigmoid(odds: NDArray[FloatT]) -> NDArray[FloatT]:
+    """(...) log odds -> (...) in 0..1, as precise as they are."""
+    return np.asarray(1 / (1 + np.exp(-np.clip(odds, -60, 60))), odds.dtype)
+
+
 def softmax(logits: NDArray[np.float32]) -> NDArray[np.float32]:
-    """(N, K) -> (N, K) probabilities of each row; what is minus infinity has none."""
-    top = logits.max(axis=1, keepdims=True)
+    """(..., K) -> (..., K) probabilities of each row; what is minus infinity has none."""
+    top = logits.max(axis=-1, keepdims=True, initial=-np.inf)
     weights = np.exp(logits - np.where(np.isneginf(top), 0, top))
-    return np.asarray(weights / weights.sum(axis=1, keepdims=True).clip(1e-12), np.float32)
+    return np.asarray(weights / weights.sum(axis=-1, keepdims=True).clip(1e-12), np.float32)
 
 
 def calibrated(scores: NDArray[np.floating], gain: float, shift: float) -> NDArray[np.float64]:
     """(...) scores in 0..1 -> (...) the same with their log odds times gain plus shift."""
-    odds = gain * log_odds(scores) + shift
-    return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
+    return sigmoid(gain * log_odds(scores) + shift)
 
 
 def settled(scores: NDArray[np.float32], gain: float, shift: float) -> NDArray[np.float32]:

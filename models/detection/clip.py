@@ -24,17 +24,19 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
-from models.detection.boxes import stretched
+from models.detection.boxes import Scaling, scaled, stretch
 from models.detection.calibration import read_constants, settled, softmax
-from models.detection.detections import Floats, RawDetections, boxes_only, checked
+from models.detection.detections import NOTHING, Floats, RawDetections, boxes_only, checked
 from models.detection.prompted import Prompts
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
 from models.words.class_names import check_names
 
 Way = Literal["patch", "reference", "grad"]
-MEAN = np.array([0.48145466, 0.4578275, 0.40821073], np.float32)
-STD = np.array([0.26862954, 0.26130258, 0.27577711], np.float32)
+SCALING = Scaling(
+    False, (122.7709383, 116.7460125, 104.09373615), (68.5005327, 66.6321579, 70.32316305)
+)
+"""CLIP's mean and deviation."""
 SIDE_PX = 224
 """Of an image whose size the file leaves open."""
 SCALE = 100.0
@@ -134,7 +136,7 @@ class ClipDetector:
         if self._way == "patch":
             boxes, scores, labels = self._by_patch(rgb)
         elif self._goal is None or self._names[self._goal] in self.capabilities["unseen"]:
-            boxes, scores, labels = _nothing()
+            boxes, scores, labels = NOTHING
         elif self._way == "reference":
             boxes, scores, labels = self._by_reference(rgb, self._goal)
         else:
@@ -145,7 +147,7 @@ class ClipDetector:
     def _by_patch(self, rgb: NDArray[np.uint8]) -> Found:
         """Each patch is what its picture looks like most."""
         if not len(self._names):
-            return _nothing()
+            return NOTHING
         boxes = patches(*rgb.shape[:2])
         seen = self._look([rgb[y0:y1, x0:x1] for x0, y0, x1, y1 in boxes.tolist()])
         chances = self._chances(seen.rows)
@@ -159,7 +161,7 @@ class ClipDetector:
         sentences = [sentence.format(self._names[goal]) for sentence in PLACED]
         rows = [self._prompts.row(sentence) for sentence in sentences]
         if any(row is None for row in rows):
-            return _nothing()
+            return NOTHING
         seen = self._look([rgb])
         where = softmax(self._logits(seen.rows, np.array(rows, np.float32)))[0]
         down, along = divmod(int(where.argmax()), 3)
@@ -173,7 +175,7 @@ class ClipDetector:
         """The goal is where the map for its sentence is high, as likely as it is in the image."""
         seen = self._look([rgb], self._rows[self._owner == goal][:1])
         if seen.relevance is None:
-            return _nothing()
+            return NOTHING
         boxes, peaks = regions(seen.relevance, self._size, rgb.shape[:2])
         chance = self._chances(seen.rows)[0, goal]
         return boxes, chance * peaks, np.full(len(boxes), goal, np.int32)
@@ -194,7 +196,8 @@ class ClipDetector:
         self, pictures: Sequence[NDArray[np.uint8]], text: Floats | None = None
     ) -> TowerAnswer:
         """Pictures, each (h, w, 3), by the tower; at once where it allows that."""
-        batch = np.stack([stretched(picture, *self._size, MEAN, STD) for picture in pictures])
+        fitted = [stretch(picture, *self._size)[0] for picture in pictures]
+        batch = np.stack([scaled(picture, SCALING) for picture in fitted])
         if self._texts is None and not isinstance(self._image.shape[0], int):
             return self._answer(batch, text)
         seen = [self._answer(batch[i : i + 1], text) for i in range(len(batch))]
@@ -258,7 +261,7 @@ def regions(
     image's height and width. A flat map has none."""
     low, high = float(relevance.min()), float(relevance.max())
     if not (math.isfinite(low) and math.isfinite(high) and high > low):
-        return np.zeros((0, 4), np.float32), np.zeros(0, np.float32)
+        return NOTHING[:2]
     level = cv2.resize((relevance - low) / np.float32(high - low), (size[1], size[0]))
     mask = (level >= RELEVANT).astype(np.uint8)
     count, parts, stats, _ = cv2.connectedComponentsWithStats(mask)
@@ -273,7 +276,3 @@ def _unit(rows: Floats) -> Floats:
     """Rows of length 1; what is not finite is none."""
     finite = np.nan_to_num(rows, nan=0.0, posinf=0.0, neginf=0.0)
     return np.asarray(finite / np.linalg.norm(finite, axis=1, keepdims=True).clip(1e-12))
-
-
-def _nothing() -> Found:
-    return np.zeros((0, 4), np.float32), np.zeros(0, np.float32), np.zeros(0, np.int32)

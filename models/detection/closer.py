@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from models.detection.detections import Floats, RawDetections, select
+from models.detection.detections import Floats, RawDetections, select, unembedded
 from models.detection.detector import DetectorView
 
 EDGE_PX = 2.0
@@ -47,8 +47,8 @@ def joined(found: RawDetections, near: RawDetections, window: Window) -> RawDete
     scores = np.concatenate((found.scores, near.scores[kept]))
     labels = np.concatenate((found.labels, near.labels[kept]))
     best = select(boxes, scores, labels, across=1.0)
-    none = np.zeros((len(best), 0), np.float32)
-    return RawDetections(boxes[best], scores[best], labels[best], none, found.rooms, found.scene)
+    both = unembedded(boxes[best], scores[best], labels[best])
+    return both._replace(rooms=found.rooms, scene=found.scene)
 
 
 def _shift(window: Window) -> Floats:

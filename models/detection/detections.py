@@ -17,6 +17,10 @@ NAMES = 2
 With one, less is found at the same rate of false sightings."""
 
 Floats = NDArray[np.float32]
+NOTHING: tuple[Floats, Floats, NDArray[np.int32]] = (
+    np.zeros((0, 4), np.float32), np.zeros(0, np.float32), np.zeros(0, np.int32),
+)  # fmt: skip
+"""Boxes, scores and labels of none."""
 
 
 class RawDetections(NamedTuple):
@@ -92,5 +96,10 @@ def boxes_only(
     scores = np.where(sound, scores, 0).astype(np.float32)
     boxes = np.where(sound[:, None], boxes, 0).astype(np.float32)
     kept = select(boxes, scores, labels, across, within)
-    none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
-    return RawDetections(boxes[kept], scores[kept], labels[kept], none, nothing, nothing)
+    return unembedded(boxes[kept], scores[kept], labels[kept])
+
+
+def unembedded(boxes: Floats, scores: Floats, labels: NDArray[np.int32]) -> RawDetections:
+    """These detections, all of them, without regions, rooms or a scene."""
+    none = np.zeros(0, np.float32)
+    return RawDetections(boxes, scores, labels, np.zeros((len(boxes), 0), np.float32), none, none)

@@ -10,7 +10,7 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.detection.boxes import letterbox
-from models.detection.calibration import calibrated, read_constants
+from models.detection.calibration import calibrated, read_constants, sigmoid, softmax
 from models.detection.clip import ClipDetector
 from models.detection.detections import Detector as Detector
 from models.detection.detections import Floats, checked, likeliest, select
@@ -197,7 +197,7 @@ class OpenDetector:
 
     def room(self, view: DetectorView) -> Floats:
         """(R,) probabilities of the room types."""
-        return _softmax(self._rooms @ view.scene * self._room_scale)
+        return softmax(self._rooms @ view.scene * self._room_scale)
 
     def photograph_odds(self, scene: Floats) -> float | None:
         """Log odds that an image with this (D,) scene vector is a photograph and no rendering; None
@@ -218,15 +218,7 @@ class OpenDetector:
 
     def _word(self, cosines: Floats) -> NDArray[np.float64]:
         """With what probability what is there is called so."""
-        odds = cosines.astype(np.float64) * self._scale + self._bias
-        return np.asarray(1 / (1 + np.exp(-odds)), np.float64)
-
-
-def _softmax(logits: Floats) -> Floats:
-    if not len(logits):
-        return np.zeros(0, np.float32)
-    weights = np.exp(logits - logits.max())
-    return np.asarray(weights / weights.sum(), np.float32)
+        return sigmoid(cosines.astype(np.float64) * self._scale + self._bias)
 
 
 def _direction(session: onnxruntime.InferenceSession, path: Path) -> Floats | None:

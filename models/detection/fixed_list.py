@@ -10,8 +10,8 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.detection import layouts
-from models.detection.boxes import Letterbox, Stretch, letterbox, stretch
-from models.detection.calibration import read_constants, settled, softmax
+from models.detection.boxes import Letterbox, Stretch, letterbox, scaled, stretch
+from models.detection.calibration import read_constants, settled, sigmoid, softmax
 from models.detection.detections import (
     SAME_CLASS_IOU,
     Floats,
@@ -133,16 +133,11 @@ class FixedListDetector:
         if scores.shape[1] > self._count:
             scores = softmax(scores)[:, :-1]
         elif self._logits:
-            scores = layouts.sigmoid(scores)
+            scores = sigmoid(scores)
         return layouts.Decoded(boxes, scores[:, self._kept])
 
     def _run(self, image: NDArray[np.uint8]) -> layouts.Outputs:
-        bgr, mean, deviation = self._scaling
-        planes = image.transpose(2, 0, 1)[None].astype(np.float32)
-        shape = (1, 3, 1, 1)
-        scaled = (planes[:, ::-1] if bgr else planes) - np.array(mean, np.float32).reshape(shape)
-        feed = scaled / np.array(deviation, np.float32).reshape(shape)
-        feeds = {self._input.name: np.ascontiguousarray(feed, np.float32)}
+        feeds = {self._input.name: scaled(image, self._scaling)[None]}
         names = [output.name for output in self._session.get_outputs()]
         return dict(zip(names, run(self._session, feeds, self._path), strict=True))
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import iou
-from models.detection.calibration import log_odds
-from models.detection.detections import Floats, RawDetections, select
+from models.detection.calibration import log_odds, sigmoid
+from models.detection.detections import Floats, RawDetections, select, unembedded
 from models.errors import ModelFileError
 
 Domain = Literal["photographs", "renderings"]
@@ -157,10 +157,8 @@ def fused(
     that they are, in the same order. Arguments as of `worth`."""
     places = paired(found)
     odds = worth(places, names, knows, domain, weights)
-    scores = (1 / (1 + np.exp(-odds))).astype(np.float32)
+    scores = sigmoid(odds).astype(np.float32)
     kept = select(places.boxes_px, scores, places.labels, across=1.0)
     boxes, labels, each, which = places
     places = FusedPlaces(boxes[kept], labels[kept], each[kept], which[kept])
-    none, nothing = np.zeros((len(kept), 0), np.float32), np.zeros(0, np.float32)
-    one = RawDetections(places.boxes_px, scores[kept], places.labels, none, nothing, nothing)
-    return one, places
+    return unembedded(places.boxes_px, scores[kept], places.labels), places

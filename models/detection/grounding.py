@@ -21,16 +21,15 @@ import onnxruntime
 from numpy.typing import NDArray
 from tokenizers import Encoding
 
-from models.detection.boxes import stretched
+from models.detection.boxes import scaled, stretch
 from models.detection.calibration import read_constants, settled, softmax
-from models.detection.detections import Floats, RawDetections, boxes_only, checked
+from models.detection.detections import NOTHING, Floats, RawDetections, boxes_only, checked
+from models.detection.told import IMAGENET
 from models.errors import ModelFileError
 from models.onnx_session import image_size, run
 from models.words.class_names import check_names
 from models.words.text_encoder import open_tokenizer
 
-MEAN = np.array([0.485, 0.456, 0.406], np.float32)
-STD = np.array([0.229, 0.224, 0.225], np.float32)
 SIDE_PX = 800
 """Height and width where the file leaves them open: about what such networks are trained with."""
 CAPTION = ("input_ids", "attention_mask")
@@ -86,8 +85,7 @@ class GroundingDetector:
         """(H, W, 3) uint8 RGB -> detections of the goal."""
         checked(rgb)
         if self._goal is None:
-            nothing = np.zeros(0, np.float32)
-            return boxes_only(np.zeros((0, 4), np.float32), nothing, nothing.astype(np.int32))
+            return boxes_only(*NOTHING)
         caption = self._tokenizer.encode(self._names[self._goal])
         boxes, logits = self._answer(rgb, caption)
         chances = softmax(logits)
@@ -103,7 +101,7 @@ class GroundingDetector:
     def _answer(self, rgb: NDArray[np.uint8], caption: Encoding) -> tuple[Floats, Floats]:
         """(Q, 4) boxes and (Q, S) logits."""
         feeds: dict[str, NDArray[Any]] = {
-            self._image: stretched(rgb, *self._size, MEAN, STD)[None],
+            self._image: scaled(stretch(rgb, *self._size)[0], IMAGENET)[None],
             "input_ids": np.array([caption.ids]),
             "attention_mask": np.array([caption.attention_mask]),
         }

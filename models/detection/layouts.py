@@ -140,11 +140,6 @@ def are_logits(scores: Floats) -> bool:
     return bool(((finite < -0.001) | (finite > 1.001)).any())
 
 
-def sigmoid(logits: Floats) -> Floats:
-    """(...) logits -> (...) in 0..1."""
-    return np.asarray(1 / (1 + np.exp(-np.clip(logits, -60, 60))), np.float32)
-
-
 def _corners(cxcywh: Floats) -> Floats:
     half = cxcywh[:, 2:] / 2
     return np.concatenate((cxcywh[:, :2] - half, cxcywh[:, :2] + half), axis=1)

@@ -27,9 +27,10 @@ import onnxruntime
 from numpy.typing import NDArray
 
 from models.detection import layouts
-from models.detection.boxes import letterbox
-from models.detection.calibration import read_constants, settled
-from models.detection.detections import Floats, RawDetections, boxes_only, checked
+from models.detection.boxes import letterbox, scaled
+from models.detection.calibration import read_constants, settled, sigmoid
+from models.detection.detections import NOTHING, Floats, RawDetections, boxes_only, checked
+from models.detection.told import NORMALISE
 from models.errors import ModelFileError
 from models.onnx_session import image_size, open_session, run
 from models.words.class_names import check_names
@@ -176,7 +177,7 @@ class PromptedDetector:
         """(H, W, 3) uint8 RGB -> detections. Each location is given its one best class."""
         image, fit = letterbox(checked(rgb), *self._size)
         if not len(self._rows):
-            return boxes_only(*_nothing())
+            return boxes_only(*NOTHING)
         decoded = self._answer(image, self._rows)
         best = np.nan_to_num(decoded.scores).argmax(axis=1)
         scores = decoded.scores[np.arange(len(best)), best]
@@ -189,18 +190,13 @@ class PromptedDetector:
         texts = rows
         if self._slots is not None:
             texts = np.concatenate((rows, np.zeros((self._slots - len(rows), rows.shape[1]))))
-        planes = np.asarray(image.transpose(2, 0, 1)[None] / np.float32(255), np.float32, order="C")
         batch = texts.reshape(texts.shape if len(self._texts.shape) == 2 else (1, *texts.shape))
-        feeds: dict[str, Floats] = {str(self._image.name): planes}
+        feeds: dict[str, Floats] = {str(self._image.name): scaled(image, NORMALISE["none"])[None]}
         feeds[str(self._texts.name)] = np.asarray(batch, np.float32)
         outputs = run(self._session, feeds, self._path)
         decoded = layouts.decode_prompted(outputs, len(texts), str(self._path))
         scores = decoded.scores[:, : len(rows)]
-        return layouts.Decoded(decoded.boxes, layouts.sigmoid(scores) if self._logits else scores)
-
-
-def _nothing() -> tuple[Floats, Floats, NDArray[np.int32]]:
-    return np.zeros((0, 4), np.float32), np.zeros(0, np.float32), np.zeros(0, np.int32)
+        return layouts.Decoded(decoded.boxes, sigmoid(scores) if self._logits else scores)
 
 
 def _unit(row: Floats) -> Floats:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import suppress
+from models.detection.calibration import sigmoid, softmax
 from models.detection.detections import Floats, RawDetections, boxes_only
 from models.detection.detector import DetectorView, OpenDetector
 from models.errors import ModelFileError
@@ -122,8 +123,7 @@ class SecondLook:
         crops = np.stack([self._crop(rgb, box) for box in boxes_px])
         feed = np.ascontiguousarray(crops.transpose(0, 3, 1, 2), np.float32)
         (logits,) = run(self._session, {self._input: feed}, self._path)
-        weights = np.exp(logits - logits.max(axis=1, keepdims=True))
-        return np.asarray(weights / weights.sum(axis=1, keepdims=True), np.float32)
+        return softmax(logits)
 
     def evidence(
         self, classes: Floats, likeness: Floats, objectness: Floats, strangeness: Floats
@@ -136,7 +136,7 @@ class SecondLook:
     def probability(self, evidence: SecondLookEvidence) -> Floats:
         """(N,) with what probability each place is what is sought."""
         odds = self._weights @ np.stack(evidence) + self._value["shift"]
-        return np.asarray(1 / (1 + np.exp(-odds)), np.float32)
+        return sigmoid(np.asarray(odds, np.float32))
 
     def _crop(self, rgb: NDArray[np.uint8], box: Floats) -> NDArray[np.uint8]:
         """A square around a box, whose rim is repeated beyond the image."""

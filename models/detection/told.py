@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from models.detection.boxes import Scaling
 from models.errors import ModelFileError
 from models.words.class_maps import BUILT_IN, ClassMap, built_in, own_map
 from models.words.class_names import check_names, read_names
@@ -15,18 +16,11 @@ CLASSES_FILE, MAP_FILE, CONTRACT_FILE = "classes.txt", "classes.toml", "contract
 """Files beside a detector that was taken in: names, names with a map, and what was told."""
 
 
-class Scaling(NamedTuple):
-    """What is made of a frame's 0..255: channels turned round, then (value - mean) / deviation."""
-
-    bgr: bool
-    mean: tuple[float, float, float]
-    deviation: tuple[float, float, float]
-
-
+IMAGENET = Scaling(False, (123.675, 116.28, 103.53), (58.395, 57.12, 57.375))
 NORMALISE = {
     "none": Scaling(False, (0, 0, 0), (255, 255, 255)),
-    "imagenet": Scaling(False, (123.675, 116.28, 103.53), (58.395, 57.12, 57.375)),
-    "nanodet": Scaling(True, (103.53, 116.28, 123.675), (57.375, 57.12, 58.395)),
+    "imagenet": IMAGENET,
+    "nanodet": Scaling(True, IMAGENET.mean[::-1], IMAGENET.deviation[::-1]),
     "yolox": Scaling(True, (0, 0, 0), (1, 1, 1)),
 }
 

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from onnx import TensorProto, helper
 
 from models.checksum import sha256
+from models.detection.told import NORMALISE
 from models.errors import ModelFileError, told
 from models.train.graph import fuse_pads, halve, parse_size
 from models.train.tfjs import GraphModel, Translation, Written, read_graph_model
@@ -41,7 +42,6 @@ SIZE = "512x384"
 small things are found better from larger images (AP50 0.447 in place of 0.432)."""
 STRIDES = (8, 16, 32)
 BINS = 11
-MEAN_BGR, DEVIATION_BGR = (103.53, 116.28, 123.675), (57.375, 57.12, 58.395)
 
 
 def fetch_package(work: Path) -> Path:
@@ -100,7 +100,7 @@ def build(model: GraphModel, names: tuple[str, ...], size: tuple[int, int]) -> o
 def _normalised(written: Written) -> str:
     """(1, 3, H, W) RGB in 0..1 -> BGR as the network was trained on it."""
     mean, deviation = (
-        np.array(values, np.float32).reshape(1, 3, 1, 1) for values in (MEAN_BGR, DEVIATION_BGR)
+        np.array(values, np.float32).reshape(1, 3, 1, 1) for values in NORMALISE["nanodet"][1:]
     )
     (bgr,) = written.add("Gather", ["images", written.constant(np.array([2, 1, 0]))], axis=1)
     (scaled,) = written.add("Mul", [bgr, written.constant(255 / deviation)])

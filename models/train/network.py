@@ -11,10 +11,10 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from models.detection.told import IMAGENET
+
 STRIDES = (8, 16, 32)
 TEXT_DIM = 384
-MEAN = (123.675, 116.28, 103.53)
-STD = (58.395, 57.12, 57.375)
 # EfficientNet-Lite0 (Tan and Le 2019, "lite" variant): kernel, stride, expansion, output, repeats
 STAGES = (
     (3, 1, 1, 16, 1),
@@ -201,8 +201,10 @@ class Network(nn.Module):
         self.log_scale = nn.Parameter(torch.tensor(2.7))
         self.bias = nn.Parameter(torch.tensor(-8.0))
         self.room_log_scale = nn.Parameter(torch.tensor(2.7))
-        self.register_buffer("mean", torch.tensor(MEAN).view(1, 3, 1, 1), persistent=False)
-        self.register_buffer("std", torch.tensor(STD).view(1, 3, 1, 1), persistent=False)
+        self.register_buffer("mean", torch.tensor(IMAGENET.mean).view(1, 3, 1, 1), persistent=False)
+        self.register_buffer(
+            "std", torch.tensor(IMAGENET.deviation).view(1, 3, 1, 1), persistent=False
+        )
 
     def forward(self, image: Tensor) -> Raw:
         taps = self.backbone((image - self.mean) / self.std)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from onnx import TensorProto, helper, numpy_helper
 from tokenizers import Tokenizer
 
-from models.detection.clip import MEAN, STD
+from models.detection.clip import SCALING
 from models.store import manifest
 
+MEAN, STD = np.array(SCALING[1:], np.float32) / 255
 WIDTH = 6
 """Of the towers' rows: red, green, blue, how far to the right and how far down that is, and what
 all have."""

@@ -5,9 +5,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.detection.boxes import letterbox, suppress
+from models.detection.boxes import Scaling, letterbox, scaled, suppress
 
 sides = st.integers(1, 700)
+
+
+def test_channels_are_turned_round_before_each_is_scaled() -> None:
+    image = np.full((2, 3, 3), (10, 20, 30), np.uint8)
+    planes = scaled(image, Scaling(True, (1.0, 2.0, 3.0), (1.0, 2.0, 4.0)))
+    assert (planes.shape, planes.dtype) == ((3, 2, 3), np.float32)
+    assert planes[:, 0, 0] == pytest.approx([29.0, 9.0, 1.75])
 
 
 @given(sides, sides)

@@ -7,7 +7,8 @@ import pytest
 from baseline_graphs import grounding_network
 
 from models.detection.detector import open_detector
-from models.detection.grounding import MEAN, STD, GroundingDetector
+from models.detection.grounding import GroundingDetector
+from models.detection.told import IMAGENET
 from models.errors import ModelFileError
 from models.words.text_encoder import TextEncoder
 
@@ -15,6 +16,7 @@ CLASSES = (("toilet", "loo"), ("sofa",), ("coffee table",))
 BOXES = ((0.25, 0.5, 0.5, 1.0), (0.75, 0.25, 0.2, 0.3), (0.5, 0.5, 0.1, 0.1), (0.9, 0.9, 0.4, 0.4))
 WORDS = ("sofa", "toilet", "[CLS]", "table")
 WHITE = np.full((100, 200, 3), 255, np.uint8)
+MEAN, STD = np.array(IMAGENET[1:]) / 255
 BRIGHT = float(((1 - MEAN) / STD).mean())  # what the network sees of a white image, 2.4
 
 
