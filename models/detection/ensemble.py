@@ -9,16 +9,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.detection.boxes import pairwise_iou
+from models.detection.clip import ClipDetector, Way
 from models.detection.closer import Window, joined, joined_views, part
 from models.detection.detections import Detector, Floats, RawDetections, checked
-from models.detection.detector import DetectorView, OpenDetector
+from models.detection.detector import DetectorView, OpenDetector, open_detector
 from models.detection.domain import DomainEvidence, DomainSetting
 from models.detection.fusion import ONE_THING_IOU, FusedPlaces, FusionWeights, fused, read_weights
+from models.detection.grounding import GroundingDetector
 from models.detection.second_look import SecondLook, Sought, look_twice
 from models.errors import ModelFileError
+from models.store import manifest
+from models.words.text_encoder import TextEncoder
 
 T = TypeVar("T")
 SECOND = "second look"
+
+
+def open_detectors(
+    names: Sequence[str], encoder: TextEncoder, threads: int = 1
+) -> dict[str, Detector]:
+    """Models' names or paths -> detectors by what weights of them go by (manifest.called). Raises
+    ModelFileError."""
+    return {
+        manifest.called(name): open_detector(manifest.located(name), "auto", encoder, threads)
+        for name in names
+    }
 
 
 class DetectorEnsemble:
@@ -51,16 +66,31 @@ class DetectorEnsemble:
         self._classes: tuple[tuple[str, ...], ...] = ()
         self.closer = False
         self._memo = _Memo()
-        self._asked: tuple[str, ...] = ()
+        self._goal: int | None = None
+        self._way: Way = "patch"
 
     def begin(self) -> None:
         """A run begins: nothing of the images before it counts, so that runs repeat."""
         self.domain, self._frames = DomainEvidence(self.domain.setting), 0
 
-    def remember(self, images: int, *asked: str) -> None:
-        """Keep what was seen in the last so many images: a harness shows the same ones again.
-        `asked`: what answers depend on besides the image and the vocabulary."""
-        self._memo.images, self._asked = images, asked
+    def remember(self, images: int) -> None:
+        """Keep what was seen in the last so many images: a harness shows the same ones again."""
+        self._memo.images = images
+
+    def find_by(self, way: Way) -> None:
+        """Choose how detectors of CLIP's kind find things. Raises ModelFileError where the file of
+        one lacks what it needs."""
+        for detector in self.detectors.values():
+            if isinstance(detector, ClipDetector):
+                detector.find_by(way)
+        self._way = way
+
+    def look_for(self, goal: int) -> None:
+        """From now on this class of the vocabulary is the goal, of those that look for one."""
+        for detector in self.detectors.values():
+            if isinstance(detector, ClipDetector | GroundingDetector):
+                detector.look_for(goal)
+        self._goal = goal
 
     @property
     def open_detector(self) -> OpenDetector | None:
@@ -94,7 +124,7 @@ class DetectorEnsemble:
             detector.set_vocabulary(classes, rooms)
             unseen = set(detector.capabilities["unseen"])
             self._knows[name] = np.array([c[0] not in unseen for c in classes], bool)
-        self._classes = tuple(tuple(names) for names in classes)
+        self._classes, self._goal = tuple(tuple(names) for names in classes), None
 
     def detect(
         self, rgb: NDArray[np.uint8], window: Callable[[], Window | None] = lambda: None
@@ -156,7 +186,9 @@ class DetectorEnsemble:
         detector = self.detectors[name]
         if view is not None and name == self._teller and isinstance(detector, OpenDetector):
             return detector.name(view)
-        key = image, name, self._classes, self._asked
+        key: tuple[object, ...] = image, name, self._classes
+        if isinstance(detector, ClipDetector | GroundingDetector):
+            key = *key, self._goal, self._way  # of others the answer is the same
         found = self._memo.get(key, lambda: detector.detect(rgb))
         if near is None:
             return found

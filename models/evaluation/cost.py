@@ -1,4 +1,4 @@
-"""What a detector costs: `python -m models.evaluation.cost FILE … --threads N`, in a process of its
+"""What a detector costs: `python -m models.evaluation.cost NAME … --threads N`, in a process of its
 own, so that its memory is its own.
 
 Times depend on what else the machine does. A fixed stack of convolutions is timed in turn with the
@@ -24,8 +24,8 @@ from onnx import TensorProto, helper, numpy_helper
 
 from models.detection.boxes import letterbox
 from models.detection.detections import Detector
-from models.detection.detector import DetectorView, OpenDetector, open_detector
-from models.detection.ensemble import DetectorEnsemble
+from models.detection.detector import MODEL_FILE, DetectorView, OpenDetector
+from models.detection.ensemble import DetectorEnsemble, open_detectors
 from models.detection.second_look import LOOKS, SecondLook, Sought, look_twice
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
@@ -40,14 +40,14 @@ LAYERS, CHANNELS, SIDE = 3, 64, (120, 160)
 
 
 def measure_cost(
-    detectors: Sequence[Path], second_look: Path | None = None, others_every: int = 1
+    detectors: Sequence[str], second_look: Path | None = None, others_every: int = 1
 ) -> dict[str, Any]:
-    """Bytes of the files, resident memory, and times on 1 and 2 threads; with the project's second
-    look or another. Several detectors look as often as they do in a robot."""
+    """Bytes of the files, resident memory, and times on 1 and 2 threads, of detectors by name or
+    path; with the project's second look or another. Several look as often as they do in a robot."""
     looks = second_look or manifest.fetch("second-look")
-    figures: dict[str, Any] = {"bytes": sum(_file(d).stat().st_size for d in detectors)}
+    figures: dict[str, Any] = {"bytes": sum(_bytes(manifest.located(d)) for d in detectors)}
     for threads in (1, 2):
-        command = [sys.executable, "-m", "models.evaluation.cost", *map(str, detectors)]
+        command = [sys.executable, "-m", "models.evaluation.cost", *detectors]
         done = subprocess.run(
             [
                 *command,
@@ -71,12 +71,12 @@ def measure_cost(
     return figures
 
 
-def _file(detector: Path) -> Path:
-    return detector / "model.onnx" if detector.is_dir() else detector
+def _bytes(detector: Path) -> int:
+    return (detector / MODEL_FILE if detector.is_dir() else detector).stat().st_size
 
 
 def one_process(
-    paths: Sequence[Path], second_look: Path, threads: int, others_every: int = 1
+    names: Sequence[str], second_look: Path, threads: int, others_every: int = 1
 ) -> dict[str, float]:
     """Times in ms and memory in MB of this process."""
     encoder = TextEncoder(manifest.fetch("minilm"))
@@ -88,7 +88,7 @@ def one_process(
     frame = rng.integers(0, 255, FRAME, dtype=np.uint8)
     reference.run(None, {"x": plain})
     before = _resident_mb()
-    detector = _opened(paths, encoder, threads, others_every)
+    detector = _opened(names, encoder, threads, others_every)
     detector.set_vocabulary(words.objects, words.rooms)
     view = detector.look(frame) if isinstance(detector, OpenDetector) else None
     times, ratios, parts, busy = [], [], [], []
@@ -133,9 +133,9 @@ def _twice(
 
 
 def _opened(
-    paths: Sequence[Path], encoder: TextEncoder, threads: int, others_every: int
+    names: Sequence[str], encoder: TextEncoder, threads: int, others_every: int
 ) -> Detector:
-    found = {p.stem: open_detector(p, "auto", encoder, threads) for p in paths}
+    found = open_detectors(names, encoder, threads)
     if len(found) == 1:
         return next(iter(found.values()))
     # A frame of noise is neither a photograph nor a rendering.
@@ -193,16 +193,14 @@ def _resident_mb() -> float:
 
 
 @click.command()
-@click.argument("paths", type=click.Path(path_type=Path), nargs=-1, required=True)
+@click.argument("names", nargs=-1, required=True)
 @click.option("--second-look", type=click.Path(path_type=Path), help="Default: the project's.")
 @click.option("--threads", default=1, show_default=True)
 @click.option("--others-every", default=2, show_default=True, help="As in the configuration.")
-def main(
-    paths: tuple[Path, ...], second_look: Path | None, threads: int, others_every: int
-) -> None:
+def main(names: tuple[str, ...], second_look: Path | None, threads: int, others_every: int) -> None:
     """Time a detector, or several as one, on one 640x480 frame; figures as JSON."""
     looks = second_look or manifest.fetch("second-look")
-    click.echo(json.dumps(one_process(paths, looks, threads, others_every)))
+    click.echo(json.dumps(one_process(names, looks, threads, others_every)))
 
 
 if __name__ == "__main__":

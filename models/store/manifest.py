@@ -148,6 +148,29 @@ def fetch(
     return _location(model, paths)
 
 
+def by_path(name: str) -> bool:
+    """Whether this is the path of a file, or of a directory with a suffix, and no model's name."""
+    path = Path(name)
+    return bool(path.suffix) and (path.exists() or "/" in name)
+
+
+def located(name: str) -> Path:
+    """A path as it is, else a model's, fetched when it is not here."""
+    return Path(name) if by_path(name) else fetch(name)
+
+
+def called(name: str) -> str:
+    """What a model goes by: its name; of a path the name of the model whose only file has the same
+    bytes, else the path."""
+    path = Path(name)
+    if not by_path(name) or not path.is_file():
+        return name
+    size = path.stat().st_size
+    alike = [m for m in load_manifest().values() if len(m.files) == 1 and m.size == size]
+    digest = sha256(path) if alike else ""
+    return next((m.name for m in alike if m.files[0].sha256 == digest), name)
+
+
 def locate(name: str, manifest: Path = MANIFEST) -> Path:
     """Path of a model that is already here, verified; never downloads.
 
@@ -204,7 +227,7 @@ def _obtain(
     failures = []
     for source in file.sources:
         try:
-            with arriving(target) as (work, partial):
+            with _arriving(target) as (work, partial):
                 sources.deliver(source, manifest.parent, work, partial, progress, file.size)
                 _admit(partial, file, target)
             return target
@@ -225,7 +248,7 @@ def _admit(partial: Path, file: ModelFile, target: Path) -> None:
 
 
 @contextlib.contextmanager
-def arriving(target: Path) -> Iterator[tuple[Path, Path]]:
+def _arriving(target: Path) -> Iterator[tuple[Path, Path]]:
     """A scratch directory beside the target, gone afterwards, and the partial file in it."""
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

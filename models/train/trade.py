@@ -78,7 +78,7 @@ def main(
             export(checkpoint, path, None, parse_size(size), images)
             detector = open_detector(path, "auto", encoder, 1)
             report = measure(tried(detector, truth, fitting, words, encoder), words)
-            report["cost"] = measure_cost([path])
+            report["cost"] = measure_cost([str(path)])
             reports[path.stem] = report
             click.echo("| " + " | ".join(row(size, bits, report)) + " |")
             if json_file:

@@ -6,11 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from models.detection.clip import ClipDetector
-from models.detection.detections import Detector
-from models.detection.detector import open_detector
-from models.detection.ensemble import DetectorEnsemble
-from models.detection.grounding import GroundingDetector
+from models.detection.ensemble import DetectorEnsemble, open_detectors
 from models.detection.second_look import SecondLook, Sought
 from models.detection.trial import Limits, tried
 from models.store import manifest
@@ -33,18 +29,17 @@ class SeekingDetector:
     def __init__(self, config: Config, encoder: TextEncoder, words: Vocabulary) -> None:
         models = config.models
         self._encoder, self._rooms = encoder, words.rooms
-        self._all = DetectorEnsemble(
-            {n: _opened(n, encoder, models.threads) for n in models.detectors},
-            models.domain,
-            models.others_every,
-        )
+        for name in filter(manifest.by_path, models.detectors):  # nobody has tried it yet
+            tried(Path(name), Limits())
+        found = open_detectors(models.detectors, encoder, models.threads)
+        self._all = DetectorEnsemble(found, models.domain, models.others_every)
         self._all.remember(config.detector.memo_frames)
-        self._find_by(config.detector)
+        self._all.find_by(config.detector.clip_way)
         # Embedding hundreds of names takes a second: not while somebody waits for a vote.
         self._all.set_vocabulary(words.objects, words.rooms)
         self._second: SecondLook | None = None
         if models.second_look and self._all.open_detector is not None:
-            self._second = SecondLook(located(models.second_look), encoder, models.threads)
+            self._second = SecondLook(manifest.located(models.second_look), encoder, models.threads)
         self._classes: Classes = words.objects
         self._small = words.small
 
@@ -52,21 +47,14 @@ class SeekingDetector:
         """Look for a goal from now on; what to say about how well it can be seen, or "". When it
         raises, what was looked for before still is."""
         again, how = self._twice(goal, config.detector)
-        self._find_by(config.detector)
+        self._all.find_by(config.detector.clip_way)
         self._all.set_vocabulary(goal.classes, self._rooms)
-        for detector in self._all.detectors.values():
-            if isinstance(detector, ClipDetector | GroundingDetector):
-                detector.look_for(goal.label)
-        self._all.remember(config.detector.memo_frames, goal.name, config.detector.clip_way)
+        self._all.look_for(goal.label)
+        self._all.remember(config.detector.memo_frames)
         self._all.begin()
         self._all.again, self._classes = again, goal.classes
         self._all.closer = goal.name in self._small
         return _told(self._all.capabilities, goal.name) + how
-
-    def _find_by(self, cfg: DetectorConfig) -> None:
-        for detector in self._all.detectors.values():
-            if isinstance(detector, ClipDetector):
-                detector.find_by(cfg.clip_way)
 
     def _twice(
         self, goal: Goal, cfg: DetectorConfig
@@ -113,20 +101,6 @@ class SeekingDetector:
     def domain(self) -> dict[str, object]:
         """What the images are taken for, as JSON."""
         return self._all.domain.told()
-
-
-def _opened(name: str, encoder: TextEncoder, threads: int) -> Detector:
-    """A detector by its name; what is named by its path, and not in a manifest, is tried first."""
-    path = located(name)
-    if path == Path(name):
-        tried(path, Limits())
-    return open_detector(path, "auto", encoder, threads)
-
-
-def located(name: str) -> Path:
-    """A path as it is, else a model's name; several files are a directory."""
-    path = Path(name)
-    return path if path.suffix and (path.exists() or "/" in name) else manifest.fetch(name)
 
 
 def _told(capabilities: Mapping[str, Any], goal: str) -> str:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from models.detection.detector import Detector, OpenDetector, open_detector
+from models.detection.detector import Detector, OpenDetector
 from models.detection.domain import DomainSetting
-from models.detection.ensemble import DetectorEnsemble
+from models.detection.ensemble import DetectorEnsemble, open_detectors
 from models.detection.second_look import SecondLook
 from models.evaluation.asked import LookedFor, by_other_names, looked_at_twice
 from models.evaluation.cost import measure_cost
@@ -20,7 +20,6 @@ from models.evaluation.sheet import draw_sheet
 from models.evaluation.truth import read_truth, read_words
 from models.words.text_encoder import TextEncoder
 from runtime.config import DetectorConfig, ModelsConfig
-from runtime.perception.detection import located
 from runtime.perception.word_verdicts import by_default
 
 
@@ -29,7 +28,7 @@ def opened(
 ) -> Detector:
     """A detector by its name or file; several as one, all of which look at every frame: frames to
     judge on are not of one run."""
-    found = {n: open_detector(located(n), "auto", encoder, threads) for n in detectors}
+    found = open_detectors(detectors, encoder, threads)
     if len(found) == 1:
         return next(iter(found.values()))
     return DetectorEnsemble(found, domain)
@@ -64,9 +63,7 @@ def evaluate(
         looks = DetectorConfig().second_looks
         report["second_look"] = looked_at_twice(trial, detector, second, looks, words, looked_for)
     if cost:
-        report["cost"] = measure_cost(
-            [located(n) for n in detectors], second_look, ModelsConfig().others_every
-        )
+        report["cost"] = measure_cost(detectors, second_look, ModelsConfig().others_every)
     return report
 
 

@@ -19,7 +19,7 @@ from models.evaluation.truth import HM3D, ROBOTHOR
 from models.store import manifest
 from models.words.class_maps import BUILT_IN
 from models.words.vocabulary import load_vocabulary
-from runtime.perception.detection import MIN_SCORE, located
+from runtime.perception.detection import MIN_SCORE
 from runtime.perception.progress_bar import Bar
 
 FILE = click.Path(path_type=Path)
@@ -115,7 +115,7 @@ def try_model(
     if known is not None and known.task != "detector":
         raise ModelFileError(f"{name}: is a model for {known.task}, and sees nothing")
     shown = (*RENDERS, *pictures)
-    found = tried(located(name), Limits(limit_s, limit_mb), shown)
+    found = tried(manifest.located(name), Limits(limit_s, limit_mb), shown)
     click.echo(f"{name}:")
     for line in _goals(found.capabilities):
         click.echo(f"  {line}")

@@ -26,7 +26,7 @@ from runtime.experts.reasoner import Reasoner
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seating
-from runtime.perception.detection import SeekingDetector, located
+from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal, Words, understand
 from runtime.perception.model_errors import models_told
 
@@ -205,7 +205,7 @@ def _directory(name: str) -> Path:
 def _file(name: str) -> Path:
     """A path to a file as it is, else the first of a model's from the manifest, fetched when it is
     not here."""
-    path = located(name)
+    path = manifest.located(name)
     return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path
 
 

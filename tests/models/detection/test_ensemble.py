@@ -1,15 +1,19 @@
 """Several detectors as one: whose turn it is, what each gives, what is remembered."""
 
+import shutil
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from baseline_graphs import grounding_network
 
 from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
-from models.detection.ensemble import DetectorEnsemble
+from models.detection.ensemble import DetectorEnsemble, open_detectors
 from models.detection.fusion import FusionWeights
 from models.errors import ModelFileError
+from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
 BOX = (8.0, 8.0, 40.0, 40.0)
@@ -87,6 +91,33 @@ def test_images_are_remembered_as_long_as_asked() -> None:
     one.set_vocabulary((("lamp",), ("bed",)), ())  # of other words nothing is known
     one.detect(frames[0])
     assert sees.asked == 5
+
+
+def test_another_goal_is_asked_of_those_alone_that_look_for_one(
+    tmp_path: Path, encoder: TextEncoder
+) -> None:
+    sees = Sees(0, 0.5)
+    caption = grounding_network(tmp_path / "g.onnx", [(0.5, 0.5, 0.2, 0.2)] * 2, ("sofa", "bed"))
+    looks = open_detector(caption, "auto", encoder)
+    both = DetectorEnsemble({"list": sees, "caption": looks}, weights=FusionWeights())
+    both.set_vocabulary(CLASSES, ())
+    both.remember(1)
+    white, found = np.full((64, 96, 3), 255, np.uint8), []
+    for goal in (0, 1, 0):
+        both.look_for(goal)
+        found.append(sorted(both.detect(white).labels.tolist()))
+    assert found == [[0, 0], [0, 1], [0, 0]]  # the caption's apart from the list's
+    assert sees.asked == 1
+
+
+def test_a_path_has_the_weights_of_the_model_that_it_is(
+    tmp_path: Path, constant_graph, encoder: TextEncoder
+) -> None:
+    copy = tmp_path / "mine.onnx"
+    shutil.copy(manifest.locate("nanodet-g"), copy)
+    other = constant_graph({"out": np.zeros((1, 5, 126), np.float32)}, (64, 96), {"names": "['a']"})
+    found = open_detectors([str(copy), str(other)], encoder)
+    assert list(found) == ["nanodet-g", str(other)]
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """The store keeps only what the manifest's checksums admit."""
 
 import hashlib
+import shutil
 import zipfile
 from pathlib import Path
 
@@ -149,6 +150,19 @@ def test_a_failed_download_is_one_line(home: Path) -> None:
         store.fetch("tiny", manifest=path)
     assert "\n" not in str(error.value)
     assert cached(home) == []
+
+
+def test_a_file_goes_by_the_name_of_the_model_whose_bytes_it_has(tmp_path: Path) -> None:
+    copy, other = tmp_path / "mine.onnx", tmp_path / "nanodet-g.onnx"
+    shutil.copy(store.locate("nanodet-g"), copy)
+    other.write_bytes(copy.read_bytes()[:-1] + b"?")
+    missing, folder = tmp_path / "none.onnx", tmp_path / "clip.d"
+    folder.mkdir()
+    assert store.called(str(copy)) == store.called("nanodet-g") == "nanodet-g"
+    for path in map(str, (other, missing, folder)):
+        assert store.called(path) == path
+        assert store.located(path) == Path(path)
+    assert store.located("nanodet-g") == store.locate("nanodet-g")
 
 
 def test_the_shipped_manifest_is_complete() -> None:
