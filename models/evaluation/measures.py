@@ -129,16 +129,17 @@ def groups(trial: Trial, words: NameLists) -> dict[str, dict[str, Any]]:
     names = trial.truth.categories
     sets = {"HM3D goals": HM3D, "RoboTHOR goals": ROBOTHOR, "household": HOUSEHOLD}
     sets |= {"trained": tuple(words.trained), "held out": words.held_out}
-    out: dict[str, dict[str, Any]] = {}
-    for name, members in sets.items():
-        values = {k: v for k, v in trial.ap.items() if names[k] in members}
-        out[name] = {
-            "ap50": float(np.mean(list(values.values()))) if values else float("nan"),
-            "interval": trial.precision.interval(trial.found, list(values)),
-            "categories": len(values),
-            "of": len(members),
+    shown = {name: [k for k in trial.ap if names[k] in of] for name, of in sets.items()}
+    intervals = trial.precision.intervals(trial.found, shown)
+    return {
+        name: {
+            "ap50": mean([trial.ap[k] for k in labels]),
+            "interval": intervals[name],
+            "categories": len(labels),
+            "of": len(sets[name]),
         }
-    return out
+        for name, labels in shown.items()
+    }
 
 
 def reported(trial: Trial, score: float) -> dict[str, float]:

@@ -2,7 +2,7 @@
 
 import contextlib
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -51,29 +51,29 @@ class Precision:
         precision = judge.eval["precision"][0, :, :, 0, -1]  # recall levels x categories
         return {k: float(precision[:, i].mean()) for i, k in enumerate(order) if k in counted}
 
-    def interval(
-        self, found: Sequence[RawDetections], labels: Sequence[int]
-    ) -> tuple[float, float]:
-        """The middle 95 % of the mean AP50 of these categories over RESAMPLED draws of as many
-        frames, with replacement (bootstrap); NaN where none of them occurs."""
-        order = sorted(self._counted() & set(labels))
+    def intervals(
+        self, found: Sequence[RawDetections], groups: Mapping[str, Sequence[int]]
+    ) -> dict[str, tuple[float, float]]:
+        """Of each group of categories (indices) the middle 95 % of their mean AP50 over RESAMPLED
+        draws of as many frames, with replacement (bootstrap); NaN where none of them occurs."""
+        order = sorted(self._counted() & {k for labels in groups.values() for k in labels})
         judge = self._judge(found, order) if order else None
         if judge is None:
-            nothing = 0.0 if order else float("nan")
-            return nothing, nothing
+            nothing = {name: 0.0 if set(g) & set(order) else np.nan for name, g in groups.items()}
+            return {name: (value, value) for name, value in nothing.items()}
         images = {image["id"]: i for i, image in enumerate(self._table["images"])}
-        columns = [
-            _column([e for e in judge.evalImgs if e and e["category_id"] == self._ids[k]], images)
-            for k in order
-        ]
-        rng = np.random.default_rng(0)
-        means = []
-        for _ in range(RESAMPLED):
-            drawn = np.bincount(rng.integers(0, len(images), len(images)), minlength=len(images))
-            values = [_average(column, drawn) for column in columns]
-            means.append(np.nanmean(values) if np.isfinite(values).any() else np.nan)
-        low, high = np.nanpercentile(np.array(means), (2.5, 97.5))
-        return float(low), float(high)
+        judged: dict[int, list[dict[str, Any]]] = {k: [] for k in order}
+        for one in filter(None, judge.evalImgs):
+            judged[self._ids.index(one["category_id"])].append(one)
+        columns = [_column(judged[k], images) for k in order]
+        rng, size = np.random.default_rng(0), len(images)
+        draws = (rng.integers(0, size, size) for _ in range(RESAMPLED))
+        counts = [np.bincount(draw, minlength=size) for draw in draws]
+        values = np.array([[_average(column, drawn) for column in columns] for drawn in counts])
+        return {
+            name: _middle(values[:, [i for i, k in enumerate(order) if k in labels]])
+            for name, labels in groups.items()
+        }
 
     def _judge(self, found: Sequence[RawDetections], order: list[int]) -> COCOeval | None:
         """Detections matched with the truth; None without any."""
@@ -101,6 +101,15 @@ class Precision:
                 row = {"image_id": image["id"], "category_id": self._ids[int(label)]}
                 rows.append((int(label), row | {"bbox": box, "score": float(score)}))
         return rows
+
+
+def _middle(values: NDArray[np.float64]) -> tuple[float, float]:
+    """(draws, categories), NaN of what a draw has not -> where the middle 95 % of means lie."""
+    kept = values[np.isfinite(values).any(axis=1)]
+    if not kept.size:
+        return float("nan"), float("nan")
+    low, high = np.percentile(np.nanmean(kept, axis=1), (2.5, 97.5))
+    return float(low), float(high)
 
 
 def _column(judged: list[dict[str, Any]], images: dict[int, int]) -> _Column:

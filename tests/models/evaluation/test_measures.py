@@ -66,12 +66,17 @@ def test_average_precision_of_hits_misses_and_ignored_ones(truth: FrameTruth) ->
 def test_the_interval_of_a_mean_is_that_of_frames_drawn_anew(truth: FrameTruth) -> None:
     box = (10.0, 10.0, 60.0, 50.0)
     right = [seen((0, 0.9, box)) if k < 7 else seen() for k in range(10)]
-    assert Precision(truth).interval(right, [0]) == (1.0, 1.0)  # whatever is drawn
+    groups = {"sofas": [0], "both": [0, 1], "guitars": [2]}
+    found = Precision(truth).intervals(right, groups)
+    assert found["sofas"] == (1.0, 1.0)  # whatever is drawn
+    assert found["both"] == (0.5, 1.0)  # of half of the draws the toilet is no part
+    assert np.isnan(found["guitars"]).all()  # none counts
     half = [seen((0, 0.9, box)) if k < 3 else seen() for k in range(10)]
-    low, high = Precision(truth).interval(half, [0])
+    low, high = Precision(truth).intervals(half, {"sofas": [0]})["sofas"]
     assert 0 <= low < Precision(truth).average(half, [0])[0] < high < 1
-    assert Precision(truth).interval([seen() for _ in range(10)], [0]) == (0.0, 0.0)
-    assert np.isnan(Precision(truth).interval(right, [2])).all()  # no guitar counts
+    nowhere = Precision(truth).intervals([seen() for _ in range(10)], groups)
+    assert (nowhere["sofas"], nowhere["both"]) == ((0.0, 0.0), (0.0, 0.0))
+    assert np.isnan(nowhere["guitars"]).all()
 
 
 def test_what_is_not_boxed_throughout_is_not_judged(truth: FrameTruth) -> None:
