@@ -5,14 +5,28 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 WANTED = {
-    "HM3D goals": 0.75, "RoboTHOR goals": 0.50, "household": 0.45, "trained": 0.50,
-    "held out": 0.15,
-}  # fmt: skip
+    "AP50, HM3D goals": ("≥ 0.75", ""),
+    "AP50, RoboTHOR goals": ("≥ 0.68", ""),
+    "AP50, household": ("", "≥ 0.45 on COCO, ≥ 0.25 on NYU or by ours alone"),
+    "AP50, trained": ("≥ 0.50", ""),
+    "AP50, held out": ("≥ 0.15", ""),
+    "share of own AP": ("≥ 0.90", "≥ 0.90"),
+    "room type": ("≥ 0.78", "≥ 0.70"),
+    "calibration error": ("≤ 0.05", "≤ 0.05"),
+    "reported": ("", "≥ 0.60; ≤ 10"),
+    "false sightings": ("≤ 4.5", ""),
+    "ms of one, 1 thread": ("≤ 60", "≤ 60"),
+    "ms of one, 2 threads": ("≤ 35", "≤ 35"),
+    "ms of several, 2 threads": ("≤ 60", "≤ 60"),
+    "file, MB": ("≤ 12", "≤ 12"),
+    "memory, MB": ("≤ 150", "≤ 150"),
+}
+"""Of renderings, and of photographs; "": nothing. models/weights/README.md has the same."""
 ENOUGH = 0.9
 """Of the own AP, for a name to be understood."""
 HEARD = ("understood as", "AP50", "ratio")
 
-Row = tuple[str, str, str]  # what, measured, wanted
+Row = tuple[str, str, str]  # what, measured, a key of WANTED
 
 
 def markdown(report: dict[str, Any]) -> str:
@@ -26,11 +40,12 @@ def markdown(report: dict[str, Any]) -> str:
 
 
 def _summary(report: dict[str, Any]) -> str:
+    parts = (_precision_rows, _name_rows, _score_rows, _cost_rows)
+    domain = report["domain"]["is"] if "domain" in report else ""
     rows = [
-        *_precision_rows(report),
-        *_name_rows(report),
-        *_score_rows(report),
-        *_cost_rows(report),
+        (what, measured, wanted(key, domain))
+        for part in parts
+        for what, measured, key in part(report)
     ]
     of = ", ".join(report.get("detectors", ())) or "a detector"
     if "domain" in report:
@@ -44,17 +59,26 @@ def _summary(report: dict[str, Any]) -> str:
     return f"{_table(('', 'measured', 'wanted'), rows)}\n\n{note}"
 
 
+def wanted(key: str, domain: str = "") -> str:
+    """What a figure is to reach in images of a domain, or of either where that is not known."""
+    renderings, photographs = WANTED.get(key, ("", ""))
+    if domain or renderings == photographs:
+        return (photographs if domain == "photographs" else renderings) or "–"
+    said = {"renderings": renderings, "photographs": photographs}
+    return ", ".join(f"{name} {value}" for name, value in said.items() if value)
+
+
 def _precision_rows(report: dict[str, Any]) -> Iterator[Row]:
     for name, group in report["groups"].items():
         count = f"{group['categories']} of {group['of']} categories"
         low, high = group["interval"]
         measured = f"{_f(group['ap50'])} [{_f(low)}, {_f(high)}]"
-        yield f"AP50, {name} ({count})", measured, f"≥ {WANTED[name]:.2f}"
+        yield f"AP50, {name} ({count})", measured, f"AP50, {name}"
     twice = report["second_look"]
     if twice:
         count = f"{len(twice['categories'])} of {twice['of']} categories"
         said = f"AP50, held out, looked at twice ({count})"
-        yield said, _f(twice["ap50"]), f"≥ {WANTED['held out']:.2f}"
+        yield said, _f(twice["ap50"]), "AP50, held out"
 
 
 def _name_rows(report: dict[str, Any]) -> Iterator[Row]:
@@ -63,43 +87,43 @@ def _name_rows(report: dict[str, Any]) -> Iterator[Row]:
     for prefix, how in (("", "the bare word"), ("understood_", "as the runtime understands it")):
         for key, said in (("mean", "synonyms"), ("mean_of_goals", "synonyms of goals")):
             share = _f(report["synonyms"][prefix + key])
-            yield f"{said}: share of own AP, {how}", share, "≥ 0.90"
+            yield f"{said}: share of own AP, {how}", share, "share of own AP"
     other = report["asked"]
     said = f"other names ({len(other['rows'])}): share of own AP, as the runtime understands it"
-    yield said, _f(other["understood_mean"]), "≥ 0.90"
+    yield said, _f(other["understood_mean"]), "share of own AP"
 
 
 def _score_rows(report: dict[str, Any]) -> Iterator[Row]:
     for key, said in (("room_top1", ""), ("room_top1_of_things", ", of views that show a thing")):
-        yield f"room type, top-1{said}", _f(report[key]), "≥ 0.80"
+        yield f"room type, top-1{said}", _f(report[key]), "room type"
     for how, error in report["calibration_error"].items():
-        yield f"calibration error, {how}", _f(error), "≤ 0.05"
+        yield f"calibration error, {how}", _f(error), "calibration error"
     for said in report["reported"]:
         where = f"where they show ({said['views']} views); false in 1,000 frames"
         what = f"HM3D goals, reported from {said['score']} on {where}"
-        yield what, f"{_f(said['share'])}; {said['false_seen']:.1f}", "≥ 0.60; ≤ 10"
+        yield what, f"{_f(said['share'])}; {said['false_seen']:.1f}", "reported"
     goals = list(report["goals"].values())
     for key, said in (("false_seen", ""), ("false_seen_apart", ", none like it in view")):
         mean = sum(g[key] for g in goals) / max(len(goals), 1)
         what = f"false sightings in 1,000 frames without the goal{said}"
-        yield what, f"{mean:.1f}", "≤ 5"
+        yield what, f"{mean:.1f}", "false sightings"
 
 
 def _cost_rows(report: dict[str, Any]) -> Iterator[Row]:
     if "cost" not in report:
         return
-    both = len(report.get("detectors", ())) > 1
-    for threads, wanted in ((1, "–" if both else "≤ 60"), (2, "≤ 60" if both else "≤ 35")):
+    of = "several" if len(report.get("detectors", ())) > 1 else "one"
+    for threads, said in ((1, "1 thread"), (2, "2 threads")):
         cost = report["cost"][f"threads_{threads}"]
         took = f"{cost['ms']:.1f} (mean {cost['mean_ms']:.1f}, least {cost['least_ms']:.1f}, "
         took += f"ratio {cost['ratio']:.2f}, "
         took += f"CPU {cost['cpu_ms']:.1f})"
-        yield f"ms a 640x480 frame, {threads} thread(s)", took, wanted
+        yield f"ms a 640x480 frame, {threads} thread(s)", took, f"ms of {of}, {said}"
         if "twice_ms" in cost:
-            said = f"ms a frame looked at twice, {threads} thread(s)"
-            yield said, f"{cost['twice_ms']:.1f} ({cost['twice_memory_mb']:.0f} MB more)", "–"
-    yield "file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "≤ 12"
-    yield "memory, MB", f"{report['cost']['threads_1']['memory_mb']:.0f}", "≤ 150"
+            what = f"ms a frame looked at twice, {threads} thread(s)"
+            yield what, f"{cost['twice_ms']:.1f} ({cost['twice_memory_mb']:.0f} MB more)", ""
+    yield "file, MB", f"{report['cost']['bytes'] / 1e6:.1f}", "file, MB"
+    yield "memory, MB", f"{report['cost']['threads_1']['memory_mb']:.0f}", "memory, MB"
 
 
 def _goals(report: dict[str, Any]) -> str:
