@@ -4,18 +4,18 @@ What `rfnav models evaluate` then reports of the file as it is, it has reported 
 before.
 """
 
-import hashlib
 import json
 from pathlib import Path
 
 import click
 import onnx
 
+from models.checksum import sha256
 from models.detection.calibration import PREFIX, read_constants
 from models.detection.detector import FORMAT, contract_of
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
-from models.train.graph import write_values
+from models.train.graph import constants, read_metadata, set_metadata
 
 
 def calibrate(path: Path, report: Path) -> dict[str, float]:
@@ -33,16 +33,13 @@ def calibrate(path: Path, report: Path) -> dict[str, float]:
         model = onnx.load(str(path))
     except Exception as error:  # protobuf's exceptions and the system's
         raise ModelFileError(f"{path}: not a readable ONNX file ({error})") from error
-    metadata = {p.key: p.value for p in model.metadata_props}
-    if metadata.get("format") == FORMAT:
-        write_values(model, values, FORMAT)
-    elif _is_a_detector(path, "names" in metadata):
-        write_values(model, values)
-    else:
+    metadata = read_metadata(model)
+    if metadata.get("format") != FORMAT and not _is_a_detector(path, "names" in metadata):
         raise ModelFileError(
             f"{path}: not an RF-NAV detector, nor one that takes texts or whose fixed list is in "
             "the file; export one with models.train.export"
         )
+    set_metadata(model, constants(values))
     onnx.save(model, str(path))
     return values
 
@@ -62,7 +59,7 @@ def _is_a_detector(path: Path, named: bool) -> bool:
 def main(path: Path, report: Path) -> None:
     """Put the gain and shift of an evaluation into an exported detector."""
     values = calibrate(path, report)
-    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    digest = sha256(path)
     click.echo(
         f"{path}: gain {values['gain']:.3f} shift {values['shift']:.3f}, "
         f"{path.stat().st_size} bytes, sha256 {digest}"

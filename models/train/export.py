@@ -22,7 +22,7 @@ from torch import Tensor, nn
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
 from models.train.data import FULL
-from models.train.graph import halve, parse_size, simplified, write_values
+from models.train.graph import constants, halve, parse_size, set_metadata, simplified
 from models.train.network import Network
 from models.train.quantise import quantise
 
@@ -90,7 +90,7 @@ def export(
     selected = Selected(network).eval()
     out.parent.mkdir(parents=True, exist_ok=True)
     _trace(selected, out, size)
-    constants = {
+    learned = {
         "scale": float(network.log_scale.detach().exp()),
         "bias": float(network.bias.detach()),
         "room_scale": float(network.room_log_scale.detach().exp()),
@@ -103,7 +103,7 @@ def export(
         quantise(out, out, calibrate, size)
         model = onnx.load(str(out))
     halve(model)
-    write_values(model, constants, FORMAT)
+    set_metadata(model, {**constants(learned), "format": FORMAT})
     onnx.save(model, str(out))
 
 

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import click
 import numpy as np
-import onnx
 from numpy.typing import NDArray
-from onnx import helper
 
 from models.checksum import sha256
 from models.detection.detections import Detector, RawDetections
@@ -31,6 +29,7 @@ from models.evaluation.judged import Judged, fit_calibration, fit_odds, judge, v
 from models.evaluation.naming import detect_all
 from models.evaluation.truth import FrameTruth, read_truth
 from models.store import manifest
+from models.train.graph import write_metadata
 from models.words.text_encoder import TextEncoder
 
 BESIDE = "nanodet-g"
@@ -122,11 +121,7 @@ def _direction(rows: Doubles, is_photograph: NDArray[np.bool_]) -> Doubles:
 
 def write_direction(path: Path, row: Doubles) -> None:
     """Put the direction into the metadata of our detector's file."""
-    model = onnx.load(str(path))
-    table = {p.key: p.value for p in model.metadata_props}
-    table[PHOTOGRAPHS] = json.dumps([round(float(v), 4) for v in row])
-    helper.set_model_props(model, table)
-    onnx.save(model, str(path))
+    write_metadata(path, {PHOTOGRAPHS: json.dumps([round(float(v), 4) for v in row])})
 
 
 def written(weights: FusionWeights) -> str:

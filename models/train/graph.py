@@ -1,5 +1,6 @@
 """Rewriting an exported graph into one that runs faster, or that is smaller; same answers."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -99,13 +100,26 @@ def halve(model: onnx.ModelProto) -> None:
     graph.node.extend(nodes)
 
 
-def write_values(model: onnx.ModelProto, values: dict[str, float], mark: str | None = None) -> None:
-    """Set the file's constants, and its format mark unless the format is another's."""
-    table = {p.key: p.value for p in model.metadata_props}
-    table |= {f"{PREFIX}{k}": repr(float(v)) for k, v in values.items()}
-    if mark is not None:
-        table["format"] = mark
-    helper.set_model_props(model, table)
+def read_metadata(model: onnx.ModelProto) -> dict[str, str]:
+    """The file's metadata by key."""
+    return {p.key: p.value for p in model.metadata_props}
+
+
+def set_metadata(model: onnx.ModelProto, entries: Mapping[str, str]) -> None:
+    """Set these; the others stay."""
+    helper.set_model_props(model, {**read_metadata(model), **entries})
+
+
+def write_metadata(path: Path, entries: Mapping[str, str]) -> None:
+    """Set these in a file."""
+    model = onnx.load(str(path))
+    set_metadata(model, entries)
+    onnx.save(model, str(path))
+
+
+def constants(values: Mapping[str, float]) -> dict[str, str]:
+    """Metadata that hold these."""
+    return {f"{PREFIX}{k}": repr(float(v)) for k, v in values.items()}
 
 
 def parse_size(text: str) -> tuple[int, int]:

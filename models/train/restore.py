@@ -20,6 +20,7 @@ from models.errors import ModelFileError, told
 from models.onnx_session import image_size, open_session
 from models.train.data import batches
 from models.train.export import FORMAT, Selected, check_parity
+from models.train.graph import read_metadata
 from models.train.labelled import Labelled, read_frames
 from models.train.memory import keep_memory
 from models.train.names import load_names
@@ -35,7 +36,7 @@ def restore(path: Path) -> Network:
     """The network of an exported file in eval mode; batch norms do nothing but add the shift.
     Raises ModelFileError for a file that `models.train.export` did not write."""
     model = onnx.load(str(path))
-    table = {p.key: p.value for p in model.metadata_props}
+    table = read_metadata(model)
     if table.get("format") != FORMAT:
         raise ModelFileError(
             f"{path}: not a file of models.train.export; give one such as rfnav-det"

@@ -6,7 +6,6 @@ what one is asked for once."""
 
 import ast
 import base64
-import hashlib
 import json
 import os
 import warnings
@@ -17,10 +16,10 @@ import click
 import numpy as np
 import onnx
 import torch
-from onnx import helper
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from models.checksum import sha256
 from models.detection.detector import OpenDetector, open_detector
 from models.detection.second_look import FITTED, FORMAT, LOOKS, SecondLook
 from models.errors import ModelFileError, told
@@ -29,7 +28,7 @@ from models.evaluation.sightings import Places, Sightings, look_at_all, sighting
 from models.evaluation.truth import FrameTruth, NameLists, read_truth, read_words
 from models.store import manifest
 from models.train.export import OPSET
-from models.train.graph import halve, simplified
+from models.train.graph import constants, halve, simplified, write_metadata
 from models.train.network import Backbone, SameConv, fold
 from models.words.text_encoder import TextEncoder
 
@@ -84,19 +83,11 @@ def build(out: Path, weights: Path, names: tuple[str, ...]) -> None:
     halve(model)
     onnx.save(model, str(out))
     table = {"format": FORMAT, "names": json.dumps(names), "usual": json.dumps([1] * len(names))}
-    write(out, table | _values(CHOICES | dict.fromkeys(FITTED, 1.0)))
-
-
-def write(path: Path, values: dict[str, str]) -> None:
-    """Set metadata of the file."""
-    model = onnx.load(str(path))
-    table = {p.key: p.value for p in model.metadata_props}
-    helper.set_model_props(model, table | values)
-    onnx.save(model, str(path))
+    write_metadata(out, table | _values(CHOICES | dict.fromkeys(FITTED, 1.0)))
 
 
 def _values(values: Mapping[str, float]) -> dict[str, str]:
-    return {f"value.{key}": repr(round(value, 6)) for key, value in values.items()}
+    return constants({key: round(value, 6) for key, value in values.items()})
 
 
 def rows(names: Sequence[str], encoder: TextEncoder) -> str:
@@ -160,15 +151,15 @@ def main(dev: Path, out: Path, path: Path | None, threads: int) -> None:
     assert isinstance(detector, OpenDetector)
     partial = out.with_suffix(".partial.onnx")
     build(partial, manifest.fetch("efficientnet-lite0"), names)
-    write(partial, {"rows": rows(names, encoder)})
+    write_metadata(partial, {"rows": rows(names, encoder)})
     looked = look_at_all(detector, SecondLook(partial, encoder, threads), truth, words)
-    write(partial, {"usual": json.dumps(usual(looked))})
+    write_metadata(partial, {"usual": json.dumps(usual(looked))})
     second = SecondLook(partial, encoder, threads)
     asked = {name: [name] for name in rare}
     fitted = fit(sightings(looked, second, truth, words, asked, LOOKS), truth, second)
-    write(partial, _values(fitted))
+    write_metadata(partial, _values(fitted))
     os.replace(partial, out)
-    digest = hashlib.sha256(out.read_bytes()).hexdigest()
+    digest = sha256(out)
     worth = ", ".join(f"{key} {value:.2f}" for key, value in fitted.items())
     click.echo(
         f"{out}: {worth}, fitted on {', '.join(rare)}; {out.stat().st_size} bytes, sha256 {digest}"
