@@ -1,7 +1,7 @@
 """Angles, camera rays and the grid's frame. Pure functions; frames and units in each docstring."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -104,10 +104,32 @@ def seen_from_m(intrinsics: Intrinsics, mount: Mount, high_m: float) -> float:
 
 
 @lru_cache(maxsize=8)
-def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
-    """The ray table of a camera, every `stride`-th pixel; computed once for a mount."""
+def pixel_offsets(intrinsics: Intrinsics, stride: int) -> tuple[F64, F64]:
+    """(w,) and (h,) px to the right of and below the principal point, of every `stride`-th pixel's
+    middle; shared."""
     across = np.arange(stride // 2, intrinsics.width, stride) + 0.5 - intrinsics.cx
     down = np.arange(stride // 2, intrinsics.height, stride) + 0.5 - intrinsics.cy
+    return np.asarray(across, np.float64), np.asarray(down, np.float64)
+
+
+@lru_cache(maxsize=8)
+def optical_rays(intrinsics: Intrinsics, stride: int) -> F64:
+    """(h, w, 3) m per metre of depth in the optical frame, of every `stride`-th pixel; shared."""
+    across, down = pixel_offsets(intrinsics, stride)
+    x, y = np.meshgrid(across / intrinsics.fx, down / intrinsics.fy)
+    return np.stack([x, y, np.ones(x.shape)], axis=-1)
+
+
+def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
+    """The ray table of a camera, every `stride`-th pixel; computed once for how a mount is turned,
+    wherever it is."""
+    turned = replace(mount, x_m=0.0, y_m=0.0, z_m=0.0)
+    return _rays(intrinsics, turned, stride, bins_per_rad)
+
+
+@lru_cache(maxsize=8)
+def _rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float) -> Rays:
+    across, down = pixel_offsets(intrinsics, stride)
     right, below, ahead = optical_to_base(mount).T
     base = [
         (right[i] / intrinsics.fx * across)[None]

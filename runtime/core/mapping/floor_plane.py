@@ -3,12 +3,11 @@ changes and that nobody reports."""
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from typing import Final
 
 import numpy as np
 
-from runtime.core.geometry import optical_to_base, wrap_angle
+from runtime.core.geometry import optical_rays, optical_to_base, wrap_angle
 from runtime.core.types import F32, F64, Intrinsics, Mount
 
 STRIDE: Final = 4  # every n-th pixel
@@ -40,9 +39,9 @@ def mount_by_floor(depth_m: F32, intrinsics: Intrinsics, nominal: Mount, last: M
     planes = planes[_allowed(planes, nominal)]
     if not len(planes):
         return last
-    judges = points[:: max(1, len(points) // JUDGES)]
-    height = 1 - judges @ planes.T.astype(np.float32)  # as a share of the camera's
-    height /= np.linalg.norm(planes, axis=1).astype(np.float32)
+    judges, single = points[:: max(1, len(points) // JUDGES)], planes.astype(np.float32)
+    height = 1 - judges.astype(np.float32) @ single.T  # as a share of the camera's
+    height /= np.linalg.norm(single, axis=1)
     votes = (np.abs(height) < WITHIN_M).sum(axis=0) - (height < -BELOW_M).sum(axis=0)
     plane = planes[int(votes.argmax())]
     for _ in range(3):
@@ -60,17 +59,8 @@ def _points(depth_m: F32, intrinsics: Intrinsics) -> F64:
     """(N, 3) m in the optical frame, of what is seen within range."""
     depth = depth_m[STRIDE // 2 :: STRIDE, STRIDE // 2 :: STRIDE]
     near = (depth > RANGE_M[0]) & (depth < RANGE_M[1])
-    found: F64 = _rays(intrinsics)[near] * depth[near][:, None].astype(np.float64)
+    found: F64 = optical_rays(intrinsics, STRIDE)[near] * depth[near][:, None]
     return found
-
-
-@lru_cache(maxsize=2)
-def _rays(intrinsics: Intrinsics) -> F64:
-    """(h, w, 3) m per metre of depth, in the optical frame."""
-    u = (np.arange(STRIDE // 2, intrinsics.width, STRIDE) + 0.5 - intrinsics.cx) / intrinsics.fx
-    v = (np.arange(STRIDE // 2, intrinsics.height, STRIDE) + 0.5 - intrinsics.cy) / intrinsics.fy
-    across, down = np.meshgrid(u, v)
-    return np.stack([across, down, np.ones(across.shape)], axis=-1)
 
 
 def _maybe_floor(points: F64, nominal: Mount) -> F64:

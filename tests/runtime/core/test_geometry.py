@@ -97,6 +97,12 @@ def test_the_ray_table_is_the_backprojection(mount: Mount):
     assert np.allclose(found, expected, atol=1e-5)
 
 
+def test_a_mount_that_only_rises_keeps_its_ray_table():
+    table = rays(CAMERA, MOUNT, 4)
+    assert rays(CAMERA, replace(MOUNT, x_m=0.3, z_m=2.0), 4) is table
+    assert rays(CAMERA, replace(MOUNT, pitch_rad=MOUNT.pitch_rad + 0.01), 4) is not table
+
+
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_a_cells_centre_is_in_the_cell(x: float, y: float):
     frame = GridFrame(-4.0, -4.0, 0.05, 160, 160)
