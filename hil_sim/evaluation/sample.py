@@ -15,10 +15,9 @@ from hil_sim.ground_truth.episodes import (
     home_name,
     sample_episode,
 )
-from hil_sim.ground_truth.goals import categories_of
+from hil_sim.ground_truth.goals import not_asked
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.open import is_replica, open_scene
-from hil_sim.scenes.robothor.unrecognised import unrecognised
 from hil_sim.simulation.quiet import keep_stdout_for_python
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported
@@ -59,7 +58,7 @@ def not_asked_for(wanted: Iterable[tuple[str, str]]) -> list[str]:
     """Of scenes and goals, a line for each pair that no episode asks for, with the reason."""
     lines = []
     for scene, goal in sorted(set(wanted)):
-        why = unrecognised(open_scene(scene), categories_of(goal)) if is_replica(scene) else ""
+        why = not_asked(open_scene(scene), goal) if is_replica(scene) else ""
         if why:
             lines.append(f"{scene}: {goal} left out, a person would not recognise it: {why}")
     return lines
@@ -82,7 +81,7 @@ def sample_scene(wish: Wish) -> list[Episode]:
         for goal in wish.goals:
             if len(found) == wish.most:
                 break
-            if unrecognised(world.scene, categories_of(goal)):
+            if not_asked(world.scene, goal):
                 continue
             try:
                 success, sees = truth.success(goal), truth.sees(goal)
@@ -109,7 +108,7 @@ def adopted(given: Sequence[Episode], truth: "SceneTruth", most: int) -> list[Ep
             break
         if goal in found or not truth.space.is_free(start.x_m, start.y_m):
             continue
-        if unrecognised(truth.space.scene, categories_of(goal)):
+        if not_asked(truth.space.scene, goal):
             continue
         try:
             field = truth.field(goal)

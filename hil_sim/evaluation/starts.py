@@ -22,11 +22,10 @@ from hil_sim.evaluation.left_out import StartCheck, Survey, Undrivable, read_sur
 from hil_sim.evaluation.pool import Work
 from hil_sim.evaluation.worker import Failure, Job, Note, Send, Settings, Task, serve
 from hil_sim.ground_truth.episodes import Episode
-from hil_sim.ground_truth.goals import categories_of
+from hil_sim.ground_truth.goals import not_asked
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
-from hil_sim.scenes.robothor.unrecognised import unrecognised
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.ground_truth.truth import SceneTruth
@@ -59,7 +58,7 @@ def obstacle(episode: Episode, world: "ScenePhysics", truth: "SceneTruth") -> Un
         truth.boxes(episode.goal)
     except SceneError:
         return Undrivable.NO_GOAL
-    if unrecognised(world.scene, categories_of(episode.goal)):
+    if not_asked(world.scene, episode.goal):
         return Undrivable.UNRECOGNISED
     try:
         away_m = truth.distance_m(episode.goal, start)

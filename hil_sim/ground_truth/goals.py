@@ -2,6 +2,9 @@
 
 import re
 
+from hil_sim.scenes.format import Scene
+from hil_sim.scenes.robothor.unrecognised import unrecognised
+
 SYNONYMS: dict[str, str] = {
     "alarm clock": "alarm, bedside clock, wake-up clock",
     "apple": "red apple, green apple",
@@ -145,3 +148,9 @@ def categories_of(goal: str) -> tuple[str, ...]:
     """The scene categories that satisfy a goal."""
     word = ARTICLE.sub("", " ".join(goal.lower().split()))
     return GOALS.get(word, (word,))
+
+
+def not_asked(scene: Scene, goal: str) -> str:
+    """Why no episode in this scene asks for the goal, though something there satisfies it: a person
+    would not recognise that. "" where one may ask."""
+    return unrecognised(scene, categories_of(goal))

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import click
 
-from hil_sim.ground_truth.goals import categories_of
+from hil_sim.ground_truth.goals import not_asked
 from hil_sim.importers.robothor_episodes import OfficialEpisode, official_episodes
 from hil_sim.scenes.format import SceneError
-from hil_sim.scenes.robothor.unrecognised import unrecognised
 from hil_sim.simulation.quiet import hushed, keep_stdout_for_python
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
@@ -41,7 +40,7 @@ def verdicts(name: str, episodes: tuple[OfficialEpisode, ...]) -> list[str]:
         truth = SceneTruth(world, Assets())
         for episode in episodes:
             at = episode.start
-            if unrecognised(world.scene, categories_of(episode.goal)):
+            if not_asked(world.scene, episode.goal):
                 found.append("goal unrecognised")
                 continue
             try:
