@@ -3,12 +3,19 @@ proportions that its things have. Varied homes and replicas show them."""
 
 import colorsys
 import random
-from collections.abc import Sequence
 
 import numpy as np
 
 from hil_sim.scenes.furniture.shapes import palette as c
-from hil_sim.scenes.furniture.shapes.goals import digits
+from hil_sim.scenes.furniture.shapes.goals import (
+    Profile,
+    bat,
+    bat_band,
+    bells,
+    digital_case,
+    digits,
+    leaf,
+)
 from hil_sim.scenes.furniture.shapes.palette import Rgb
 from hil_sim.scenes.furniture.shapes.primitives import (
     Part,
@@ -28,7 +35,6 @@ from hil_sim.scenes.furniture.shapes.primitives import (
     vessel,
 )
 
-Profile = Sequence[tuple[float, float]]
 SIDES = 18
 
 VASES: tuple[Profile, ...] = (
@@ -159,8 +165,7 @@ def drawn_apple(k: int) -> Part:
     parts.append(tube([(0, 0, 0.8 * h), (0.003, 0, 1.02 * h), (0.01, 0, 1.2 * h)], 0.0025,
                       c.DARK_WOOD, 5))  # fmt: skip
     if rng.random() < 0.5:
-        leaf = ball((0.034, 0.017, 0.004), (0.017, 0, 0), c.GREEN, 4, 8)
-        parts += moved(turned([leaf], "y", -20), (0.004, 0, 1.08 * h))
+        parts += leaf(0.034, 20, h)
     return turned(parts, "y", 80) if k % 4 == 3 else parts
 
 
@@ -174,11 +179,9 @@ def _bat(k: int) -> Part:
     grip = rng.choice((wood, c.DARK, c.WHITE, c.RED, c.NAVY))
     length, r = rng.uniform(0.84, 0.96), rng.uniform(0.036, 0.043)
     low = [(0, 0), (0.027, 0.003), (0.027, 0.016), (0.015, 0.026), (0.015, 0.27)]
-    high = [(0.015, 0.27), (0.02, 0.43), (r * 0.86, 0.6), (r, 0.72), (r, length - 0.02),
-            (r * 0.75, length), (0, length)]  # fmt: skip
-    band = [(r + 0.0008, length - 0.2), (r + 0.0008, length - rng.uniform(0.1, 0.16))]
-    parts = [lathe(low, grip, 14), lathe(high, body, 14)]
-    return [*parts, lathe(band, _colour(rng), 14)] if rng.random() < 0.6 else parts
+    high = [(0.02, 0.43), (r * 0.86, 0.6), (r, 0.72), (r, length - 0.02)]
+    below, parts = rng.uniform(0.1, 0.16), bat(low, high, length, body, grip)
+    return [*parts, bat_band(r, length, below, _colour(rng))] if rng.random() < 0.6 else parts
 
 
 def drawn_bat(k: int) -> Part:
@@ -235,15 +238,10 @@ def drawn_alarm_clock(k: int) -> Part:
     rng = _dice("clock", k)
     case, trim = _colour(rng), rng.choice((c.STEEL, c.BRASS, c.DARK, c.WHITE))
     if k % 3 == 2:
-        w, d, h = rng.uniform(0.2, 0.27), rng.uniform(0.07, 0.11), rng.uniform(0.1, 0.13)
-        return [
-            box((w, d, h), (0, 0, 0), case),
-            box((w * 0.92, 0.004, h * 0.76), (0, -d / 2 - 0.001, h * 0.12), c.DARK),
-            *moved(digits(rng.choice(("7:30", "6:15", "10:24")), h * 0.42,
-                          rng.choice(((1, 0.2, 0.1), (0.2, 0.95, 0.5), c.WHITE))),
-                   (0, -d / 2 - 0.0045, h * 0.5)),
-            box((w * 0.4, d * 0.35, 0.012), (0, 0, h), c.GREY),
-        ]  # fmt: skip
+        size = rng.uniform(0.2, 0.27), rng.uniform(0.07, 0.11), rng.uniform(0.1, 0.13)
+        time = rng.choice(("7:30", "6:15", "10:24"))
+        light = rng.choice(((1, 0.2, 0.1), (0.2, 0.95, 0.5), c.WHITE))
+        return digital_case(size, (0.12, 0.76), case, digits(time, size[2] * 0.42, light))
     r, deep = 0.076, rng.choice((0.06, 0.1, 0.14))
     dial = moved(_dial(rng, r), (0, -deep / 2, 0))
     if k % 3 == 1:
@@ -255,11 +253,8 @@ def drawn_alarm_clock(k: int) -> Part:
         return [*cube, *feet, box((0.05, 0.03, 0.014), (0, 0, 0.012 + 2.2 * r), trim)]
     parts = [*moved([disc(r * 1.12, deep, case, 20), *dial], (0, 0, 1.12 * r + 0.014))]
     top = 2.24 * r + 0.01
-    for side in (-1, 1):
-        bell = lathe([(0, 0), (0.034, 0), (0.031, 0.014), (0.018, 0.026), (0, 0.03)], trim, 12)
-        parts += moved(turned([bell], "y", side * 28), (side * 0.036, 0, top - 0.004))
-        foot = [(side * 0.03, 0, 0.04), (side * 0.055, 0, 0)]
-        parts.append(tube(foot, 0.006, trim, 6))
+    bell = lathe([(0, 0), (0.034, 0), (0.031, 0.014), (0.018, 0.026), (0, 0.03)], trim, 12)
+    parts += bells(bell, 28, (0.036, top - 0.004), ((0.03, 0.04), 0.055), trim)
     grip = [(-0.034, 0, top + 0.026), (0, 0, top + 0.044), (0.034, 0, top + 0.026)]
     return [*parts, tube(grip, 0.004, trim, 5)]
 

@@ -1,5 +1,7 @@
 """Meshes of the things that robots are most often sent for: RoboTHOR's small goals."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from hil_sim.scenes.furniture.shapes import palette as c
@@ -25,6 +27,8 @@ from hil_sim.scenes.furniture.shapes.primitives import (
 )
 from hil_sim.scenes.furniture.soup import Soup
 
+Profile = Sequence[tuple[float, float]]
+"""Radius and height, from below."""
 SEGMENTS = {"0": "abcdef", "1": "bc", "2": "abged", "3": "abgcd", "4": "fgbc", "5": "afgcd",
             "6": "afgecd", "7": "abc", "8": "abcdefg", "9": "abfgcd"}  # fmt: skip
 
@@ -67,14 +71,23 @@ def _bell_clock(k: int) -> Part:
     parts += turned(hands, "y", 60) + turned(
         [box((0.008, 0.002, r * 0.42), (0, -0.031, 0), c.DARK)], "y", -60
     )
-    parts = moved(parts, (0, 0, z))
+    bell = lathe([(0, 0), (0.03, 0), (0.028, 0.012), (0.016, 0.024), (0, 0.028)], trim, 12)
+    two = bells(bell, 32, (0.034, z + 0.054), ((0.028, z - 0.045), 0.05), trim)
+    grip = [(-0.03, 0, z + 0.086), (0, 0, z + 0.105), (0.03, 0, z + 0.086)]
+    return [*moved(parts, (0, 0, z)), *two, tube(grip, 0.004, trim, 5)]
+
+
+def bells(
+    bell: Soup, lean: float, at: tuple[float, float], leg: tuple[tuple[float, float], float],
+    trim: Rgb,
+) -> Part:  # fmt: skip
+    """An alarm clock's two, `at` x and z, leaning outward by so many degrees; and its two legs,
+    from x and z down to another x on the ground."""
+    parts: Part = []
+    (x, z), ((top_x, top_z), foot_x) = at, leg
     for side in (-1, 1):
-        bell = lathe([(0, 0), (0.03, 0), (0.028, 0.012), (0.016, 0.024), (0, 0.028)], trim, 12)
-        parts += moved(turned([bell], "y", side * 32), (side * 0.034, 0, z + 0.054))
-        parts.append(tube([(side * 0.028, 0, z - 0.045), (side * 0.05, 0, 0)], 0.006, trim, 6))
-    parts.append(
-        tube([(-0.03, 0, z + 0.086), (0, 0, z + 0.105), (0.03, 0, z + 0.086)], 0.004, trim, 5)
-    )
+        parts += moved(turned([bell], "y", side * lean), (side * x, 0, z))
+        parts.append(tube([(side * top_x, 0, top_z), (side * foot_x, 0, 0)], 0.006, trim, 6))
     return parts
 
 
@@ -85,12 +98,21 @@ def _digital_clock(k: int) -> Part:
         (c.WHITE, (0.1, 0.9, 0.4), "6:45"),
         (c.WOOD, c.WHITE, "12:08"),
     )
-    w, d, h = pick(k, (0.19, 0.1, 0.085), (0.14, 0.09, 0.12), (0.2, 0.07, 0.09))
-    front = -d / 2
+    size = pick(k, (0.19, 0.1, 0.085), (0.14, 0.09, 0.12), (0.2, 0.07, 0.09))
+    return digital_case(size, (0.1, 0.8), case, digits(time, size[0] * 0.2, light))
+
+
+def digital_case(
+    size: tuple[float, float, float], face: tuple[float, float], case: Rgb, shown: Part
+) -> Part:
+    """A digital clock with a button: a dark face, as shares of the height its foot and how high it
+    is, and what it shows."""
+    w, d, h = size
+    low, high = face
     return [
-        box((w, d, h), (0, 0, 0), case),
-        box((w * 0.92, 0.004, h * 0.8), (0, front - 0.001, h * 0.1), c.DARK),
-        *moved(digits(time, w * 0.2, light), (0, front - 0.0045, h * 0.5)),
+        box(size, (0, 0, 0), case),
+        box((w * 0.92, 0.004, h * high), (0, -d / 2 - 0.001, h * low), c.DARK),
+        *moved(shown, (0, -d / 2 - 0.0045, h * 0.5)),
         box((w * 0.4, d * 0.35, 0.012), (0, 0, h), c.GREY),
     ]
 
@@ -109,9 +131,14 @@ def apple(k: int) -> Part:
     return [
         *painted(grid, (skin, blush), which),
         tube([(0, 0, 0.8 * h), (0.002, 0, h), (0.008, 0, 1.2 * h)], 0.0025, c.DARK_WOOD, 5),
-        *moved(turned([ball((0.032, 0.016, 0.004), (0.016, 0, 0), c.GREEN, 4, 8)], "y", -25),
-               (0.004, 0, 1.08 * h)),
-    ]  # fmt: skip
+        *leaf(0.032, 25, h),
+    ]
+
+
+def leaf(length: float, up: float, h: float) -> Part:
+    """Of an apple so high: from its stalk along x, by so many degrees upward."""
+    blade = ball((length, length / 2, 0.004), (length / 2, 0, 0), c.GREEN, 4, 8)
+    return moved(turned([blade], "y", -up), (0.004, 0, 1.08 * h))
 
 
 def bat_on_end(k: int) -> Part:
@@ -122,10 +149,19 @@ def bat_on_end(k: int) -> Part:
     length = pick(k, 0.86, 0.82, 0.9, 0.78)
     r = pick(k, 0.034, 0.033, 0.032)
     low = [(0, 0), (0.024, 0.002), (0.024, 0.014), (0.0135, 0.022), (0.0135, 0.26)]
-    high = [(0.0135, 0.26), (0.018, 0.42), (r * 0.88, 0.58), (r, 0.7), (r, length - 0.015),
-            (r * 0.75, length), (0, length)]  # fmt: skip
-    band = [(r + 0.0008, length - 0.2), (r + 0.0008, length - 0.13)]
-    return [lathe(low, grip, 14), lathe(high, body, 14), lathe(band, grip, 14)]
+    high = [(0.018, 0.42), (r * 0.88, 0.58), (r, 0.7), (r, length - 0.015)]
+    return [*bat(low, high, length, body, grip), bat_band(r, length, 0.13, grip)]
+
+
+def bat(low: Profile, high: Profile, length: float, body: Rgb, grip: Rgb) -> Part:
+    """Its grip, and from there to its end the rest."""
+    end = [(high[-1][0] * 0.75, length), (0, length)]
+    return [lathe(low, grip, 14), lathe([low[-1], *high, *end], body, 14)]
+
+
+def bat_band(r: float, length: float, below: float, colour: Rgb) -> Soup:
+    """A band round a bat's thick end, from 0.2 m to so far below its tip."""
+    return lathe([(r + 0.0008, length - 0.2), (r + 0.0008, length - below)], colour, 14)
 
 
 def baseball_bat(k: int) -> Part:
