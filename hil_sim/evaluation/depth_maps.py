@@ -4,7 +4,7 @@ mapped as it truly is and as the camera shows it."""
 import math
 import random
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from typing import Final
 
 import cv2
@@ -54,17 +54,13 @@ class MapScore:
     missed: int = 0  # of them, with none held for one beside
 
     def __add__(self, other: "MapScore") -> "MapScore":
-        return MapScore(*(a + b for a, b in zip(_counts(self), _counts(other), strict=True)))
+        return MapScore(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
 
     @property
     def shares(self) -> tuple[float, float, float]:
         """Free share of the floor, false obstacles as a share of it, share of obstacles missed."""
         floor, obstacles = max(1, self.floor), max(1, self.obstacles)
         return self.kept / floor, self.false / floor, self.missed / obstacles
-
-
-def _counts(score: MapScore) -> tuple[int, ...]:
-    return score.floor, score.kept, score.false, score.obstacles, score.missed
 
 
 def scored(true: NavigationMap, made: NavigationMap) -> MapScore:

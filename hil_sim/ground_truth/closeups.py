@@ -27,10 +27,8 @@ OFF_COST = 4.0
 
 @dataclass(frozen=True)
 class CloseUp:
-    """An object by id, seen from `away_m` of its footprint. `rgb` (H, W, 3)."""
+    """An object seen from `away_m` of its footprint. `rgb` (H, W, 3)."""
 
-    id: str
-    category: str
     away_m: float
     rgb: NDArray[np.uint8]
 
@@ -40,8 +38,7 @@ def close_up(
 ) -> CloseUp | None:
     """The object of this index in the scene where most of it shows from 1 m, from before it rather
     than from behind; else from up to 2 m; None when no place on the floor sees it."""
-    obj = world.scene.objects[index]
-    box = box_of(obj)
+    box = box_of(world.scene.objects[index])
     best: float = 0.0
     place: tuple[float, float, float] | None = None
     for x, y, away in _places(floor, box):
@@ -61,7 +58,7 @@ def close_up(
     half = math.hypot(box.width, box.depth, box.z1 - box.z0) / 2
     hfov = min(max(2 * math.atan(half / far / SHARE), NARROWEST_RAD), WIDEST_RAD)
     frame = world.render(x, y, yaw, CameraModel(*size_px, hfov, EYE_M), pitch)
-    return CloseUp(obj.id, obj.category, away, frame.rgb)
+    return CloseUp(away, frame.rgb)
 
 
 def _places(floor: StandingFloor, box: Box) -> list[tuple[float, float, float]]:

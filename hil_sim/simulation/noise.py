@@ -71,7 +71,8 @@ def parse_noise(texts: Iterable[str], base: Noise = NONE) -> Noise:
         elif name == "camera":
             base = replace(base, camera=_camera(value))
         else:
-            amount = _amount(name, value if equals else f"{getattr(USUAL, name) or ''}")
+            usual = 0.0 if equals else getattr(USUAL, name)
+            amount = usual or _amount(name, value)
             base = Noise(**{**vars(base), name: amount})
     return base
 

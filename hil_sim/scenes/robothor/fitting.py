@@ -37,18 +37,10 @@ def fitted(
     turns that fit it, and its width, depth and height, m, none larger than the box's."""
     free = kind in TO_MEASURE
     turns = (0,) if kind in FRONTED else (0, 1)
-    rated = [
-        (max(factors) / min(factors), mesh.id, turn, factors, mesh.size_m)
-        for mesh in meshes
-        for turn in turns
-        for factors in [_factors(mesh, box, turn)]
-    ]
-    best: dict[str, tuple[float, str, int, Size, Size]] = {}
-    for row in rated:
-        best[row[1]] = min(row, best.get(row[1], row))
-    least = min(row[0] for row in best.values())
+    best = [min(_rated(mesh, box, turn) for turn in turns) for mesh in meshes]
+    least = min(row[0] for row in best)
     limit = least * SIMILAR if free else max(least * NEARLY, STRETCH)
-    good = sorted(row[1:] for row in best.values() if row[0] <= limit)
+    good = sorted(row[1:] for row in best if row[0] <= limit)
     id, turn, factors, size = rng.choice(good)
     most = math.inf if free else 1.0 if kind in BALLS else STRETCH
     scale = [min(factor, most * min(factors)) for factor in factors]
@@ -56,8 +48,10 @@ def fitted(
     return id, turn, (width, depth, height)
 
 
-def _factors(mesh: CatalogMesh, box: Footprint, turn: int) -> Size:
-    """By how much the mesh is stretched along its width, depth and height to fill the box."""
+def _rated(mesh: CatalogMesh, box: Footprint, turn: int) -> tuple[float, str, int, Size, Size]:
+    """How much more a mesh is stretched along one side than along another to fill the box, which
+    one, its quarter turns, by how much along its width, depth and height, and its own size."""
     width, depth = (box.depth, box.width) if turn else (box.width, box.depth)
     w, d, h = (max(side, 1e-3) for side in mesh.size_m)
-    return width / w, depth / d, box.height / h
+    factors = width / w, depth / d, box.height / h
+    return max(factors) / min(factors), mesh.id, turn, factors, mesh.size_m

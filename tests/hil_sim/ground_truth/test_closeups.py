@@ -30,7 +30,6 @@ def test_a_small_thing_fills_the_picture_from_a_metre(others, tmp_path: Path):
     with ScenePhysics(room(CUBE, *others), Assets(tmp_path), "tiny") as world:
         seen = close_up(world, floor_of(world.scene), 0, (96, 72))
         assert seen is not None
-        assert (seen.id, seen.category) == ("cube", "box")
         assert seen.away_m == pytest.approx(1.0, abs=0.1)
         assert seen.rgb.shape == (72, 96, 3)
         middle, corner = seen.rgb[36, 48].astype(int), seen.rgb[2, -3].astype(int)
