@@ -48,7 +48,8 @@ class ModelsConfig:
         "", 'How llama-cpp-python talks to it: "mtmd", "llava-1.5", "qwen2.5-vl", ...'
     )
     detectors: tuple[str, ...] = key(
-        ("rfnav-det", "nanodet-g"), "The object detectors; what they see is made one."
+        ("rfnav-det", "nanodet-g", "rfnav-det-photos"),
+        "The object detectors; what they see is made one.",
     )
     domain: Literal["auto", "photographs", "renderings"] = key(
         "auto",
@@ -79,7 +80,8 @@ class ModelsConfig:
     )
     others_every: int = key(
         2,
-        "Frames between two looks of a detector that was trained for the other domain.",
+        "Frames between two looks of a detector that was trained for the other domain, and of ours "
+        "beside another.",
         research="other_detectors_every",
         positive=True,
     )

@@ -1,5 +1,6 @@
-"""Several detectors as one. Each says what it sees and is asked as often as it is worth: the ones
-that were trained for what the images are look at every frame, the others now and then."""
+"""Several detectors as one. Each says what it sees and is asked as often as it is worth: those that
+were trained for what the images are, our own now and then where another is; and of the other domain
+those that have a word that nobody else has."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -37,11 +38,12 @@ def open_detectors(
 
 
 class DetectorEnsemble:
-    """Detectors by name as one (models.detection.detections.Detector). The first of our own says
-    which room it is, what regions look like, and which domain the images are of.
+    """Detectors by name as one (models.detection.detections.Detector). The first of our own that
+    looks says which room it is, what regions look like, and which domain the images are of.
 
-    `others_every`: frames between two looks of a detector that was trained for the other domain;
-    1: all look at every frame. `again`: the classifier of second looks, and what it looks for.
+    `others_every`: frames between two looks of a detector that was trained for the other domain,
+    and of our own beside another; 1: none rests but those of the other domain that add no word.
+    `again`: the classifier of second looks, and what it looks for.
     `closer`: what is looked for is small.
     """
 
@@ -59,8 +61,7 @@ class DetectorEnsemble:
         self.others_every = others_every
         self.again: tuple[SecondLook, Sought] | None = None
         self._weights = read_weights() if weights is None else weights
-        opened = [n for n, d in self.detectors.items() if isinstance(d, OpenDetector)]
-        self._teller = opened[0] if opened else ""
+        self._ours = {n: d for n, d in self.detectors.items() if isinstance(d, OpenDetector)}
         self._frames = 0
         self._knows: dict[str, NDArray[np.bool_]] = {}
         self._classes: tuple[tuple[str, ...], ...] = ()
@@ -95,8 +96,7 @@ class DetectorEnsemble:
     @property
     def open_detector(self) -> OpenDetector | None:
         """The first of our own."""
-        found = self.detectors.get(self._teller)
-        return found if isinstance(found, OpenDetector) else None
+        return next(iter(self._ours.values()), None)
 
     @property
     def capabilities(self) -> dict[str, Any]:
@@ -135,57 +135,56 @@ class DetectorEnsemble:
         resting = self._frames % self.others_every and len(names) < len(self.detectors)
         near = window() if self.closer and resting else None
         self._frames += 1
-        ours, view = self.open_detector, None
-        if ours is not None and self._teller in names:
-            view = self._view(ours, image, rgb, near)
-        found = [self._named(name, image, rgb, view, near) for name in names]
+        teller = next((name for name in names if name in self._ours), None)
         knows = [self._knows[name] for name in names]
-        if view is not None and ours is not None:
-            self.domain.add(ours.photograph_odds(view.scene))
-            if self.again is not None:
-                second, sought = self.again
-                key = image, self._classes, sought.places
-                again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
-                names, found = [*names, SECOND], [*found, again]
-                knows.append(np.arange(len(self._classes)) == sought.label)
+        if teller is None:
+            found = [self._named(name, image, rgb, near) for name in names]
+            return fused(found, names, np.stack(knows), self.domain.believed, self._weights)[0]
+        ours = self._ours[teller]
+        view = self._view(teller, image, rgb, near)
+        said = ours.name(view)
+        found = [said if n == teller else self._named(n, image, rgb, near) for n in names]
+        at = names.index(teller)
+        self.domain.add(ours.photograph_odds(view.scene))
+        if self.again is not None:
+            second, sought = self.again
+            key = image, teller, self._classes, sought.places
+            again = self._memo.get(key, lambda: look_twice(ours, second, sought, rgb, view))
+            names, found = [*names, SECOND], [*found, again]
+            knows.append(np.arange(len(self._classes)) == sought.label)
         domain = self.domain.believed
         one, places = fused(found, names, np.stack(knows), domain, self._weights)
-        if view is None:
-            return one
-        teller = names.index(self._teller)
-        said = found[teller]
-        regions = _regions(places, teller, said, view)
+        regions = _regions(places, at, said, view)
         return one._replace(embeddings=regions, rooms=said.rooms, scene=said.scene)
 
     def _whose_turn(self) -> list[str]:
-        """Those of this domain; every few frames also others that have a word for what those have
-        none for. All at a run's first frame, and where none is of this domain."""
+        """Those of this domain, and others that have a word for what those have none for; in
+        between only those of this domain, without our own where there is another. All at a run's
+        first frame, and where none is of this domain."""
         home, names = self._weights.home, list(self.detectors)
         now = self.domain.believed
-        always = [n for n in names if home.get(n, now) == now]
-        if not always or not self._frames or self.others_every == 1:
+        at_home = [n for n in names if home.get(n, now) == now]
+        if not at_home or not self._frames:
             return names
         if self._frames % self.others_every:
-            return always
-        known = np.any([self._knows[n] for n in always], axis=0)
-        return [n for n in names if n in always or (self._knows[n] & ~known).any()]
+            return [n for n in at_home if n not in self._ours] or at_home
+        known = np.any([self._knows[n] for n in at_home], axis=0)
+        return [n for n in names if n in at_home or (self._knows[n] & ~known).any()]
 
     def _view(
-        self, ours: OpenDetector, image: object, rgb: NDArray[np.uint8], near: Window | None
+        self, name: str, image: object, rgb: NDArray[np.uint8], near: Window | None
     ) -> DetectorView:
-        view = self._memo.get((image, self._teller), lambda: ours.look(rgb))
+        ours = self._ours[name]
+        view = self._memo.get((image, name), lambda: ours.look(rgb))
         if near is None:
             return view
-        closer = self._memo.get((image, self._teller, near), lambda: ours.look(part(rgb, near)))
+        closer = self._memo.get((image, name, near), lambda: ours.look(part(rgb, near)))
         return joined_views(view, closer, near)
 
     def _named(
-        self, name: str, image: object, rgb: NDArray[np.uint8], view: DetectorView | None,
-        near: Window | None,
-    ) -> RawDetections:  # fmt: skip
+        self, name: str, image: object, rgb: NDArray[np.uint8], near: Window | None
+    ) -> RawDetections:
         detector = self.detectors[name]
-        if view is not None and name == self._teller and isinstance(detector, OpenDetector):
-            return detector.name(view)
         key: tuple[object, ...] = image, name, self._classes
         if isinstance(detector, ClipDetector | GroundingDetector):
             key = *key, self._goal, self._way  # of others the answer is the same

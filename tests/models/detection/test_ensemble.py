@@ -1,6 +1,8 @@
 """Several detectors as one: whose turn it is, what each gives, what is remembered."""
 
+import copy
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,7 @@ from baseline_graphs import grounding_network
 
 from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
+from models.detection.domain import DomainSetting
 from models.detection.ensemble import DetectorEnsemble, open_detectors
 from models.detection.fusion import FusionWeights
 from models.errors import ModelFileError
@@ -208,13 +211,52 @@ def test_every_run_begins_alike(ours: OpenDetector) -> None:
     assert runs[0][0] > runs[0][1]  # ours rests at every second frame
 
 
-def test_without_a_budget_all_look_at_every_frame() -> None:
-    drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
+@pytest.mark.parametrize(("unseen", "asked"), [((), 1), (("sofa",), 4)])
+def test_without_a_budget_all_that_add_a_word_look_at_every_frame(unseen, asked: int) -> None:
+    drawn, photo = Sees(0, 0.6, unseen=unseen), Sees(0, 0.8)
     both = DetectorEnsemble({"drawn": drawn, "photo": photo}, "renderings", weights=HOME)
     both.set_vocabulary(CLASSES, ())
     for _ in range(4):
         both.detect(FRAME)
-    assert (drawn.asked, photo.asked) == (4, 4)
+    assert (drawn.asked, photo.asked) == (4, asked)
+
+
+@pytest.mark.parametrize(
+    ("domain", "looks"),
+    [
+        ("renderings", ["drawn list photo", "drawn", "drawn", "drawn"]),
+        ("photographs", ["drawn list photo", "list", "list photo", "list"]),
+        ("auto", ["drawn list photo", "list", "list photo", "list"]),  # a kitchen is a photograph
+    ],
+)
+def test_of_two_of_our_own_the_one_of_this_domain_looks(
+    domain: DomainSetting, looks: list[str], ours: OpenDetector, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    home = FusionWeights(
+        home={"drawn": "renderings", "list": "photographs", "photo": "photographs"}
+    )
+    other, asked = Sees(1, 0.7, unseen=("sofa",)), list[str]()
+    three = {"drawn": ours, "list": other, "photo": copy.copy(ours)}
+
+    def noted(name: str, look: Callable[[np.ndarray], Any]) -> Callable[[np.ndarray], Any]:
+        def looking(rgb: np.ndarray) -> Any:
+            asked.append(name)
+            return look(rgb)
+
+        return looking
+
+    for name in ("drawn", "photo"):
+        monkeypatch.setattr(three[name], "look", noted(name, three[name].look))
+    monkeypatch.setattr(other, "detect", noted("list", other.detect))
+    one = DetectorEnsemble(three, domain, 2, home)
+    one.set_vocabulary(CLASSES, ("kitchen",))
+    turns = []
+    for _ in looks:
+        asked.clear()
+        seen = one.detect(FRAME)
+        turns.append(" ".join(sorted(asked)))
+        assert bool(seen.rooms.size) == ("drawn" in asked or "photo" in asked)
+    assert turns == looks
 
 
 def test_where_nobody_rests_there_is_no_time_for_a_closer_look() -> None:
