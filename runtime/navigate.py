@@ -17,6 +17,7 @@ from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
 from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.types import (
+    F64,
     Action,
     Ballot,
     Brief,
@@ -44,7 +45,15 @@ class Experts(Protocol[Deadline]):
 def perceive(
     world: World, obs: Observation, detections: Detections, mount: Mount, cfg: NavigateConfig
 ) -> World:
-    """Add one observation: navigation map, semantic map, frontiers with stable ids."""
+    """Add one observation: navigation map and frontiers with stable ids, then semantic map. Where
+    the detector may be late, the two are called apart."""
+    outline = survey(world, obs, mount, cfg)
+    return place(world, obs, detections, outline, mount, cfg)
+
+
+def survey(world: World, obs: Observation, mount: Mount, cfg: NavigateConfig) -> F64:
+    """What depth tells: navigation map, frontiers with stable ids. Returns the view's outline, (V,
+    2) m in the map frame, which `place` wants with the same observation."""
     progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
     world.body.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
@@ -54,11 +63,26 @@ def perceive(
         world.map, obs, mount, robot.radius_m, robot.height_m, cfg.map.max_depth_m
     )
     coverage.look(world.explored.looked, world.map.frame, outline)
+    with_frontiers(world, cfg)
+    return outline
+
+
+def place(
+    world: World,
+    obs: Observation,
+    detections: Detections,
+    outline: F64,
+    mount: Mount,
+    cfg: NavigateConfig,
+) -> World:
+    """What the detector tells of an observation that was surveyed, now or a while ago: semantic map
+    and keyframes."""
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
+    world.looked_from = obs.pose
     if detections.scene.size or cfg.keyframes.image_width_px:
         frame = keyframes.take(obs, detections, mount, cfg.keyframes.image_width_px)
         keyframes.keep(world.keyframes, frame)
-    return with_frontiers(world, cfg)
+    return world
 
 
 def due(world: World, cfg: NavigateConfig) -> str:

@@ -3,8 +3,11 @@
 import functools
 from dataclasses import dataclass
 
+import numpy as np
+
 from runtime.core import progress
 from runtime.core.distances import planner
+from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
 from runtime.core.objects import candidates, standpoints
@@ -13,6 +16,8 @@ from runtime.core.objects.verdict import Reached, Verdict, confirmed, settle, ve
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
+
+HERE_M, HERE_RAD = 0.15, 0.2  # an image from so near by shows what is seen from here
 
 
 @dataclass(frozen=True)
@@ -71,8 +76,14 @@ def _toward(
     what = _named(thing, world.goal)
     field = planner.approach(world.terrain, candidate.stands, world.reach, world.pose)
     if policy.arrived(world, field):
-        turn = policy.turn(world, thing.xy)
-        if turn is None or progress.dithers(world, Aim(AimKind.FACE, thing.id), turn, cfg):
+        turn, face = policy.turn(world, thing.xy), Aim(AimKind.FACE, thing.id)
+        if turn is None and not _looked_from_here(world):
+            if progress.stalled(world, face, None, cfg):
+                return Reached.FACED, None  # a detector that does not come is not waited for
+            why = f"look at {what}"
+            wait = Command(Action.TURN_LEFT, Mode.FACE, thing.xy, why, course=Toward(thing.xy))
+            return Reached.ON_THE_WAY, wait
+        if turn is None or progress.dithers(world, face, turn, cfg):
             return Reached.FACED, None
         facing = Command(turn, Mode.FACE, thing.xy, f"face {what}", course=Toward(thing.xy))
         return Reached.ON_THE_WAY, facing
@@ -84,6 +95,16 @@ def _toward(
     action, course = policy.drive(world, field)
     command = Command(action, Mode.TARGET, thing.xy, why, course=course)
     return Reached.ON_THE_WAY, toward(field, world.pose, command)
+
+
+def _looked_from_here(world: World) -> bool:
+    """Whether the newest image that the detector has seen was taken about where the robot stands:
+    it may be behind, and a verdict is of what is seen from here."""
+    then, now = world.looked_from, world.pose
+    if then is None:
+        return False
+    turned_rad = abs(wrap_angle(now.yaw_rad - then.yaw_rad))
+    return turned_rad <= HERE_RAD and float(np.hypot(*(now.xy - then.xy))) <= HERE_M
 
 
 def _named(thing: Instance, goal: str) -> str:

@@ -191,6 +191,7 @@ class World:
     explored: Explored
     stamp_ns: int = 0
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
+    looked_from: Pose | None = None  # where the image was taken whose detections came last
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     frontiers: tuple[Frontier, ...] = ()

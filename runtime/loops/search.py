@@ -12,7 +12,6 @@ import numpy as np
 
 from runtime import navigate
 from runtime.config import Config
-from runtime.core.inventory import inventory
 from runtime.core.mapping.floor_plane import mount_by_floor
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
@@ -21,19 +20,17 @@ from runtime.core.types import (
     F32,
     F64,
     U8,
-    Action,
     Brief,
     Decision,
     Detections,
     Observation,
 )
-from runtime.core.voting import consensus
-from runtime.core.voting.explain import in_words
 from runtime.core.world import Command, World
 from runtime.errors import ConfigError
 from runtime.experts.hindsight import CHOICES_KEPT, Choice
 from runtime.experts.panel import Panel
 from runtime.journal import Journal, write_map
+from runtime.loops.search_report import explained, map_of
 from runtime.perception.goal_words import Goal
 from runtime.robot.bus import Bus
 from runtime.robot.labels import read_labels
@@ -151,18 +148,30 @@ class Search:
         return now_s
 
     def perceive(self, obs: Observation, detections: Detections, models: SearchModels) -> World:
-        """Add one observation, `prepared`, to the world, which begins with the first; experts hear
-        early of objects that are new."""
+        """Add one observation, `prepared`, to the world, which begins with the first."""
+        outline = self.survey(obs)
+        return self.place(obs, detections, outline, models)
+
+    def survey(self, obs: Observation) -> F64:
+        """Add what depth tells; returns the view's outline, (V, 2) m, for `place`."""
         cfg = self.config.navigate
         if self.world is None:
             self.world = self._first(obs)
-        known = len(self.world.semantic.instances)
-        mount = obs.mount or self.config.camera
-        navigate.perceive(self.world, obs, detections, mount, cfg)
-        if len(self.world.semantic.instances) != known:
-            names = sorted({i.name for i in self.world.semantic.instances.values()})
+        return navigate.survey(self.world, obs, obs.mount or self.config.camera, cfg)
+
+    def place(
+        self, obs: Observation, detections: Detections, outline: F64, models: SearchModels
+    ) -> World:
+        """Add what the detector tells of an observation that was surveyed; experts hear early of
+        objects that are new."""
+        world, cfg = self.world, self.config.navigate
+        assert world is not None  # it was surveyed
+        known = len(world.semantic.instances)
+        navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
+        if len(world.semantic.instances) != known:
+            names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
-        return self.world
+        return world
 
     def inherit(self, before: World, models: SearchModels) -> None:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen
@@ -187,7 +196,7 @@ class Search:
         navigate.adopt(world, decision)
         self.decisions += 1
         self.choices.append(Choice.of(decision, world.frontiers))
-        report = _explain(decision, world, self.config.navigate.consensus.rank)
+        report = explained(decision, world, self.config.navigate.consensus.rank)
         if rehearsal:
             report["rehearsal"] = rehearsal
             self.rehearsals["used" if rehearsal == "used" else "missed"] += 1
@@ -228,7 +237,7 @@ class Search:
         self.journal.write("end", reason=reason, **extra)
         self.journal.close()
         if self.world is not None:
-            write_map(self.order.log_dir, *_map_of(self.world, self.goal))
+            write_map(self.order.log_dir, *map_of(self.world, self.goal))
         return {
             "ended": True,
             "steps": self.world.body.step if self.world else 0,
@@ -284,62 +293,3 @@ def _settings(body: Mapping[str, Any]) -> tuple[str, ...]:
     if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
         raise ConfigError('goal request: settings: must be a list of "KEY=VALUE"')
     return tuple(value)
-
-
-def _explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
-    """A decision as it is published and logged: what was elected, by whom, and why; what would have
-    been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
-    have gone while the vote ran."""
-    return {
-        "step": world.body.step,
-        "stamp_ns": decision.stamp_ns,
-        "why": decision.why,
-        "frontier": decision.frontier,
-        "rule": decision.rule,
-        "chosen": decision.chosen,
-        "closest": decision.closest,
-        "heads_for": consensus.successor(decision, world.frontiers, rank),
-        "in_words": in_words(decision),
-        "without": dict(decision.without),
-        "votes": decision.ballot.votes,
-        "missing": decision.ballot.missing,
-        "latency_s": {k: round(v, 4) for k, v in decision.ballot.latency_s.items()},
-        "frontiers": [
-            {
-                "id": f.id,
-                "goal_xy": f.goal_xy,
-                "distance_m": f.distance_m,
-                "cells": len(f.cells_xy),
-            }
-            for f in world.frontiers
-        ],
-    }
-
-
-def _map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
-    """What `map.npz` holds: grids over one frame, and the rest as metadata."""
-    last = world.body.last
-    arrays: dict[str, np.ndarray[Any, Any]] = {
-        "occupied": world.map.occupied,
-        "free": world.map.free,
-        "rooms": world.semantic.rooms.astype(np.float16),
-        "path_xy": np.array(world.body.visited_xy).reshape(-1, 2),
-        "planned_xy": last.path_xy if last else np.zeros((0, 2)),
-    }
-    frame, decision = world.map.frame, world.standing.decision
-    stopped = last is not None and last.action is Action.STOP
-    meta: dict[str, object] = {
-        "goal": goal.text,
-        "goal_name": goal.name,
-        "frame": frame,
-        "room_names": world.semantic.room_names,
-        "pose": world.pose,
-        "frontiers": [
-            {"id": f.id, "cells_xy": f.cells_xy.round(3), "distance_m": f.distance_m}
-            for f in world.frontiers
-        ],
-        "elected": decision.frontier if decision else None,
-        "stopped_at": last.toward_xy if last is not None and stopped else None,
-        "objects": inventory(world),
-    }
-    return arrays, meta

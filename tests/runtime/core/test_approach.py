@@ -1,12 +1,17 @@
 """The way to the target: what is stopped at, and from how many sides it is looked at first."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from apartment import MOUNT, TWO_ROOMS, Apartment
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
 from runtime.core.approach import approach_target
 from runtime.core.distances.planner import look_around
+from runtime.core.local_policy import GIVE_UP_AFTER_S
+from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import from_two_sides
 from runtime.core.settings import NavigateConfig
@@ -14,9 +19,10 @@ from runtime.core.types import Action, Ballot, Pose
 from runtime.core.world import World
 
 
-def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
-    """The robot stands before the table, whose cells were taken for a part of the sofa."""
-    cfg, grid = NavigateConfig(), floor()
+def before_a_table() -> tuple[World, Instance]:
+    """The robot stands before a table, whose cells were taken for a part of the sofa behind it; and
+    the table."""
+    grid = floor()
     x, y = axes(grid)
     table, sofa = ((x > low) & (x < low + 0.4) & (np.abs(y) < 0.4) for low in (0.6, 1.7))
     grid.evidence[table | sofa] = 10
@@ -28,15 +34,37 @@ def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
     views = [POSE, Pose(1.9, -2.0, 1.5)]
     believed = {"sofa": Evidence(4.0, backing=views, near_m=1.0)}
     target = Instance(1, believed, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
-    world.semantic.instances[1] = target
-    alone = approach_target(world, cfg)
+    world.semantic.instances[1], world.looked_from = target, POSE
+    return world, Instance(2, {"coffee table": Evidence(4.0)}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
+
+
+def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
+    world, table = before_a_table()
+    alone = approach_target(world, NavigateConfig())
     assert alone is not None
     assert alone.mode == "stop"  # it believes to be there
-    other = Instance(2, {"coffee table": Evidence(4.0)}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
-    world.semantic.instances[2] = other
-    command = approach_target(world, cfg)
+    world.semantic.instances[2] = table
+    command = approach_target(world, NavigateConfig())
     assert command is not None
     assert command.mode == "target"
+
+
+@pytest.mark.parametrize("behind", [None, Pose(POSE.x_m - 1.0, POSE.y_m, POSE.yaw_rad)])
+def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_ever(behind):
+    world, _ = before_a_table()
+    cfg = replace(NavigateConfig(), control=ControlConfig(mode="velocity"))
+    world.looked_from, world.body.dt_s = behind, 1.0
+    waits = 0
+    while (command := approach_target(world, cfg)) and command.mode == "face":
+        waits += 1
+        assert command.reason.startswith("look at sofa")
+    assert command is not None
+    assert command.mode == "stop"
+    assert waits == pytest.approx(GIVE_UP_AFTER_S, abs=1)
+    world, _ = before_a_table()
+    found = approach_target(world, cfg)
+    assert found is not None
+    assert found.mode == "stop"
 
 
 class Silent:

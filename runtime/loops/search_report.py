@@ -1,0 +1,71 @@
+"""What a search tells of a decision, and the map that it leaves."""
+
+from typing import Any
+
+import numpy as np
+
+from runtime.core.inventory import inventory
+from runtime.core.types import Action, Decision
+from runtime.core.voting import consensus
+from runtime.core.voting.explain import in_words
+from runtime.core.world import World
+from runtime.perception.goal_words import Goal
+
+
+def explained(decision: Decision, world: World, rank: str) -> dict[str, object]:
+    """A decision as it is published and logged: what was elected, by whom, and why; what would have
+    been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
+    have gone while the vote ran."""
+    return {
+        "step": world.body.step,
+        "stamp_ns": decision.stamp_ns,
+        "why": decision.why,
+        "frontier": decision.frontier,
+        "rule": decision.rule,
+        "chosen": decision.chosen,
+        "closest": decision.closest,
+        "heads_for": consensus.successor(decision, world.frontiers, rank),
+        "in_words": in_words(decision),
+        "without": dict(decision.without),
+        "votes": decision.ballot.votes,
+        "missing": decision.ballot.missing,
+        "latency_s": {k: round(v, 4) for k, v in decision.ballot.latency_s.items()},
+        "frontiers": [
+            {
+                "id": f.id,
+                "goal_xy": f.goal_xy,
+                "distance_m": f.distance_m,
+                "cells": len(f.cells_xy),
+            }
+            for f in world.frontiers
+        ],
+    }
+
+
+def map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:
+    """What `map.npz` holds: grids over one frame, and the rest as metadata."""
+    last = world.body.last
+    arrays: dict[str, np.ndarray[Any, Any]] = {
+        "occupied": world.map.occupied,
+        "free": world.map.free,
+        "rooms": world.semantic.rooms.astype(np.float16),
+        "path_xy": np.array(world.body.visited_xy).reshape(-1, 2),
+        "planned_xy": last.path_xy if last else np.zeros((0, 2)),
+    }
+    frame, decision = world.map.frame, world.standing.decision
+    stopped = last is not None and last.action is Action.STOP
+    meta: dict[str, object] = {
+        "goal": goal.text,
+        "goal_name": goal.name,
+        "frame": frame,
+        "room_names": world.semantic.room_names,
+        "pose": world.pose,
+        "frontiers": [
+            {"id": f.id, "cells_xy": f.cells_xy.round(3), "distance_m": f.distance_m}
+            for f in world.frontiers
+        ],
+        "elected": decision.frontier if decision else None,
+        "stopped_at": last.toward_xy if last is not None and stopped else None,
+        "objects": inventory(world),
+    }
+    return arrays, meta
