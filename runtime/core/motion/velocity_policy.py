@@ -11,6 +11,7 @@ from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, C
 from runtime.core.types import F64, Action, Pose, Twist
 
 HOLD_S = 0.3  # how long a velocity may act before the next: period, sensing and wire
+FRESH_S = 0.4  # age of an image up to which nothing slows: a camera's period, and the map's update
 SIDE_ACCEL_MPS2 = 0.3  # slows curves
 TIGHT_SHARE = 0.4  # of the speed, where the body barely fits
 FULL_SPEED_M = 0.20  # clearance beyond the body from which on nothing slows
@@ -25,12 +26,19 @@ _SHARES = (1.0, 0.75, 0.5, 0.25)  # of the wished speed, tried until the way to 
 
 
 def steer(
-    course: Course | None, pose: Pose, now: Twist, dt_s: float, radius_m: float, cfg: ControlConfig
+    course: Course | None,
+    pose: Pose,
+    now: Twist,
+    dt_s: float,
+    radius_m: float,
+    cfg: ControlConfig,
+    age_s: float = 0.0,
 ) -> Twist:
     """The velocity that follows a course; without one, braking to a halt. `now` is the velocity
-    commanded `dt_s` ago."""
+    commanded `dt_s` ago, `age_s` how old the image is that the course was made of."""
     if isinstance(course, Along):
-        return velocity(course.terrain, course.field, pose, radius_m, cfg, now, dt_s)
+        terrain, field = course.terrain, course.field
+        return velocity(terrain, field, pose, radius_m, cfg, now, dt_s, age_s)
     if now.v_mps > CREEP_MPS:  # halt first, along the curve that is known to be clear
         slower = _slewed(now, STILL, dt_s, cfg).v_mps
         return Twist(slower, now.w_radps * slower / now.v_mps)
@@ -50,11 +58,13 @@ def velocity(
     cfg: ControlConfig,
     now: Twist = STILL,
     dt_s: float = 0.2,
+    age_s: float = 0.0,
 ) -> Twist:
     """The velocity down the field: toward a point ahead on the path, slower in curves, in tight
     places and before the goal, on the spot when the heading is far off. It is never faster than
-    lets the robot halt on known free ground if no further command came; braking for that is not
-    held back by the slew. Where no path leads the robot turns on the spot, to see more."""
+    lets the robot halt on known free ground if no further command came, the longer ahead the older
+    that knowledge is (`age_s`); braking for that is not held back by the slew. Where no path leads
+    the robot turns on the spot, to see more."""
     path = _path(field, pose)
     if not len(path):
         return _slewed(now, Twist(0.0, cfg.look_radps), dt_s, cfg)
@@ -63,16 +73,33 @@ def velocity(
     aim = _ahead(terrain, field, path, pose, radius_m)
     error = wrap_angle(bearing((pose.x_m, pose.y_m), aim) - pose.yaw_rad)
     w = _within(TURN_GAIN * error, cfg.max_turn_radps)
-    v = cfg.max_speed_mps * max(0.0, 1.0 - abs(error) / TURN_ON_SPOT_RAD)
+    v = sighted_mps(age_s, cfg) * max(0.0, 1.0 - abs(error) / TURN_ON_SPOT_RAD)
     if abs(w) > 1e-6:
         v = min(v, SIDE_ACCEL_MPS2 / abs(w))
     v *= _ease(terrain, pose, aim, radius_m)
     v = min(v, _before_goal(field, path, pose, cfg))
     wished = _slewed(now, Twist(v, w), dt_s, cfg)
     for share in _SHARES:
-        if _can_halt(terrain, pose, Twist(share * wished.v_mps, wished.w_radps), radius_m, cfg):
-            return Twist(share * wished.v_mps, wished.w_radps)
+        twist = Twist(share * wished.v_mps, wished.w_radps)
+        if _can_halt(terrain, pose, twist, radius_m, cfg, _stale_s(age_s)):
+            return twist
     return Twist(0.0, wished.w_radps)
+
+
+def sighted_mps(age_s: float, cfg: ControlConfig) -> float:
+    """The speed at which the robot, `age_s` after the image that it drives by, comes to a halt
+    within as many metres of it as at full speed by a fresh one: v * (age + HOLD_S) + v^2 / 2b. Full
+    speed up to FRESH_S, falling without a step from there."""
+    full, brake = cfg.max_speed_mps, cfg.brake_mps2
+    if age_s <= FRESH_S:
+        return full
+    allowed_m = full * (FRESH_S + HOLD_S) + full * full / (2 * brake)
+    blind_s = age_s + HOLD_S
+    return brake * (math.sqrt(blind_s * blind_s + 2 * allowed_m / brake) - blind_s)
+
+
+def _stale_s(age_s: float) -> float:
+    return max(0.0, age_s - FRESH_S)
 
 
 def face_rate(pose: Pose, xy: tuple[float, float], cfg: ControlConfig) -> float | None:
@@ -176,14 +203,14 @@ def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> flo
 
 
 def _can_halt(
-    terrain: Terrain, pose: Pose, twist: Twist, radius_m: float, cfg: ControlConfig
+    terrain: Terrain, pose: Pose, twist: Twist, radius_m: float, cfg: ControlConfig, stale_s: float
 ) -> bool:
-    """Whether the robot stays on free ground if it drives so for HOLD_S and then brakes along
-    the same curve."""
+    """Whether the robot stays on ground known to be free if it drives so for HOLD_S, and `stale_s`
+    more, and then brakes along the same curve."""
     v, w = twist.v_mps, twist.w_radps
     if v <= 0:
         return True
-    length = v * HOLD_S + v * v / (2 * cfg.brake_mps2)
+    length = v * (HOLD_S + stale_s) + v * v / (2 * cfg.brake_mps2)
     n = math.ceil(2 * length / terrain.frame.resolution_m) + 2
     s = np.linspace(0.0, length, n)
     turn = s * (w / v)

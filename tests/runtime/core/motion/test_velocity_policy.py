@@ -334,3 +334,24 @@ def test_an_invisible_obstacle_is_felt_and_driven_around():
     world, _ = drive(there, "toilet", 250, Silent())
     assert math.hypot(there.pose.x_m - 2.0, there.pose.y_m - 3.0) > 1.0
     assert world.body.collisions <= there.collisions
+
+
+@given(st.floats(0.0, 5.0), st.floats(0.0, 0.5), st.floats(0.1, 2.0))
+def test_the_speed_that_sight_allows_falls_with_its_age_without_a_step(age, more, full):
+    cfg = replace(CFG, max_speed_mps=full)
+    now, later = (velocity_policy.sighted_mps(a, cfg) for a in (age, age + more))
+    assert 0 < later <= now <= full
+    assert now - later <= cfg.brake_mps2 * more + 1e-9  # as it can surely brake
+
+
+def test_in_a_room_a_robot_that_saw_long_ago_keeps_farther_from_the_wall():
+    terrain = corridor(bend_at=40, width=12)
+    field = field_to(terrain, 2.4, 2.5)
+    pose = Pose(1.55, 0.35, 0.0)  # 1.1 m before the wall
+    fast = Twist(0.4, 0.0)
+    speeds = [
+        velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, fast, 1.0, age_s).v_mps
+        for age_s in (0.0, 0.4, 1.0, 1.5, 1.9)
+    ]
+    assert speeds[0] == speeds[1] > speeds[2] > speeds[4]
+    assert speeds == sorted(speeds, reverse=True)
