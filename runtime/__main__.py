@@ -19,12 +19,14 @@ from runtime.errors import InternalError, RfNavError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
+from runtime.loops.process import Garbage, go_first_or_tell, prepare
 from runtime.loops.realtime import RealTime
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.robot.bus import Bus
+from runtime.tracing.budgets import Budgets, read_budgets
+from runtime.tracing.tracer import Tracer
 
-SWITCH_S = 0.0005  # a thread that computes lets the control loop in so soon
 WORKERS_NICE = 5
 
 
@@ -51,21 +53,29 @@ cli.add_command(check_command)
     help="Override one key, e.g. panel.decide_budget_s=1.0.",
 )
 @click.option("--lockstep", is_flag=True, help="Answer each observation once, under a harness.")
-def run(path: Path | None, settings: tuple[str, ...], lockstep: bool) -> None:
+@click.option(
+    "--budgets",
+    "budgets_path",
+    type=click.Path(path_type=Path),
+    help="TOML file of what each stage may take; deploy/budgets.toml otherwise.",
+)
+def run(
+    path: Path | None, settings: tuple[str, ...], lockstep: bool, budgets_path: Path | None
+) -> None:
     """Load the models, join the bus and serve goals until SIGTERM or Ctrl-C."""
     always = () if lockstep else ('research.control_mode="velocity"',)
 
     def configure(more: Sequence[str]) -> configuration.Config:
         return configuration.load(path, (*settings, *more, *always))
 
-    config = configure(())
+    config, budgets = configure(()), read_budgets(budgets_path)
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
         signal.signal(name, lambda *_: ending.set())
     cv2.setNumThreads(1)
     if not lockstep:
-        _drive(config, configure, clock, ending.is_set)
+        _drive(config, configure, clock, budgets, ending.is_set)
         return
     with LoadedModels(config, clock) as models, Bus(config.bus, clock, True, config.camera) as bus:
         Lockstep(bus, models, configure, clock).run(ending.is_set)
@@ -75,18 +85,23 @@ def _drive(
     config: configuration.Config,
     configure: Callable[[Sequence[str]], configuration.Config],
     clock: SystemClock,
+    budgets: Budgets,
     ending: Callable[[], bool],
 ) -> None:
     """Real time. The bus and the control loop start first, for every thread that the models start
     after that inherits the lower priority."""
-    sys.setswitchinterval(SWITCH_S)
+    prepare()
+    tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
     with Bus(config.bus, clock, camera=config.camera) as bus:
-        control = ControlLoop(bus, clock, config.safety, config.realtime, ending)
+        rates = config.safety, config.realtime
+        control = ControlLoop(bus, clock, *rates, tracer, ending, go_first_or_tell)
         control.start()
         try:
             lower_priority(WORKERS_NICE)
             with LoadedModels(config, clock) as models:
-                RealTime(bus, control, models, configure, clock).run(ending)
+                loop = RealTime(bus, control, models, configure, clock, tracer, budgets, garbage)
+                garbage.begin()
+                loop.run(ending)
         finally:
             control.close()
 

@@ -23,6 +23,8 @@ from runtime.core.motion.velocity_policy import steer
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import RfNavError
 from runtime.robot.wire import Stamped
+from runtime.tracing.stages import Stage
+from runtime.tracing.tracer import Tracer
 
 ZEROS_S = 1.0  # how long a base at rest is still told so; then others may drive it
 LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
@@ -53,7 +55,8 @@ class Plan:
 
 
 class ControlLoop:
-    """Drives the base in a thread of its own. `stopping` ends all motion at once."""
+    """Drives the base in a thread of its own, which calls `at_start` first. `stopping` ends all
+    motion at once."""
 
     def __init__(
         self,
@@ -61,9 +64,12 @@ class ControlLoop:
         clock: Clock,
         safety: SafetyConfig,
         rates: RealtimeConfig,
+        tracer: Tracer,
         stopping: Callable[[], bool] = lambda: False,
+        at_start: Callable[[], None] = lambda: None,
     ) -> None:
         self._base, self._clock, self._rates, self._stopping = base, clock, rates, stopping
+        self._tracer, self._at_start = tracer, at_start
         self._guard = Guard(safety)
         self._changed = threading.Condition()
         self._plan: Plan | None = None
@@ -156,10 +162,13 @@ class ControlLoop:
 
     def _run(self) -> None:
         period_s = 1.0 / self._rates.control_hz
-        due_s = self._clock.now_s()
         try:
+            self._at_start()
+            due_s = self._clock.now_s()
             while not self._ending:
-                self._late_s.append(max(0.0, self._clock.now_s() - due_s))
+                late_s = max(0.0, self._clock.now_s() - due_s)
+                self._late_s.append(late_s)
+                self._tracer.book(Stage.LATE, late_s)
                 self.tick()
                 due_s = max(due_s + period_s, self._clock.now_s() - period_s)
                 with self._changed:
@@ -172,6 +181,12 @@ class ControlLoop:
 
     def tick(self) -> None:
         """One turn of the loop: judge, steer, command, say."""
+        with self._tracer.stage(Stage.TICK):
+            odometry = self._drive()
+        self._say(odometry)
+
+    def _drive(self) -> Odometry | None:
+        """The newest odometry, and the command that follows from it on the wire."""
         now_s = self._clock.now_s()
         odometry = self._odometry()
         frame_s = self._base.frame_arrival_s()
@@ -187,14 +202,14 @@ class ControlLoop:
                 halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s, driving)
         twist = STILL
         if plan is not None and odometry is not None and halt is None and not self._stopping():
-            pose = odometry.pose
-            twist = steer(plan.course, pose, self._twist, dt_s, plan.radius_m, plan.control)
+            here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
+            twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s)
         with self._changed:
             if self._plan is None:
                 twist = STILL  # it was taken away meanwhile
             self._halt = halt
             self._command(twist, odometry)
-        self._say(odometry)
+        return odometry
 
     def _command(self, twist: Twist, odometry: Odometry | None) -> None:
         """Holding the lock, so that nothing is sent after `rest` has returned."""

@@ -13,10 +13,14 @@ from runtime.core.distances.planner import Field, Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.motion.courses import Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
+from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
 from runtime.core.types import Pose
 from runtime.errors import BusError
 from runtime.loops.control_loop import ControlLoop, Plan
 from runtime.robot.wire import Stamped
+from runtime.tracing.budgets import read_budgets
+from runtime.tracing.stages import Stage
+from runtime.tracing.tracer import Tracer
 
 RATES = RealtimeConfig()
 TICK_S = 1 / RATES.control_hz
@@ -29,6 +33,7 @@ class FakeBase:
         self.clock = clock
         self.at = Pose(0.0, 0.0, 0.0)
         self.odom_s: float | None = None  # None: always now
+        self.back_s = 0.0  # how far its clock was set back
         self.frame_s: float | None = None
         self.twists: list[tuple[float, float]] = []
         self.states: list[dict] = []
@@ -36,7 +41,7 @@ class FakeBase:
 
     def pose(self):
         arrival_s = self.clock.now_s() if self.odom_s is None else self.odom_s
-        return Stamped(round(arrival_s * 1e9), self.at), arrival_s
+        return Stamped(round((arrival_s - self.back_s) * 1e9), self.at), arrival_s
 
     def frame_arrival_s(self):
         return self.clock.now_s() if self.frame_s is None else self.frame_s
@@ -65,11 +70,19 @@ def open_floor() -> Along:
     return Along(terrain, Field(frame, away))
 
 
+def looped(base, clock, *stopping) -> ControlLoop:
+    return ControlLoop(base, clock, SafetyConfig(), RATES, traced(clock), *stopping)
+
+
+def traced(clock) -> Tracer:
+    return Tracer(read_budgets(), clock.now_s)
+
+
 @pytest.fixture
 def parts():
     clock = ManualClock(100.0)
     base = FakeBase(clock)
-    return clock, base, ControlLoop(base, clock, SafetyConfig(), RATES)
+    return clock, base, looped(base, clock)
 
 
 def plan(clock, course=None) -> Plan:
@@ -86,7 +99,7 @@ def ticks(clock, control, n: int, then=lambda: None) -> None:
 def test_a_fresh_plan_is_driven_up_to_speed(parts):
     clock, base, control = parts
     control.follow(plan(clock))
-    ticks(clock, control, 30)
+    ticks(clock, control, 30, lambda: control.follow(plan(clock)))
     speeds = [v for v, _ in base.twists]
     assert speeds == sorted(speeds)
     assert speeds[-1] == pytest.approx(ControlConfig().max_speed_mps)
@@ -137,6 +150,66 @@ def test_odometry_stale_stops_within_its_limit(parts):
     assert base.twists[-1] == (0.0, 0.0)
 
 
+def test_the_older_what_it_knows_the_slower_it_drives_and_never_faster_than_it_can_halt(parts):
+    clock, base, control = parts
+    cfg = ControlConfig()
+    control.follow(plan(clock))
+    ticks(clock, control, 20, lambda: control.follow(plan(clock)))
+    allowed_m = cfg.max_speed_mps * (FRESH_S + HOLD_S) + cfg.max_speed_mps**2 / 2 / cfg.brake_mps2
+    seen_s, ages, speeds = clock.now_s(), [], []
+    control.follow(plan(clock))
+    while clock.now_s() - seen_s < SafetyConfig().plan_stale_s - TICK_S:
+        ages.append(clock.now_s() - seen_s)
+        control.tick()
+        speeds.append(base.twists[-1][0])
+        clock.advance(TICK_S)
+    assert speeds == sorted(speeds, reverse=True)
+    assert np.diff(speeds).min() > -0.4 * TICK_S  # it falls, and does not jump
+    assert speeds[ages.index(max(a for a in ages if a <= FRESH_S))] == cfg.max_speed_mps
+    assert 0.1 < speeds[-1] < 0.25
+    needed = [
+        v * (a + HOLD_S) + v**2 / 2 / cfg.brake_mps2 for v, a in zip(speeds, ages, strict=True)
+    ]
+    assert max(needed) <= allowed_m + 0.002
+
+
+def test_odometry_from_a_clock_that_was_set_back_holds_the_base_until_there_is_a_plan_of_its_time(
+    parts,
+):
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20, lambda: control.follow(plan(clock)))
+    base.back_s = 3600.0
+    control.tick()
+    assert base.twists[-1] == (0.0, 0.0)
+    assert control.halts() == {"clock": 1}
+    clock.advance(TICK_S)
+    ticks(clock, control, 20, lambda: control.follow(plan(clock)))
+    assert base.twists[-1][0] > 0.2
+    assert control.halts() == {"clock": 1}
+
+
+def test_ticks_are_traced_from_the_odometry_to_the_command(parts):
+    clock, base, _ = parts
+    tracer = traced(clock)
+    control = ControlLoop(base, clock, SafetyConfig(), RATES, tracer)
+    put, say = base.publish_twist, base.publish_state
+
+    def slowly(*twist):
+        clock.advance(0.01)
+        put(*twist)
+
+    def told(state):
+        clock.advance(5.0)  # what is only said to people delays no command
+        say(state)
+
+    base.publish_twist, base.publish_state = slowly, told
+    control.follow(plan(clock))
+    control.tick()
+    tick = tracer.told()[Stage.TICK]
+    assert (tick["n"], tick["max_ms"]) == (1, pytest.approx(10.0))
+
+
 def test_rest_commands_zero_at_once_then_leaves_the_base_to_others(parts):
     clock, base, control = parts
     control.follow(plan(clock))
@@ -182,7 +255,7 @@ def test_the_state_is_told_five_times_a_second_and_at_changes(parts):
 def test_stopping_commands_zero_whatever_the_plan():
     clock, ending = ManualClock(100.0), threading.Event()
     base = FakeBase(clock)
-    control = ControlLoop(base, clock, SafetyConfig(), RATES, ending.is_set)
+    control = looped(base, clock, ending.is_set)
     control.follow(plan(clock))
     ticks(clock, control, 20)
     ending.set()
@@ -193,7 +266,7 @@ def test_stopping_commands_zero_whatever_the_plan():
 def test_an_error_in_the_loop_commands_zero_and_is_raised_to_who_asks():
     clock = SystemClock()
     base = FakeBase(clock)
-    control = ControlLoop(base, clock, SafetyConfig(), RATES)
+    control = looped(base, clock)
     failed = threading.Event()
 
     def broken():
@@ -213,7 +286,7 @@ def test_an_error_in_the_loop_commands_zero_and_is_raised_to_who_asks():
 def test_close_commands_zero_and_a_broken_bus_does_not_keep_it_from_ending():
     clock = SystemClock()
     base = FakeBase(clock)
-    control = ControlLoop(base, clock, SafetyConfig(), RATES)
+    control = looped(base, clock)
     control.follow(plan(clock))
     control.start()
     control.close()

@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -23,9 +22,12 @@ from runtime.core import local_policy
 from runtime.core.types import Brief, Missing, Pose, Twist, Vote
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
-from runtime.loops.realtime import RealTime, _frozen
+from runtime.loops.process import Garbage
+from runtime.loops.realtime import RealTime
 from runtime.robot.bus import Bus
 from runtime.robot.session import BusConfig
+from runtime.tracing.budgets import read_budgets
+from runtime.tracing.tracer import Tracer
 
 QUICK = ("control.look_radps=1.0", "safety.plan_stale_s=5.0")
 # A busy machine must not decide a test: what is not under test may be late.
@@ -48,11 +50,22 @@ def running(
     config, clock = load(None, given), SystemClock()
     ending, ended = threading.Event(), []
     bus = Bus(config.bus, clock)
-    control = ControlLoop(bus, clock, config.safety, config.realtime, ending.is_set)
+    budgets = read_budgets()
+    tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
+    control = ControlLoop(bus, clock, config.safety, config.realtime, tracer, ending.is_set)
 
     def serve() -> None:
         try:
-            loop = RealTime(bus, control, models, lambda more: load(None, (*given, *more)), clock)
+            loop = RealTime(
+                bus,
+                control,
+                models,
+                lambda more: load(None, (*given, *more)),
+                clock,
+                tracer,
+                budgets,
+                garbage,
+            )
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
@@ -235,16 +248,6 @@ def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path
     assert {"odometry", "frame", "jump", "clock"} <= set(halts[-1]["halts"])
 
 
-@pytest.mark.parametrize(
-    ("x", "same", "frozen"), [(0.0, True, False), (0.2, True, True), (0.2, False, False)]
-)
-def test_what_a_camera_shows_again_from_elsewhere_is_no_news(x: float, same: bool, frozen: bool):
-    first = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)).observe()
-    rgb = first.rgb if same else first.rgb + 1
-    later = replace(first, rgb=rgb.copy(), depth_m=first.depth_m.copy(), pose=Pose(4.0 + x, 3.0, 0))
-    assert _frozen(first, later) is frozen
-
-
 @pytest.mark.slow
 def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
     with running(FakeModels(home(4.0, 3.0)), *PATIENT, "goal.keep_map=true") as (robot, ended):
@@ -319,6 +322,12 @@ def process(frames: int) -> Iterator[tuple[subprocess.Popen, RobotDouble]]:
         robot.close()
 
 
+def wrong(said: str) -> list[str]:
+    """What was said, but for what the system does not grant."""
+    lines = said.splitlines()
+    return [line for line in lines if "no SCHED_FIFO" not in line and "not locked" not in line]
+
+
 @pytest.mark.slow
 def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: Path):
     with process(frames=16) as (child, robot):
@@ -327,8 +336,8 @@ def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: P
         robot.until(lambda: robot.twist.v_mps > 0 or child.poll() is not None)
         _, said = child.communicate(timeout=60)
     assert child.returncode == 1
-    assert said.startswith("rfnav: internal error: KeyError('what the camera saw') at ")
-    assert said.count("\n") == 1
+    (line,) = wrong(said)
+    assert line.startswith("rfnav: internal error: KeyError('what the camera saw') at ")
     assert robot.twist.v_mps == robot.twist.w_radps == 0
     end = list(read_journal(tmp_path / "decisions.jsonl"))[-1]
     assert end["kind"] == "end"
@@ -344,6 +353,6 @@ def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
         child.send_signal(signal.SIGTERM)
         _, said = child.communicate(timeout=60)
     assert child.returncode == 0, said
-    assert said == ""
+    assert wrong(said) == []
     assert robot.twist.v_mps == robot.twist.w_radps == 0
     assert read_map(tmp_path)[0]["free"].any()

@@ -1,0 +1,127 @@
+"""The detectors beside the drive: the map does not wait for them. They look at one image after the
+other, chosen by what it shows that is new; what they saw is placed by the pose and the depth of its
+own image."""
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from runtime.clock import Clock
+from runtime.core.mapping.attention import Attention, View
+from runtime.core.types import F64, Detections, Observation
+from runtime.loops.decision_worker import lower_priority
+from runtime.tracing.stages import Stage
+from runtime.tracing.tracer import Tracer
+
+
+@dataclass(frozen=True)
+class Surveyed:
+    """An image whose depth is on the map: `outline` (V, 2) m is its view's, `frame_s` when it
+    arrived; `asker` is whose it is, for an answer that comes too late."""
+
+    asker: object
+    obs: Observation
+    outline: F64
+    frame_s: float
+
+
+@dataclass(frozen=True)
+class Look:
+    """What the detectors saw in it; how long that took, s."""
+
+    of: Surveyed
+    detections: Detections
+    took_s: float
+
+
+class DetectorWorker:
+    """A thread that looks. Only the thread that owns the world calls it. `look` gives None where
+    nothing can be said of an image."""
+
+    def __init__(
+        self,
+        look: Callable[[Surveyed], Detections | None],
+        tracer: Tracer,
+        clock: Clock,
+        nice: int = 0,
+    ) -> None:
+        self._look, self._tracer, self._clock, self._nice = look, tracer, clock, nice
+        self._changed = threading.Condition()
+        self._attention: Attention[Surveyed] = Attention()
+        self._at_once = False  # the newest is wanted, whatever else is new
+        self._looking = False
+        self._looks: list[Look] = []  # not taken yet
+        self._error: BaseException | None = None
+        self._closed = False
+        self._rests_until_s = 0.0
+        self.rest = 0.0  # after each look, in lengths of it
+        self._thread = threading.Thread(target=self._work, name="detector", daemon=True)
+        self._thread.start()
+
+    def offer(self, surveyed: Surveyed, view: View, at_once: bool) -> None:
+        """One more image that may be looked at. `at_once`: the newest is what matters now."""
+        with self._changed:
+            self._attention.offer(surveyed, view)
+            self._at_once = at_once
+            self._changed.notify_all()
+
+    def take(self) -> list[Look]:
+        """What was seen meanwhile; raises what went wrong in looking."""
+        with self._changed:
+            if self._error is not None:
+                raise self._error
+            looks, self._looks = self._looks, []
+            return looks
+
+    def behind(self) -> bool:
+        """Whether something new was not looked at yet, or a look was not taken."""
+        with self._changed:
+            return self._looking or bool(self._looks) or self._attention.news()
+
+    def begin(self, newest_only: bool) -> None:
+        """Forget all that waits and what was looked at; when this returns no look is under way."""
+        with self._changed:
+            self._attention = Attention(newest_only)
+            self._changed.wait_for(lambda: not self._looking)
+            self._looks = []
+
+    def close(self) -> None:
+        """Let the thread end; a look under way is left to itself."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        self._thread.join(timeout=2.0)
+
+    def _work(self) -> None:
+        lower_priority(self._nice)
+        while (surveyed := self._next()) is not None:
+            began_s, seen = self._clock.now_s(), None
+            try:
+                with self._tracer.stage(Stage.DETECT):
+                    seen = self._look(surveyed)
+            except BaseException as error:  # noqa: BLE001 -- raised again by `take`
+                with self._changed:
+                    self._error = error
+            now_s = self._clock.now_s()
+            with self._changed:
+                self._looking = False
+                if seen is not None:
+                    self._looks.append(Look(surveyed, seen, now_s - began_s))
+                self._rests_until_s = now_s + self.rest * (now_s - began_s)
+                self._changed.notify_all()
+                if self._error is not None:
+                    return
+
+    def _next(self) -> Surveyed | None:
+        """The image to look at, when it is time and there is one; None at the end."""
+        with self._changed:
+            while not self._closed:
+                if self._clock.now_s() < self._rests_until_s:
+                    self._clock.wait(self._changed, self._rests_until_s)
+                    continue
+                surveyed = self._attention.take(self._at_once)
+                if surveyed is not None:
+                    self._looking = True
+                    return surveyed
+                self._changed.wait()
+            return None

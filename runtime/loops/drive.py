@@ -1,0 +1,213 @@
+"""One search on the road: what is done with a frame. The map waits for nobody; what the detectors
+saw and what was decided is taken in when it comes."""
+
+import math
+from dataclasses import dataclass, field, replace
+from time import perf_counter
+
+import numpy as np
+
+from runtime import navigate
+from runtime.clock import Clock, Deadline
+from runtime.core.geometry import wrap_angle
+from runtime.core.local_policy import as_sent, limited
+from runtime.core.mapping.attention import view_of
+from runtime.core.types import Ballot, Brief, Observation, SearchState
+from runtime.core.voting import consensus, rehearsal
+from runtime.core.world import Command, Mode, World
+from runtime.loops.control_loop import ControlLoop, Plan
+from runtime.loops.decision_worker import DecisionRequest, DecisionWorker
+from runtime.loops.detector_worker import DetectorWorker, Surveyed
+from runtime.loops.feedback import Feedback
+from runtime.loops.search import Search, SearchModels
+from runtime.loops.shedding import Shedding
+from runtime.robot.bus import Bus
+from runtime.tracing.stages import Stage
+from runtime.tracing.tracer import Tracer
+
+FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
+AT_ONCE = (Mode.TARGET, Mode.FACE)  # what lies ahead is what matters
+
+
+class _Nobody:
+    """The panel before any expert was asked: the fallback decides."""
+
+    def ask(self, brief: Brief, by: None) -> Ballot:
+        return Ballot()
+
+
+@dataclass(frozen=True)
+class Means:
+    """What every drive of a runtime has at hand."""
+
+    bus: Bus
+    control: ControlLoop
+    models: SearchModels
+    clock: Clock
+    decisions: DecisionWorker
+    detector: DetectorWorker
+    tracer: Tracer
+    shedding: Shedding
+
+
+@dataclass
+class Drive:
+    """A search, and what is remembered of it between frames."""
+
+    search: Search
+    means: Means
+    feedback: Feedback
+    halts: dict[str, int]  # by kind, as journaled last
+    report: dict[str, object] = field(default_factory=dict)  # of the newest step
+    fresh: Observation | None = None  # the newest that showed something new
+    frozen: int = 0  # frames that did not, although the robot had moved
+    rehearsed_s: float = -math.inf  # when the last rehearsal began
+
+    def see(self, obs: Observation, frame_s: float) -> Command | None:
+        """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
+        if _frozen(self.fresh, obs):
+            self.frozen += 1
+            return None  # the plan grows old, and that holds the base
+        self.fresh = obs
+        search, cfg, tracer = self.search, self.search.config.navigate, self.means.tracer
+        began_s = perf_counter()
+        with tracer.stage(Stage.PREPARE):
+            obs = search.prepared(obs)
+        if search.world is not None:
+            search.world.body.asked_mps = self.means.control.asked_mps()
+        with tracer.stage(Stage.SURVEY):
+            outline = search.survey(obs)
+        world = search.world
+        assert world is not None  # it was surveyed
+        tracer.book(Stage.FRAME, self.means.clock.now_s() - frame_s)
+        self._have_looked_at(Surveyed(search, obs, outline, frame_s), world)
+        with tracer.stage(Stage.PLACE):
+            self._place()
+        now_s = search.timed("map", began_s)
+        with tracer.stage(Stage.DECIDE):
+            self._decide(world)
+        now_s = search.timed("decide", now_s)
+        with tracer.stage(Stage.ACT):
+            command = navigate.act(world, cfg)
+        search.timed("plan", now_s)
+        with tracer.stage(Stage.REPORT):
+            return self._follow(world, command, frame_s)
+
+    def plan(self, command: Command | None, frame_s: float, report: dict[str, object]) -> None:
+        """Have the control loop follow a command's course; without one, stand."""
+        cfg, world = self.search.config.navigate, self.search.world
+        limits = limited(world, cfg) if world is not None else cfg.control
+        course = command.course if command else None
+        self.means.control.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
+
+    def tell(self, state: SearchState, reason: str, always: bool = False) -> None:
+        """Feedback on the goal."""
+        now_s = self.means.clock.now_s()
+        self.feedback.tell(self.means.bus, state, reason, now_s, always)
+
+    def note_halt(self) -> None:
+        """Journal when the base was held since the last look."""
+        halts = self.means.control.halts()
+        if halts != self.halts:
+            reason = self.means.control.halted()
+            self.search.journal.write("halt", halts=halts, reason=reason)
+            self.halts = halts
+
+    def note_overruns(self) -> None:
+        """Journal what took too long, and do less for a while where that is due."""
+        means = self.means
+        overruns = means.tracer.overruns()
+        for overrun in overruns:
+            self.search.journal.write("overrun", **vars(overrun))
+        if means.shedding.note(overruns, means.clock.now_s()):
+            self.search.journal.write("shed", **means.shedding.told())
+        means.detector.rest = means.shedding.rest
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _have_looked_at(self, surveyed: Surveyed, world: World) -> None:
+        last = world.body.last
+        view = view_of(surveyed.outline, surveyed.obs.pose)
+        self.means.detector.offer(surveyed, view, last is not None and last.mode in AT_ONCE)
+
+    def _place(self) -> None:
+        """What the detectors saw meanwhile, by the pose and the depth of its own image."""
+        means, search = self.means, self.search
+        for look in means.detector.take():
+            if look.of.asker is not search:
+                continue
+            search.place(look.of.obs, look.detections, look.of.outline, means.models)
+            search.seconds["detect"] = search.seconds.get("detect", 0.0) + look.took_s
+            means.tracer.book(Stage.SEEN, means.clock.now_s() - look.of.frame_s)
+
+    def _decide(self, world: World) -> None:
+        """Adopt what was decided meanwhile, and begin to decide when that is due. The robot does
+        not wait for the first vote: the fallback's choice is followed until it comes."""
+        means, search = self.means, self.search
+        cfg, worker = search.config, means.decisions
+        answer = worker.take()
+        if answer is not None and answer.question.asker is search:
+            brief = answer.question.snapshot.brief
+            report = search.decided(answer.decision, brief, world, answer.rehearsal)
+            means.bus.publish_decision(report)
+            search.billed(means.models)
+        means.tracer.note("decisions", "vote" if worker.busy else "")
+        why = "" if worker.busy else navigate.due(world, cfg.navigate)
+        if not why:
+            self._rehearse(world)
+            return
+        snap = navigate.snapshot(world, why, cfg.navigate)
+        if world.standing.decision is None:
+            first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
+            navigate.adopt(world, first)
+        by = Deadline.after(cfg.panel.votes_s, means.clock)
+        worker.ask(DecisionRequest(search, snap, search.order.panel, by, cfg.navigate))
+
+    def _rehearse(self, world: World) -> None:
+        """On the way to a frontier: the next decision, for the map without it. Only where votes
+        are slow, and there is time."""
+        means, cfg, standing = self.means, self.search.config, world.standing.decision
+        if standing is None or means.shedding.experts or not means.decisions.idle:
+            return
+        now_s = means.clock.now_s()
+        rested = now_s - self.rehearsed_s >= rehearsal.EVERY_S
+        if not rested or not rehearsal.worthwhile(standing.ballot):
+            return
+        aim = consensus.successor(standing, world.frontiers, cfg.navigate.consensus.rank)
+        if aim is None:
+            return
+        self.rehearsed_s = now_s
+        snap = navigate.snapshot(world, "rehearsal", cfg.navigate)
+        brief = rehearsal.expected(snap.brief, aim)
+        if len(brief.frontiers) < 2:
+            return  # nothing to choose
+        by = Deadline.after(cfg.panel.votes_s, means.clock)
+        panel, snap = self.search.order.panel, replace(snap, brief=brief)
+        question = DecisionRequest(self.search, snap, panel, by, cfg.navigate, without=aim)
+        means.tracer.note("decisions", "rehearsal")
+        means.decisions.rehearse(question)
+
+    def _follow(self, world: World, command: Command, frame_s: float) -> Command | None:
+        """Have the control loop follow the command's course; booked is what it sent last."""
+        means, search = self.means, self.search
+        if command.ended is SearchState.NOT_FOUND and means.detector.behind():
+            command = replace(command, ended=None, reason=f"{command.reason}, but in what waits")
+        command = world.body.told(as_sent(command, means.control.sent()))
+        report = search.stepped(world, command, means.models.rung())
+        told = {"seconds": dict(search.seconds), "models": means.models.health()}
+        self.report = report | {"goal": search.goal.text, **told}
+        if command.ended is not None:
+            return command
+        self.plan(command, frame_s, self.report)
+        self.tell(SearchState.SEARCHING, command.reason)
+        return None
+
+
+def _frozen(before: Observation | None, obs: Observation) -> bool:
+    """Whether a camera shows, from elsewhere, exactly what it showed before."""
+    if before is None or not np.array_equal(before.depth_m, obs.depth_m):
+        return False
+    a, b = before.pose, obs.pose
+    moved = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) > FROZEN_M
+    turned = abs(wrap_angle(b.yaw_rad - a.yaw_rad)) > FROZEN_RAD
+    return (moved or turned) and np.array_equal(before.rgb, obs.rgb)

@@ -1,0 +1,58 @@
+"""What is said of a search to whoever asked for it: on `rfnav/feedback`, at changes and every now
+and then."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from runtime.core.types import SearchState
+from runtime.loops.search import Search
+
+FEEDBACK_S = 1.0  # between messages, where nothing changes
+
+
+class Listener(Protocol):
+    """Who hears it."""
+
+    def publish_feedback(self, feedback: dict[str, object]) -> None: ...
+
+
+@dataclass
+class Feedback:
+    """Of one search. `began_s` and `now_s` are monotonic seconds."""
+
+    search: Search
+    began_s: float
+    told_s: float = -1e9  # when something was published last
+    told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
+
+    def tell(
+        self,
+        listener: Listener,
+        state: SearchState,
+        reason: str,
+        now_s: float,
+        always: bool = False,
+    ) -> None:
+        """Publish, where something changed or it is time to."""
+        world = self.search.world
+        command = world.body.last if world else None
+        told = state, command.mode if command else ""
+        if not (always or now_s - self.told_s >= FEEDBACK_S or told != self.told):
+            return
+        self.told, self.told_s = told, now_s
+        track = np.array(world.body.visited_xy) if world else np.zeros((0, 2))
+        driven_m = float(np.hypot(*np.diff(track, axis=0).T).sum()) if len(track) > 1 else 0.0
+        listener.publish_feedback(
+            {
+                "goal": self.search.goal.text,
+                "state": state,
+                "mode": told[1],
+                "reason": reason,
+                "toward_xy": command.toward_xy if command else None,
+                "elapsed_s": round(now_s - self.began_s, 3),
+                "driven_m": round(driven_m, 3),
+                "decisions": self.search.decisions,
+            }
+        )

@@ -1,0 +1,98 @@
+"""What the process asks of the system so that its control loop is in time: a thread that goes
+before all others, memory that stays, and no garbage collection while a frame waits. What is not
+granted is told in a line, and the loop goes on without."""
+
+import ctypes
+import gc
+import os
+import resource
+import sys
+import threading
+from pathlib import Path
+from typing import Final
+
+from runtime.clock import Clock
+
+FIFO_PRIORITY = 20  # above ordinary threads, below the kernel's own
+COLLECT_S = 5.0  # between collections
+_CAP_IPC_LOCK: Final = 14
+_MCL_CURRENT: Final = 1
+_MCL_FUTURE: Final = 2
+_MCL_ONFAULT: Final = 4  # what is touched stays; what is not takes no memory
+
+
+SWITCH_S = 0.0005  # a thread that computes lets the control loop in so soon
+
+
+def prepare() -> None:
+    """The process as a whole, before its threads begin."""
+    sys.setswitchinterval(SWITCH_S)
+    _tell(lock_memory())
+
+
+def go_first_or_tell() -> None:
+    """`go_first`, for a thread that just began."""
+    _tell(go_first())
+
+
+def _tell(what: str) -> None:
+    if what:
+        print(f"rfnav: {what}", file=sys.stderr)
+
+
+def go_first() -> str:
+    """Have the calling thread run before all others, SCHED_FIFO; what is to be told where that is
+    not granted, else ""."""
+    try:
+        parameters = os.sched_param(FIFO_PRIORITY)
+        os.sched_setscheduler(threading.get_native_id(), os.SCHED_FIFO, parameters)
+    except OSError as error:
+        return f"control: no SCHED_FIFO ({error.strerror}): it runs as other threads do"
+    return ""
+
+
+def lock_memory() -> str:
+    """Keep in memory what was touched. Where the system limits what may be locked nothing is, for
+    what is beyond the limit could not be had at all. What is to be told, else ""."""
+    unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
+    if not (unlimited or _may_lock_all()):
+        return "memory: not locked (RLIMIT_MEMLOCK is limited): it may be swapped out"
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) != 0:
+        why = os.strerror(ctypes.get_errno())
+        return f"memory: not locked ({why}): it may be swapped out"
+    return ""
+
+
+def _may_lock_all() -> bool:
+    """Whether the limit does not hold for this process: CAP_IPC_LOCK."""
+    status = Path("/proc/self/status").read_text(encoding="ascii")
+    granted = next(line.split()[1] for line in status.splitlines() if line.startswith("CapEff:"))
+    return bool(int(granted, 16) >> _CAP_IPC_LOCK & 1)
+
+
+class Garbage:
+    """Python's garbage collection, by hand: what was loaded is never looked at again, what a drive
+    leaves is collected every few seconds, after a frame."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock, self._collected_s = clock, clock.now_s()
+
+    def begin(self) -> None:
+        """After everything was loaded."""
+        gc.collect()
+        gc.freeze()
+        gc.disable()
+
+    def due(self) -> bool:
+        """Whether it is time again."""
+        return self._clock.now_s() - self._collected_s >= COLLECT_S
+
+    def collect(self) -> None:
+        gc.collect()
+        self._collected_s = self._clock.now_s()
+
+    def end(self) -> None:
+        """As it was before."""
+        gc.enable()
+        gc.unfreeze()

@@ -1,0 +1,70 @@
+"""What is asked of the system: granted, or told in a line."""
+
+import gc
+import os
+import threading
+
+import pytest
+from manual_clock import ManualClock
+
+from runtime.loops import process
+from runtime.loops.process import COLLECT_S, Garbage
+
+
+def test_a_thread_that_may_not_go_first_is_told_of_in_a_line(monkeypatch: pytest.MonkeyPatch):
+    def refused(*_: object) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    monkeypatch.setattr(os, "sched_setscheduler", refused)
+    said = process.go_first()
+    assert said == "control: no SCHED_FIFO (Operation not permitted): it runs as other threads do"
+
+
+def test_a_thread_that_may_goes_first_alone(capsys: pytest.CaptureFixture[str]):
+    policies: list[int] = []
+
+    def run() -> None:
+        process.go_first_or_tell()
+        policies.append(os.sched_getscheduler(threading.get_native_id()))
+
+    thread = threading.Thread(target=run)
+    thread.start()
+    thread.join()
+    refused = capsys.readouterr().err.startswith("rfnav: control: no SCHED_FIFO")
+    assert policies == [os.SCHED_OTHER if refused else os.SCHED_FIFO]
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
+
+
+def test_memory_that_may_not_be_locked_whole_is_not_locked_at_all(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr("resource.getrlimit", lambda _: (8 << 20, 8 << 20))
+    monkeypatch.setattr(process, "_may_lock_all", lambda: False)
+    monkeypatch.setattr("ctypes.CDLL", lambda *_, **__: pytest.fail("it was locked"))
+    assert process.lock_memory().startswith("memory: not locked (RLIMIT_MEMLOCK is limited)")
+
+
+def test_garbage_is_collected_every_few_seconds_and_what_was_loaded_never():
+    class Node:
+        me: "Node"
+
+    def cycle() -> None:
+        node = Node()
+        node.me = node
+
+    clock = ManualClock()
+    garbage = Garbage(clock)
+    garbage.begin()
+    try:
+        assert not gc.isenabled()
+        assert gc.get_freeze_count() > 0
+        cycle()
+        assert not garbage.due()
+        clock.advance(COLLECT_S)
+        assert garbage.due()
+        assert any(isinstance(o, Node) for o in gc.get_objects())
+        garbage.collect()
+        assert not garbage.due()
+        assert not any(isinstance(o, Node) for o in gc.get_objects())
+    finally:
+        garbage.end()
+    assert gc.isenabled()
+    assert gc.get_freeze_count() == 0
