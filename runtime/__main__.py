@@ -12,6 +12,7 @@ import cv2
 
 from runtime import config as configuration
 from runtime.clock import SystemClock
+from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
@@ -39,6 +40,7 @@ cli.add_command(models_command)
 cli.add_command(cloud_command)
 cli.add_command(config_command)
 cli.add_command(check_command)
+cli.add_command(bench_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

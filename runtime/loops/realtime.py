@@ -149,6 +149,7 @@ class RealTime:
             search.inherit(before.world, self._models)
         # Labels over the bus are of the newest image alone.
         self._detector.begin(newest_only=order.config.detector.source == "topic")
+        self._tracer.clear()
         now_s = self._clock.now_s()
         drive = Drive(search, self._means(), Feedback(search, now_s), self._control.halts())
         self._drive = drive

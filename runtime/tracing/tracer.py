@@ -89,6 +89,11 @@ class Tracer:
         """Those since this was asked last, the newest OVERRUNS_KEPT of them. One thread asks."""
         return [self._overruns.popleft() for _ in range(len(self._overruns))]
 
+    def clear(self) -> None:
+        """Count anew; what is under way is booked to what is new."""
+        self._histograms = {stage: Histogram() for stage in Stage}
+        self._overruns.clear()
+
     def told(self) -> dict[str, dict[str, float]]:
         """Percentiles by stage, of those that ran."""
         return {s.value: h.told() for s, h in self._histograms.items() if h.n}

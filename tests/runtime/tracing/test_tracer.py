@@ -86,3 +86,14 @@ def test_overruns_that_nobody_asks_for_do_not_pile_up(parts):
     assert len(tracer.overruns()) == OVERRUNS_KEPT
     assert not tracer.overruns()
     assert tracer.told()["act"]["over"] == 3 * OVERRUNS_KEPT
+
+
+def test_a_search_begins_with_nothing_counted(parts):
+    clock, tracer = parts
+    with tracer.stage(Stage.ACT):
+        clock.advance(2 * DEADLINE_S)
+        tracer.clear()
+    assert tracer.told()["act"]["n"] == 1
+    tracer.clear()
+    assert tracer.told() == {}
+    assert tracer.overruns() == []

@@ -1,0 +1,215 @@
+"""One run of the bench: a runtime of its own process with all models, a drive that is played to it
+in real time through Zenoh, and beside it a process that only sleeps."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import zenoh
+
+from runtime.bench.synthetic import Message
+from runtime.errors import BusError, RfNavError
+from runtime.robot import wire
+from runtime.robot.session import CANCEL, GOAL, STATUS, BusConfig, TopicsConfig, open_session
+
+READY_S = 120.0  # after which a runtime that does not answer is given up
+ASK_S = 30.0
+LEAD_S = 3.0  # that sensors are heard before the goal
+ENDS_S = 20.0
+MB = 1024.0  # kB
+
+
+class BenchError(RfNavError):
+    """A runtime that did not come up, or ended."""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """What is measured: the code in `root` (None: this one), with `arguments` of `rfnav run`."""
+
+    arguments: Sequence[str] = ()
+    root: Path | None = None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Figures of one run. `stages` and `sleeper` as Histogram.told has them."""
+
+    stages: dict[str, dict[str, float]]
+    sleeper: dict[str, float]
+    seconds: float
+    ready_s: float
+    first_command_s: float | None
+    memory_mb: float
+    grown_mb: float  # over the second half
+    halts: dict[str, int]
+    decisions: int
+
+
+def measured(
+    subject: Subject, goal: str, drive: Iterable[Message], topics: TopicsConfig, hz: float
+) -> Measured:
+    """Play a drive to a runtime. BenchError when that ends."""
+    with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
+        endpoint = f"tcp/127.0.0.1:{_free_port()}"
+        session: Any = open_session(BusConfig(listen=(endpoint,)))
+        began_s = time.monotonic()
+        child = _spawned(subject, endpoint)
+        try:
+            robot = _Robot(session, topics, child)
+            ready_s = robot.ready() - began_s
+            with ThreadPoolExecutor(1) as pool:
+                played = pool.submit(robot.play, drive)
+                robot.began.wait(READY_S)
+                time.sleep(LEAD_S)
+                _write(sleeper, "clear\n")
+                asked_s = time.monotonic()
+                robot.ask(GOAL, {"goal": goal, "log_dir": folder})
+                half_mb = played.result()
+            played_s, memory_mb = time.monotonic() - asked_s, _resident_mb(child)
+            status = robot.ask(STATUS, {})
+            robot.ask(CANCEL, {"reason": "the drive is over"})
+        finally:
+            child.terminate()
+            _ended(child)
+            session.close()
+        told, _ = sleeper.communicate(timeout=ENDS_S)
+    return Measured(
+        status.get("stages", {}),
+        json.loads(told),
+        played_s,
+        ready_s,
+        robot.moved_s - asked_s if robot.moved_s else None,
+        memory_mb,
+        memory_mb - half_mb,
+        status.get("halts", {}),
+        int(status.get("decisions", 0)),
+    )
+
+
+class _Robot:
+    """The other end of the wire."""
+
+    def __init__(self, session: Any, topics: TopicsConfig, child: subprocess.Popen[str]) -> None:
+        self._session, self._child = session, child
+        self.began = threading.Event()  # the drive
+        self.moved_s: float | None = None  # when the first command came that moves the base
+        self._hears = session.declare_subscriber(topics.cmd_vel, self._hear)
+        self._publishers: dict[str, Any] = {}
+
+    def ready(self) -> float:
+        """Wait until the runtime takes goals; returns when that was."""
+        by_s = time.monotonic() + READY_S
+        while time.monotonic() < by_s:
+            if self._try(STATUS, {}) is not None:
+                return time.monotonic()
+            time.sleep(0.02)
+        raise BenchError(f"the runtime did not answer within {READY_S:g} s")
+
+    def ask(self, query: str, body: dict[str, object]) -> dict[str, Any]:
+        answer = self._try(query, body)
+        if answer is None or answer.get("accepted") is False:
+            raise BenchError(f"{query}: {(answer or {}).get('error', 'no answer')}")
+        return answer
+
+    def play(self, drive: Iterable[Message]) -> float:
+        """Publish each message at its time; returns the runtime's memory at half of the drive,
+        MB."""
+        began_s, first_ns, sizes = time.monotonic(), None, [(0.0, _resident_mb(self._child))]
+        for message in drive:
+            if first_ns is None:  # a drive may take a while to begin
+                began_s, first_ns = time.monotonic(), message.at_ns
+                self.began.set()
+            at_s = (message.at_ns - first_ns) / 1e9
+            time.sleep(max(0.0, began_s + at_s - time.monotonic()))
+            self._publish(message)
+            if at_s >= sizes[-1][0] + 1.0:
+                sizes.append((at_s, _resident_mb(self._child)))
+        return sizes[len(sizes) // 2][1]
+
+    def _publish(self, message: Message) -> None:
+        if message.topic not in self._publishers:
+            block = zenoh.CongestionControl.BLOCK
+            publisher = self._session.declare_publisher(message.topic, congestion_control=block)
+            self._publishers[message.topic] = publisher
+        try:
+            self._publishers[message.topic].put(message.payload)
+        except zenoh.ZError as error:
+            raise BusError(f"{message.topic}: cannot be published: {error}") from error
+
+    def _try(self, query: str, body: dict[str, object]) -> dict[str, Any] | None:
+        if self._child.poll() is not None:
+            assert self._child.stderr is not None
+            said = self._child.stderr.read().strip().splitlines()[-1:] or ["nothing"]
+            raise BenchError(f"the runtime ended and said: {said[0]}")
+        for reply in self._session.get(query, payload=json.dumps(body), timeout=ASK_S):
+            if reply.ok is not None:
+                return wire.parse_json(reply.ok.payload.to_bytes(), query)
+        return None
+
+    def _hear(self, sample: zenoh.Sample) -> None:
+        if self.moved_s is None and any(wire.decode_twist(sample.payload.to_bytes(), "cmd_vel")):
+            self.moved_s = time.monotonic()
+
+
+def _spawned(subject: Subject, endpoint: str) -> subprocess.Popen[str]:
+    bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
+    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
+    path = {"PYTHONPATH": str(subject.root)} if subject.root else {}
+    return subprocess.Popen(
+        command, env={**os.environ, **path}, cwd=subject.root, stderr=subprocess.PIPE, text=True
+    )
+
+
+def _ended(child: subprocess.Popen[str]) -> None:
+    try:
+        child.communicate(timeout=ENDS_S)
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.communicate()
+
+
+@contextmanager
+def _sleeper(hz: float) -> Iterator[subprocess.Popen[str]]:
+    command = [sys.executable, "-m", "runtime.bench.sleeper", str(hz)]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, text=True, stdin=pipe, stdout=pipe)
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            process.kill()
+            process.communicate()
+
+
+def _write(process: subprocess.Popen[str], line: str) -> None:
+    assert process.stdin is not None
+    process.stdin.write(line)
+    process.stdin.flush()
+
+
+def _resident_mb(child: subprocess.Popen[str]) -> float:
+    """What a process holds in memory; 0 for one that has ended."""
+    try:
+        status = Path(f"/proc/{child.pid}/status").read_text(encoding="ascii")
+    except OSError:
+        return 0.0
+    lines = (line.split() for line in status.splitlines())
+    return next((int(words[1]) / MB for words in lines if words[:1] == ["VmRSS:"]), 0.0)
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

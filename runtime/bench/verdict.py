@@ -1,0 +1,98 @@
+"""What was measured, beside what it may be."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from runtime.bench.measure import Measured
+from runtime.tracing.budgets import Budgets
+from runtime.tracing.stages import Stage
+
+FEW = 20  # with fewer the 99th percentile says nothing
+DRAWS = 4000  # of a bootstrap
+
+
+@dataclass(frozen=True)
+class Row:
+    """A figure, and its limit, in the same unit. `least`: it must be that much, not at most."""
+
+    name: str
+    value: float | None
+    limit: float
+    unit: str
+    least: bool = False
+
+    @property
+    def broken(self) -> bool:
+        """Whether the limit does not hold; what was not measured breaks it."""
+        if self.value is None:
+            return True
+        return self.value < self.limit if self.least else self.value > self.limit
+
+
+def rows(run: Measured, budgets: Budgets) -> list[Row]:
+    """Every budget, and what came of it. Stages that never ran have none."""
+    found = []
+    for stage, budget in budgets.stages.items():
+        told = run.stages.get(stage)
+        if told is not None:
+            found.append(Row(f"{stage} median", told["p50_ms"], budget.median_ms, "ms"))
+            if told["n"] >= FEW:
+                found.append(Row(f"{stage} p99", told["p99_ms"], budget.p99_ms, "ms"))
+    late, loop = run.stages.get(Stage.LATE, {}), budgets.loop
+    for share, limit_ms in (
+        ("p99_ms", loop.late_p99_ms),
+        ("p999_ms", loop.late_p999_ms),
+        ("max_ms", loop.late_max_ms),
+    ):
+        above = late[share] - run.sleeper[share] if late else None
+        found.append(Row(f"late above a sleeper {share[:-3]}", above, limit_ms, "ms"))
+    looks = run.stages.get(Stage.DETECT, {}).get("n", 0.0)
+    found.append(Row("detector", looks / run.seconds, loop.detector_hz, "Hz", least=True))
+    found.append(Row("start to ready", run.ready_s, loop.ready_s, "s"))
+    found.append(Row("goal to first command", run.first_command_s, loop.first_command_s, "s"))
+    found.append(Row("memory", run.memory_mb, loop.memory_mb, "MB"))
+    return found
+
+
+def table(found: Iterable[Row]) -> str:
+    """One line a row, for people."""
+    lines = [f"{'':32}{'measured':>12}{'budget':>12}"]
+    for row in found:
+        value = "none" if row.value is None else f"{row.value:.2f}"
+        bound = f"{'>=' if row.least else '<='} {row.limit:g}"
+        mark = "  BROKEN" if row.broken else ""
+        lines.append(f"{row.name:32}{value:>12}{bound:>12} {row.unit}{mark}")
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """This code's median of a stage in terms of another's, from pairs of runs; the interval holds
+    the ratio in 95 of 100 cases."""
+
+    stage: str
+    ratio: float
+    low: float
+    high: float
+
+
+def ratios(ours: Sequence[Measured], theirs: Sequence[Measured]) -> list[Ratio]:
+    """By stage that both trace, of runs in pairs: the geometric mean, with a bootstrap's interval
+    over the pairs."""
+    found, random = [], np.random.default_rng(0)
+    for stage in Stage:
+        pairs = [
+            (a.stages[stage]["p50_ms"], b.stages[stage]["p50_ms"])
+            for a, b in zip(ours, theirs, strict=True)
+            if stage in a.stages and stage in b.stages
+        ]
+        logs = np.array([math.log(a / b) for a, b in pairs if a > 0 and b > 0])
+        if logs.size:
+            drawn = random.choice(logs, (DRAWS, logs.size)).mean(axis=1)
+            low, high = np.quantile(drawn, (0.025, 0.975))
+            mean = float(logs.mean())
+            found.append(Ratio(stage, math.exp(mean), math.exp(low), math.exp(high)))
+    return found

@@ -1,0 +1,94 @@
+"""What was measured beside what it may be."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from runtime.bench.measure import Measured
+from runtime.bench.verdict import ratios, rows, table
+from runtime.tracing.budgets import read_budgets
+from runtime.tracing.histogram import Histogram
+from runtime.tracing.stages import Stage
+
+BUDGETS = read_budgets()
+
+
+def told(ms: float, n: int = 100) -> dict[str, float]:
+    histogram = Histogram()
+    for _ in range(n):
+        histogram.add(ms / 1e3)
+    return histogram.told()
+
+
+GOOD = Measured(
+    stages={stage.value: told(b.median_ms / 2) for stage, b in BUDGETS.stages.items()},
+    sleeper=told(1.0),
+    seconds=10.0,
+    ready_s=2.0,
+    first_command_s=0.2,
+    memory_mb=500.0,
+    grown_mb=1.0,
+    halts={},
+    decisions=3,
+)
+
+
+def broken(run: Measured) -> set[str]:
+    return {row.name for row in rows(run, BUDGETS) if row.broken}
+
+
+def test_what_is_within_its_budgets_breaks_none():
+    assert broken(GOOD) == set()
+    assert "BROKEN" not in table(rows(GOOD, BUDGETS))
+
+
+@pytest.mark.parametrize(
+    ("change", "name"),
+    [
+        ({"ready_s": 5.1}, "start to ready"),
+        ({"first_command_s": None}, "goal to first command"),
+        ({"memory_mb": 701.0}, "memory"),
+        ({"seconds": 30.0}, "detector"),  # as many looks in three times the time
+    ],
+)
+def test_each_figure_of_the_loop_breaks_its_own(change, name):
+    assert broken(replace(GOOD, **change)) == {name}
+    (line,) = (
+        line
+        for line in table(rows(replace(GOOD, **change), BUDGETS)).splitlines()
+        if "BROKEN" in line
+    )
+    assert line.startswith(name)
+
+
+def test_a_slow_stage_breaks_its_own_and_few_of_it_say_nothing_of_the_99th():
+    slow = BUDGETS.stages[Stage.SURVEY].p99_ms * 1.2
+    stages = GOOD.stages | {"survey": told(slow)}
+    assert broken(replace(GOOD, stages=stages)) == {"survey median", "survey p99"}
+    few = replace(GOOD, stages=GOOD.stages | {"survey": told(slow, n=5)})
+    assert broken(few) == {"survey median"}
+
+
+def test_lateness_is_judged_above_that_of_a_process_that_only_sleeps():
+    late = replace(GOOD, stages=GOOD.stages | {"late": told(4.0)}, sleeper=told(0.1))
+    assert broken(late) == set()
+    later = replace(GOOD, stages=GOOD.stages | {"late": told(29.0)}, sleeper=told(0.1))
+    assert "late above a sleeper p99" in broken(later)
+    busy = replace(later, sleeper=told(28.0))
+    assert "late above a sleeper p99" not in broken(busy)
+
+
+def test_ratios_are_of_pairs_with_an_interval_that_holds_what_is_so():
+    random = np.random.default_rng(3)
+
+    def run(factor: float) -> Measured:
+        noise = 1 + 0.02 * random.standard_normal()
+        return replace(GOOD, stages={"survey": told(10 * factor * noise), "act": told(1.0)})
+
+    ours, theirs = [run(1.3) for _ in range(8)], [run(1.0) for _ in range(8)]
+    survey, act = ratios(ours, theirs)
+    assert survey.stage == "survey"
+    assert 1.2 < survey.low < survey.ratio < survey.high < 1.4
+    assert (act.low, act.ratio, act.high) == (1.0, 1.0, 1.0)
+    assert ratios([replace(GOOD, stages={})], [GOOD]) == []
