@@ -16,6 +16,7 @@ from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
+from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.errors import InternalError, RfNavError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.decision_worker import lower_priority
@@ -24,6 +25,7 @@ from runtime.loops.process import Garbage, go_first_or_tell, prepare
 from runtime.loops.realtime import RealTime
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
+from runtime.record import Record
 from runtime.robot.bus import Bus
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.tracer import Tracer
@@ -61,8 +63,15 @@ cli.add_command(bench_command)
     type=click.Path(path_type=Path),
     help="TOML file of what each stage may take; deploy/budgets.toml otherwise.",
 )
+@record_options
 def run(
-    path: Path | None, settings: tuple[str, ...], lockstep: bool, budgets_path: Path | None
+    path: Path | None,
+    settings: tuple[str, ...],
+    lockstep: bool,
+    budgets_path: Path | None,
+    record: Path | None,
+    record_last: float | None,
+    privacy: bool,
 ) -> None:
     """Load the models, join the bus and serve goals until SIGTERM or Ctrl-C."""
     always = () if lockstep else ('research.control_mode="velocity"',)
@@ -76,11 +85,16 @@ def run(
     for name in (signal.SIGTERM, signal.SIGINT):
         signal.signal(name, lambda *_: ending.set())
     cv2.setNumThreads(1)
-    if not lockstep:
-        _drive(config, configure, clock, budgets, ending.is_set)
-        return
-    with LoadedModels(config, clock) as models, Bus(config.bus, clock, True, config.camera) as bus:
-        Lockstep(bus, models, configure, clock).run(ending.is_set)
+    options = RecordOptions(record, record_last or 0.0, privacy)
+    with recording(config, options, lockstep) as recorder:
+        if not lockstep:
+            _drive(config, configure, clock, budgets, ending.is_set, recorder)
+            return
+        with (
+            LoadedModels(config, clock) as models,
+            Bus(config.bus, clock, True, config.camera, recorder) as bus,
+        ):
+            Lockstep(bus, models, configure, clock, recorder).run(ending.is_set)
 
 
 def _drive(
@@ -89,19 +103,21 @@ def _drive(
     clock: SystemClock,
     budgets: Budgets,
     ending: Callable[[], bool],
+    record: Record,
 ) -> None:
     """Real time. The bus and the control loop start first, for every thread that the models start
     after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    with Bus(config.bus, clock, camera=config.camera) as bus:
+    with Bus(config.bus, clock, camera=config.camera, record=record) as bus:
         rates = config.safety, config.realtime
-        control = ControlLoop(bus, clock, *rates, tracer, ending, go_first_or_tell)
+        control = ControlLoop(bus, clock, *rates, tracer, ending, go_first_or_tell, record)
         control.start()
         try:
             lower_priority(WORKERS_NICE)
             with LoadedModels(config, clock) as models:
-                loop = RealTime(bus, control, models, configure, clock, tracer, budgets, garbage)
+                parts = bus, control, models, configure, clock, tracer, budgets, garbage
+                loop = RealTime(*parts, record)
                 garbage.begin()
                 loop.run(ending)
         finally:

@@ -23,3 +23,7 @@ class BusError(RfNavError):
 
 class InternalError(RfNavError):
     """A mistake of our own that ended a loop; the base was brought to rest first."""
+
+
+class RecordingError(RfNavError):
+    """A recording that cannot be written, or cannot be read as one."""

@@ -56,6 +56,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
+@click.option("--record", type=click.Path(path_type=Path), help="Where the runtime records it.")
 @click.option("--out", type=click.Path(path_type=Path), help="Default: out/SCENE-GOAL-START.")
 @click.option(
     "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
@@ -117,6 +118,8 @@ def _stage(
 def _runtime(run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any]) -> Runtime:
     """The runtime that was asked for, as it starts."""
     mode = () if given["realtime"] else ("--lockstep",)
+    if given["record"] is not None:
+        mode = (*mode, "--record", str(given["record"]))
     command, more = model_fault(faults, mode)
     return Runtime(
         run_dir / "runtime.log",

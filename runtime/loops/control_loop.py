@@ -17,11 +17,12 @@ import numpy as np
 
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
-from runtime.core.motion.courses import STILL, ControlConfig, Course
+from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
 from runtime.core.motion.safety import Guard, Halt, Odometry, SafetyConfig
 from runtime.core.motion.velocity_policy import steer
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import RfNavError
+from runtime.record import Record, unrecorded
 from runtime.robot.wire import Stamped
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -54,6 +55,23 @@ class Plan:
     report: Mapping[str, object] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Tick:
+    """A turn of the loop, for a recorder: what it knew, and what it made of that. `plan`: how
+    many plans came before and with the one that it followed, 0 for none; `withdrawn`: that was
+    taken away meanwhile; `sent`: None when nothing was."""
+
+    now_s: float
+    late_s: float
+    odometry: Odometry | None
+    frame_s: float | None
+    plan: int
+    stopping: bool
+    withdrawn: bool
+    sent: Twist | None
+    halt: str
+
+
 class ControlLoop:
     """Drives the base in a thread of its own, which calls `at_start` first. `stopping` ends all
     motion at once."""
@@ -67,7 +85,9 @@ class ControlLoop:
         tracer: Tracer,
         stopping: Callable[[], bool] = lambda: False,
         at_start: Callable[[], None] = lambda: None,
+        record: Record = unrecorded,
     ) -> None:
+        self._record, self._plans = record, 0
         self._base, self._clock, self._rates, self._stopping = base, clock, rates, stopping
         self._tracer, self._at_start = tracer, at_start
         self._guard = Guard(safety)
@@ -95,12 +115,15 @@ class ControlLoop:
         """Drive by this plan from now on."""
         with self._changed:
             self._plan, self._state, self._report = plan, SearchState.SEARCHING, dict(plan.report)
+            self._plans += 1
+            self._record("plan", told_plan(self._plans, plan))
 
     def rest(self, state: SearchState, report: Mapping[str, object]) -> None:
         """Bring the base to rest and say why; when this returns, zero has been commanded."""
         with self._changed:
             self._plan, self._state, self._report = None, state, dict(report)
             self._zeros = round(ZEROS_S * self._rates.control_hz)
+            self._record("rest", {"state": state})
             self._send(STILL, 0)
 
     def asked_mps(self) -> float:
@@ -108,12 +131,15 @@ class ControlLoop:
         with self._changed:
             least = self._least_mps if math.isfinite(self._least_mps) else self._twist.v_mps
             self._least_mps = math.inf
+        self._record("heard", {"name": "asked_mps", "value": least})
         return least
 
     def sent(self) -> Twist:
         """The velocity that the base was sent last."""
         with self._changed:
-            return self._twist
+            twist = self._twist
+        self._record("heard", {"name": "sent", "value": twist})
+        return twist
 
     def halted(self) -> str:
         """Why the base is held; "" when it is not."""
@@ -193,33 +219,41 @@ class ControlLoop:
         dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
         self._ticked_s = now_s
         with self._changed:
-            plan = self._plan
+            plan, number = self._plan, self._plans if self._plan is not None else 0
             if odometry is not None:
                 self._guard.watch(odometry)
             halt = None
+            driving = plan is not None and plan.course is not None
             if plan is not None:
-                driving = plan.course is not None
                 halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s, driving)
-        twist = STILL
-        if plan is not None and odometry is not None and halt is None and not self._stopping():
+        twist, stopping = STILL, self._stopping()
+        if plan is not None and odometry is not None and halt is None and not stopping:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
             twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s)
         with self._changed:
+            withdrawn = plan is not None and self._plan is None
             if self._plan is None:
                 twist = STILL  # it was taken away meanwhile
+            kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
+            if kind != (self._halt.kind if self._halt else ""):
+                self._record("halt", {"kind": kind, "reason": reason, "driving": driving})
             self._halt = halt
-            self._command(twist, odometry)
+            sent = self._command(twist, odometry)
+            late_s = self._late_s[-1] if self._late_s else 0.0
+            known = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
+            self._record("tick", Tick(*known, sent, kind))
         return odometry
 
-    def _command(self, twist: Twist, odometry: Odometry | None) -> None:
-        """Holding the lock, so that nothing is sent after `rest` has returned."""
+    def _command(self, twist: Twist, odometry: Odometry | None) -> Twist | None:
+        """Holding the lock, so that nothing is sent after `rest` has returned; what was."""
         self._least_mps = min(self._least_mps, twist.v_mps)
         if self._plan is None:
             if self._zeros <= 0:
                 self._twist = STILL
-                return
+                return None
             self._zeros -= 1
         self._send(twist, odometry.stamp_ns if odometry else 0)
+        return twist
 
     def _send(self, twist: Twist, stamp_ns: int) -> None:
         self._twist = twist
@@ -261,3 +295,17 @@ class ControlLoop:
                 "odom_stamp_ns": odometry.stamp_ns if odometry else None,
             }
         )
+
+
+def told_plan(number: int, plan: Plan) -> dict[str, object]:
+    """A plan, for a recorder: without the field that its course may be."""
+    course = type(plan.course).__name__.lower() if plan.course is not None else "none"
+    toward = None if isinstance(plan.course, Along) else plan.course
+    return {
+        "number": number,
+        "course": course,
+        "toward": toward,
+        "frame_s": plan.frame_s,
+        "radius_m": plan.radius_m,
+        "limits": plan.control,
+    }

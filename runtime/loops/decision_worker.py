@@ -14,6 +14,7 @@ from runtime.core.voting import rehearsal as rehearsing
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
 from runtime.navigate import NavigateConfig
+from runtime.record import Record, unrecorded
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,8 @@ class DecisionReply:
 class DecisionWorker:
     """A thread that decides. Only the thread that owns the world calls it."""
 
-    def __init__(self, nice: int = 0) -> None:
+    def __init__(self, nice: int = 0, record: Record = unrecorded) -> None:
+        self._record = record
         self._changed = threading.Condition()
         self._question: DecisionRequest | None = None
         self._answer: DecisionReply | None = None
@@ -57,7 +59,9 @@ class DecisionWorker:
     def busy(self) -> bool:
         """Whether a question is open, or its answer was not taken yet."""
         with self._changed:
-            return self._question is not None or self._answer is not None
+            busy = self._question is not None or self._answer is not None
+        self._record("heard", {"name": "busy", "value": busy})
+        return busy
 
     @property
     def idle(self) -> bool:
@@ -68,6 +72,8 @@ class DecisionWorker:
 
     def ask(self, question: DecisionRequest) -> None:
         """Begin to decide; must not be busy. A rehearsal of something else ends."""
+        snap = question.snapshot
+        self._record("question", {"why": snap.why, "brief": snap.brief})
         with self._changed:
             assert self._question is None
             self._question = question
@@ -91,7 +97,9 @@ class DecisionWorker:
             if self._error is not None:
                 raise self._error
             answer, self._answer = self._answer, None
-            return answer
+        if answer is not None:
+            self._record("ballot", (answer.decision.ballot, answer.rehearsal))
+        return answer
 
     def close(self) -> None:
         """Let the thread end; one that still waits for its panel is left to its deadline."""

@@ -187,10 +187,16 @@ class Drive:
         means.tracer.note("decisions", "rehearsal")
         means.decisions.rehearse(question)
 
+    def _behind(self) -> bool:
+        """Whether something waits to be looked at that may be the goal."""
+        behind = self.means.detector.behind()
+        self.search.record("heard", {"name": "behind", "value": behind})
+        return behind
+
     def _follow(self, world: World, command: Command, frame_s: float) -> Command | None:
         """Have the control loop follow the command's course; booked is what it sent last."""
         means, search = self.means, self.search
-        if command.ended is SearchState.NOT_FOUND and means.detector.behind():
+        if command.ended is SearchState.NOT_FOUND and self._behind():
             command = replace(command, ended=None, reason=f"{command.reason}, but in what waits")
         command = world.body.told(as_sent(command, means.control.sent()))
         report = search.stepped(world, command, means.models.rung())

@@ -15,6 +15,7 @@ from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
 from runtime.loops.search import Search, SearchModels, seen, understand
+from runtime.record import Record, unrecorded
 from runtime.robot.bus import Bus, Request
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
@@ -32,7 +33,9 @@ class Lockstep:
         models: SearchModels,
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,
+        record: Record = unrecorded,
     ) -> None:
+        self._record = record
         self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
@@ -78,7 +81,7 @@ class Lockstep:
             order = understand(body, self._models, self._configure)
             if self._search is not None:
                 self._end("preempted")
-            search = Search.begin(order)
+            search = Search.begin(order, self._record)
             if order.config.goal.keep_map and self._last is not None and self._last.world:
                 search.inherit(self._last.world, self._models)
             self._search = search
@@ -118,7 +121,9 @@ class Lockstep:
     def _decide(self, search: Search, world: World, why: str) -> None:
         cfg = search.config.navigate
         snap = navigate.snapshot(world, why, cfg)
+        self._record("question", {"why": why, "brief": snap.brief})
         decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
+        self._record("ballot", (decision.ballot, ""))
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
         search.billed(self._models)
 

@@ -27,6 +27,7 @@ from runtime.loops.feedback import Feedback
 from runtime.loops.process import Garbage
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.loops.shedding import Shedding
+from runtime.record import Record, unrecorded
 from runtime.robot.bus import Bus, Request
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
@@ -52,7 +53,11 @@ class RealTime:
         tracer: Tracer,
         budgets: Budgets,
         garbage: Garbage,
+        record: Record = unrecorded,
+        worker: DecisionWorker | None = None,
+        detector: DetectorWorker | None = None,
     ) -> None:
+        self._record = record
         self._bus, self._control, self._models = bus, control, models
         self._configure, self._clock = configure, clock
         self._drive: Drive | None = None
@@ -60,8 +65,8 @@ class RealTime:
         self._hindsight = Hindsight()
         self._seen_s = 0.0  # when the last frame was taken
         self._tracer, self._garbage = tracer, garbage
-        self._detector = DetectorWorker(self._look, tracer, clock, WORKER_NICE)
-        self._decisions = DecisionWorker(WORKER_NICE)
+        self._detector = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
+        self._decisions = worker or DecisionWorker(WORKER_NICE, record)
         self._shedding = Shedding(budgets)
 
     def run(self, until: Callable[[], bool]) -> None:
@@ -142,7 +147,7 @@ class RealTime:
             order = understand(body, self._models, self._configure, _default_dir())
             if self._drive is not None:
                 self._end(SearchState.PREEMPTED, "preempted")
-            search = Search.begin(self._wiser(order))
+            search = Search.begin(self._wiser(order), self._record)
         except RfNavError as error:
             return {"accepted": False, "error": str(error)}
         if order.config.goal.keep_map and before is not None and before.world is not None:

@@ -30,12 +30,19 @@ from runtime.errors import ConfigError
 from runtime.experts.hindsight import CHOICES_KEPT, Choice
 from runtime.experts.panel import Panel
 from runtime.journal import Journal, write_map
-from runtime.loops.search_report import explained, map_of
+from runtime.loops.reports import explain, map_of, told_command
 from runtime.perception.goal_words import Goal
-from runtime.robot.bus import Bus
+from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
 
 JOURNAL_FILE = "decisions.jsonl"
+
+
+class LabelBus(Protocol):
+    """The bus, as far as labels come over it."""
+
+    def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
+        """The message on `detections` of that stamp; None when it does not come in time."""
 
 
 class SearchModels(Protocol):
@@ -120,9 +127,10 @@ class Search:
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
+    record: Record = unrecorded
 
     @classmethod
-    def begin(cls, order: Order) -> "Search":
+    def begin(cls, order: Order, record: Record = unrecorded) -> "Search":
         """With a journal of its own; ConfigError when that cannot be written."""
         path = order.log_dir / JOURNAL_FILE
         try:
@@ -131,7 +139,8 @@ class Search:
             raise ConfigError(f"{path}: cannot be replaced ({error.strerror})") from error
         journal, goal = Journal(path), order.goal
         journal.write("goal", text=goal.text, name=goal.name, how=goal.how, episode=order.episode)
-        return cls(order, journal)
+        record("order", {"goal": goal, "rooms": order.rooms})
+        return cls(order, journal, record=record)
 
     @property
     def config(self) -> Config:
@@ -166,6 +175,8 @@ class Search:
         objects that are new."""
         world, cfg = self.world, self.config.navigate
         assert world is not None  # it was surveyed
+        self.record("heard", {"name": "looked", "value": obs.stamp_ns})
+        self.record("detections", detections)
         known = len(world.semantic.instances)
         navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
         if len(world.semantic.instances) != known:
@@ -180,6 +191,7 @@ class Search:
         world = self.world = World.begin_from(before, self.goal.name, names)
         things, rows = embedded(world.semantic)
         likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
+        self.record("heard", {"name": "likeness", "value": likeness})
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness)
         known = [i for i in world.semantic.instances.values() if goal in i.evidence]
@@ -194,9 +206,10 @@ class Search:
         """Adopt a decision and journal it; returns what is to be published. `rehearsal`: "used",
         why the one that was made was not, or "" for none."""
         navigate.adopt(world, decision)
+        self.record("decision", decision)
         self.decisions += 1
         self.choices.append(Choice.of(decision, world.frontiers))
-        report = explained(decision, world, self.config.navigate.consensus.rank)
+        report = explain(decision, world, self.config.navigate.consensus.rank)
         if rehearsal:
             report["rehearsal"] = rehearsal
             self.rehearsals["used" if rehearsal == "used" else "missed"] += 1
@@ -225,6 +238,8 @@ class Search:
         at = world.pose
         pose = [round(v, 4) for v in (at.x_m, at.y_m, at.yaw_rad)]
         self.journal.write("step", pose=pose, **state)
+        self.record("command", told_command(world, command))
+        self.record("world", world)
         return state
 
     def billed(self, models: SearchModels) -> None:
@@ -270,7 +285,7 @@ class Search:
 
 
 def seen(
-    search: Search, obs: Observation, models: SearchModels, bus: Bus, labels_s: float
+    search: Search, obs: Observation, models: SearchModels, bus: LabelBus, labels_s: float
 ) -> Detections | None:
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""

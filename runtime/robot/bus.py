@@ -16,11 +16,12 @@ from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 from runtime.clock import Clock, Deadline
 from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
+from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
 from runtime.robot.session import DETECTIONS, OWN_TOPICS, BusConfig, TopicsConfig, open_session
-from runtime.robot.streams import SensorStreams, StreamHealth
+from runtime.robot.streams import ConsumedFrame, SensorStreams, StreamHealth
 from runtime.robot.transforms import FIXED, TF, TF_STATIC, CameraConfig
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
@@ -37,18 +38,20 @@ class Bus:
         clock: Clock,
         lockstep: bool = False,
         camera: CameraConfig = FIXED,
+        record: Record = unrecorded,
     ) -> None:
         self._config = config
+        self._record = record
         self._clock = clock
         self._lockstep = lockstep
         self._changed = threading.Condition()
         self._requests: deque[tuple[str, str, Any]] = deque()
-        self._streams = SensorStreams(config, clock, self._changed, lockstep, camera)
+        self._streams = SensorStreams(config, clock, self._changed, lockstep, camera, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
         self._session: Any = open_session(config)
         self._declared: list[Any] = []
-        self._out = Publications(self._session, config, lockstep)
+        self._out = Publications(self._session, config, lockstep, record)
         for stream, topic in self._streams.topics.items():
             self._subscribe(topic, partial(self._streams.file, stream))
         if camera.mount == "tf":
@@ -86,6 +89,8 @@ class Bus:
             if observation is not None:
                 self._delivered_ns = match.stamp_ns
                 self._delivered_s = match.arrival_s
+                now_s = self._clock.now_s()
+                self._record("frame", ConsumedFrame(match, observation, now_s))
                 return observation
 
     def request(self) -> Request | None:
@@ -103,6 +108,7 @@ class Bus:
                     {"accepted": False, "error": str(error)}
                 )
                 continue
+            self._record("request", {"kind": kind, "body": body})
             return Request(kind, body, query, self._config.key(topic))
 
     def pose(self) -> tuple[wire.Stamped[Pose], float] | None:
@@ -130,7 +136,9 @@ class Bus:
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
         """The message on `detections` of that stamp; None when it does not come in time."""
-        return self._streams.labels(stamp_ns, Deadline.after(timeout_s, self._clock))
+        found = self._streams.labels(stamp_ns, Deadline.after(timeout_s, self._clock))
+        self._record("heard", {"name": "labels", "value": found})
+        return found
 
     def flush(self) -> None:
         """Forget every sensor message that waits (a new goal in lockstep)."""

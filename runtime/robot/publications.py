@@ -8,8 +8,10 @@ import zenoh
 from runtime.core.types import Action, Twist
 from runtime.errors import BusError
 from runtime.journal import plain
+from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.session import OWN_TOPICS, BusConfig
+from runtime.robot.streams import WireMessage
 
 __all__ = ["Publications"]
 
@@ -21,8 +23,11 @@ class Publications:
     """The publishers of one session. In `lockstep` every message blocks, all are of one priority,
     and the last answer is kept: it can be given again."""
 
-    def __init__(self, session: Any, config: BusConfig, lockstep: bool) -> None:
+    def __init__(
+        self, session: Any, config: BusConfig, lockstep: bool, record: Record = unrecorded
+    ) -> None:
         self._config = config
+        self._record = record
         self._answer: tuple[int, bytes] | None = None  # to which observation, and what
         self._publishers: dict[str, Any] = {
             name: self._declare(session, name, lockstep) for name in (*COMMANDS, *REPORTS)
@@ -40,11 +45,13 @@ class Publications:
 
     def twist(self, forward_mps: float, turn_radps: float, stamp_ns: int) -> None:
         """See `Bus.publish_twist`."""
-        if self._config.cmd_vel_type == "Twist":
+        kind = wire.TWIST if self._config.cmd_vel_type == "Twist" else wire.TWIST_STAMPED
+        if kind == wire.TWIST:
             payload = wire.encode_twist(forward_mps, turn_radps)
         else:
             frame = self._config.cmd_vel_frame
             payload = wire.encode_twist_stamped(forward_mps, turn_radps, stamp_ns, frame)
+        self._record("wire", WireMessage(self._config.topics.cmd_vel, kind, payload))
         self._put("cmd_vel", payload)
 
     def report(self, name: str, content: Mapping[str, object]) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 from runtime.clock import Clock, Deadline
 from runtime.core.types import Intrinsics, Mount, Observation, Pose
 from runtime.errors import SensorError
+from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.session import BusConfig
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
@@ -30,6 +31,24 @@ class StreamHealth:
     arrival_s: float | None = None  # monotonic, of the newest
 
 
+@dataclass(frozen=True)
+class WireMessage:
+    """A message as it came or went; `kind` is its ROS 2 type."""
+
+    topic: str
+    kind: str
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class ConsumedFrame:
+    """An observation as it was handed to the loop, and the messages that it was made of."""
+
+    match: Match
+    observation: Observation
+    now_s: float
+
+
 class SensorStreams:
     """Colour, depth, intrinsics, odometry and what a detector elsewhere says, of one robot.
 
@@ -44,8 +63,10 @@ class SensorStreams:
         changed: threading.Condition,
         lockstep: bool,
         camera: CameraConfig,
+        record: Record = unrecorded,
     ) -> None:
         self._config = config
+        self._record = record
         self._clock = clock
         self._changed = changed
         self._camera = camera
@@ -84,6 +105,9 @@ class SensorStreams:
                 health.bad += 1
                 health.last_error = str(error)
                 return
+            kind = _recorded_as(stream, self._config)
+            if kind:
+                self._record("wire", WireMessage(topic, kind, payload))
             if stream == "camera_info":
                 self._camera_info = raw
             else:
@@ -97,6 +121,7 @@ class SensorStreams:
             health = self._health.setdefault(topic, StreamHealth())
             health.received += 1
             health.arrival_s = arrival_s
+            self._record("wire", WireMessage(topic, wire.TF_MESSAGE, payload))
         self._transforms.file(topic, payload)
 
     def file_labels(self, topic: str, payload: bytes) -> None:
@@ -260,3 +285,11 @@ class SensorStreams:
         with self._changed:
             self._health.setdefault(topic, StreamHealth()).bad += 1
             self._health[topic].last_error = str(error)
+
+
+def _recorded_as(stream: str, config: BusConfig) -> str:
+    """The type of a stream that is recorded as it comes; "" for images: of those only what is
+    consumed is."""
+    if stream == "odom":
+        return wire.POSE_STAMPED if config.topics.pose else wire.ODOMETRY
+    return wire.CAMERA_INFO if stream == "camera_info" else ""

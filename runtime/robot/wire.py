@@ -19,8 +19,8 @@ from rosbags.typesys import Stores, get_typestore
 from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
 
-_STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
-_T: Final = _STORE.types
+STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
+_T: Final = STORE.types
 
 IMAGE: Final = "sensor_msgs/msg/Image"
 COMPRESSED_IMAGE: Final = "sensor_msgs/msg/CompressedImage"
@@ -170,12 +170,9 @@ def decode_json(payload: bytes, topic: str) -> dict[str, Any]:
 
 def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     """Twist -> (forward m/s, yaw rate rad/s)."""
-    return _velocity(_decode(payload, TWIST, topic), topic)
-
-
-def _velocity(message: Any, topic: str) -> tuple[float, float]:
+    message = _decode(payload, TWIST, topic)
     forward, turn = float(message.linear.x), float(message.angular.z)
-    if not math.isfinite(forward) or not math.isfinite(turn):
+    if not (math.isfinite(forward) and math.isfinite(turn)):
         raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
     return forward, turn
 
@@ -228,9 +225,9 @@ def encode_camera_info(intrinsics: Intrinsics, stamp_ns: int, frame: str = "came
     k = np.array([i.fx, 0, i.cx, 0, i.fy, i.cy, 0, 0, 1], float)
     p = np.array([i.fx, 0, i.cx, 0, 0, i.fy, i.cy, 0, 0, 0, 1, 0], float)
     region = _T["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
-    return _encode(
+    return encode(
         _T[CAMERA_INFO](
-            header=_header(stamp_ns, frame),
+            header=header(stamp_ns, frame),
             height=i.height,
             width=i.width,
             distortion_model="plumb_bob",
@@ -251,17 +248,17 @@ def encode_odometry(
     """Pose of the base -> Odometry with zero velocity and covariance."""
     with_covariance = _T["geometry_msgs/msg/PoseWithCovariance"](_ros_pose(pose), np.zeros(36))
     still = _T["geometry_msgs/msg/TwistWithCovariance"](_ros_twist(0.0, 0.0), np.zeros(36))
-    return _encode(_T[ODOMETRY](_header(stamp_ns, frame), child_frame, with_covariance, still))
+    return encode(_T[ODOMETRY](header(stamp_ns, frame), child_frame, with_covariance, still))
 
 
 def encode_json(value: object) -> bytes:
     """A JSON-able value -> String."""
-    return _encode(_T[STRING](json.dumps(value, allow_nan=False)))
+    return encode(_T[STRING](json.dumps(value, allow_nan=False)))
 
 
 def encode_twist(forward_mps: float, turn_radps: float) -> bytes:
     """Forward speed and yaw rate of the base -> Twist."""
-    return _encode(_ros_twist(forward_mps, turn_radps))
+    return encode(_ros_twist(forward_mps, turn_radps))
 
 
 def encode_twist_stamped(
@@ -269,7 +266,7 @@ def encode_twist_stamped(
 ) -> bytes:
     """Forward speed and yaw rate of the base -> TwistStamped."""
     twist = _ros_twist(forward_mps, turn_radps)
-    return _encode(_T[TWIST_STAMPED](_header(stamp_ns, frame), twist))
+    return encode(_T[TWIST_STAMPED](header(stamp_ns, frame), twist))
 
 
 # -- CDR -----------------------------------------------------------------------------------------
@@ -277,13 +274,14 @@ def encode_twist_stamped(
 
 def _decode(payload: bytes, kind: str, topic: str) -> Any:
     try:
-        return _STORE.deserialize_cdr(payload, kind)
+        return STORE.deserialize_cdr(payload, kind)
     except _DAMAGED as error:
         raise SensorError(f"{topic}: {len(payload)} bytes are not a CDR {kind}") from error
 
 
-def _encode(message: Any) -> bytes:
-    return bytes(_STORE.serialize_cdr(message, message.__msgtype__))
+def encode(message: Any) -> bytes:
+    """A message made of `STORE`'s types -> CDR."""
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__))
 
 
 def _pixels(message: Any, dtype: np.dtype[Any], channels: int, topic: str) -> NDArray[Any]:
@@ -307,10 +305,11 @@ def _encode_image(pixels: NDArray[Any], stamp_ns: int, frame: str, encoding: str
     height, width = pixels.shape[:2]
     data = np.ascontiguousarray(pixels).view(np.uint8).ravel()
     step = data.size // height
-    return _encode(_T[IMAGE](_header(stamp_ns, frame), height, width, encoding, 0, step, data))
+    return encode(_T[IMAGE](header(stamp_ns, frame), height, width, encoding, 0, step, data))
 
 
-def _header(stamp_ns: int, frame: str) -> Any:
+def header(stamp_ns: int, frame: str) -> Any:
+    """A std_msgs/Header."""
     sec, nanosec = divmod(stamp_ns, 1_000_000_000)
     return _T["std_msgs/msg/Header"](_T["builtin_interfaces/msg/Time"](sec, nanosec), frame)
 

@@ -85,9 +85,9 @@ def test_depth_without_a_reading_is_zero() -> None:
 def _raw_image(encoding: str, big: int, step: int, size: tuple[int, int], data: bytes) -> bytes:
     width, height = size
     message = wire._T[wire.IMAGE](
-        wire._header(7, "c"), height, width, encoding, big, step, np.frombuffer(data, np.uint8)
+        wire.header(7, "c"), height, width, encoding, big, step, np.frombuffer(data, np.uint8)
     )
-    return wire._encode(message)
+    return wire.encode(message)
 
 
 def test_rows_may_be_padded_and_words_big_endian() -> None:
@@ -151,7 +151,7 @@ def test_a_skewed_k_is_no_pinhole() -> None:
     message = wire._decode(wire.encode_camera_info(INTRINSICS, 0), wire.CAMERA_INFO, "")
     message.k = np.array([300.0, 3, 320, 0, 300, 240, 0, 0, 1])
     with pytest.raises(SensorError, match=r"^cam/info: K = .* is not a pinhole matrix"):
-        wire.decode_camera_info(wire._encode(message), "cam/info")
+        wire.decode_camera_info(wire.encode(message), "cam/info")
 
 
 def test_sizes_that_contradict_are_both_named() -> None:

@@ -1,4 +1,5 @@
-"""What a search tells of a decision, and the map that it leaves."""
+"""What a search tells of itself: a decision as it is published and logged, and the map that it
+leaves behind."""
 
 from typing import Any
 
@@ -8,11 +9,11 @@ from runtime.core.inventory import inventory
 from runtime.core.types import Action, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
-from runtime.core.world import World
+from runtime.core.world import Command, World
 from runtime.perception.goal_words import Goal
 
 
-def explained(decision: Decision, world: World, rank: str) -> dict[str, object]:
+def explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
     """A decision as it is published and logged: what was elected, by whom, and why; what would have
     been without each expert; and where it leads on the map of now (`heads_for`), as frontiers may
     have gone while the vote ran."""
@@ -69,3 +70,18 @@ def map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], d
         "objects": inventory(world),
     }
     return arrays, meta
+
+
+def told_command(world: World, command: Command) -> dict[str, object]:
+    """What the loop wants of the base, and the frontiers that it knew: what a replay compares."""
+    return {
+        "step": world.body.step,
+        "action": command.action,
+        "mode": command.mode,
+        "reason": command.reason,
+        "toward_xy": command.toward_xy,
+        "ended": command.ended,
+        "path_xy": command.path_xy,
+        "frontiers": [(f.id, f.distance_m) for f in world.frontiers],
+        "objects": len(world.semantic.instances),
+    }

@@ -1,0 +1,138 @@
+"""What the loop tells a recorder, as messages of a recording. All of it is done in the recorder's
+thread, on values that nobody changes any more.
+
+Kinds without a special form are JSON on `/loop/KIND`; see `schemas` for what is on each topic.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+
+from runtime.core.types import F32, U8, Ballot, Decision
+from runtime.core.voting.explain import in_words
+from runtime.recording.exact import as_json, exact
+from runtime.recording.pictures import Picture, compressed, drawn, transforms
+from runtime.robot import wire
+from runtime.robot.session import TopicsConfig
+from runtime.robot.streams import ConsumedFrame, WireMessage
+from runtime.robot.sync import RawMessage
+from runtime.robot.transforms import CameraConfig, peek_frame
+
+LOOP: Final = "/loop/"  # before the topics that are ours
+
+
+class Draft(NamedTuple):
+    """A message that is to be written."""
+
+    topic: str
+    schema: str
+    stamp_ns: int | None  # of its header
+    payload: bytes
+
+
+@dataclass
+class Encoder:
+    """Values by kind -> messages. `colour`: whether images of it are written at all."""
+
+    topics: TopicsConfig
+    camera: CameraConfig
+    colour: bool
+    map_frame: str = "odom"  # as odometry calls it
+
+    def drafts(self, kind: str, value: Any) -> Iterator[Draft]:
+        """The messages of one value, in the order in which they are to be written."""
+        special: dict[str, Callable[[Any], Iterator[Draft]]] = {
+            "wire": self._wire,
+            "frame": self._frame,
+            "ballot": _ballot,
+            "decision": _decision,
+            "picture": self._picture,
+        }
+        if kind in special:
+            yield from special[kind](value)
+        else:
+            yield _ours(kind, value)
+
+    def _wire(self, message: WireMessage) -> Iterator[Draft]:
+        stamped = message.kind not in (wire.TWIST, wire.STRING, wire.TF_MESSAGE)
+        stamp_ns = wire.peek_stamp(message.payload, message.topic) if stamped else None
+        if message.kind in (wire.ODOMETRY, wire.POSE_STAMPED):
+            self.map_frame = peek_frame(message.payload, message.topic)
+        yield Draft(slashed(message.topic), message.kind, stamp_ns, message.payload)
+
+    def _frame(self, frame: ConsumedFrame) -> Iterator[Draft]:
+        match, obs = frame.match, frame.observation
+        camera = peek_frame(match.depth.payload, self.topics.depth)
+        if self.camera.by_tf is None:
+            frames = self.map_frame, self.camera.base_frame, camera
+            placed = transforms(obs.pose, obs.mount or self.camera, match.stamp_ns, frames)
+            yield Draft(f"{LOOP}tf", wire.TF_MESSAGE, match.stamp_ns, placed)
+        if self.colour:
+            topic, payload = color_topic(self.topics), self._color(match.color, obs.rgb)
+            yield Draft(topic, wire.COMPRESSED_IMAGE, match.color.stamp_ns, payload)
+        depth = _compact(match.depth, self.topics.depth, obs.depth_m)
+        yield Draft(slashed(self.topics.depth), wire.IMAGE, match.stamp_ns, depth)
+        told = {
+            "stamp_ns": obs.stamp_ns,
+            "color_stamp_ns": match.color.stamp_ns,
+            "arrival_s": match.arrival_s,
+            "now_s": frame.now_s,
+            "pose": obs.pose,
+            "intrinsics": obs.intrinsics,
+            "mount": obs.mount,
+        }
+        yield _ours("frame", told, obs.stamp_ns)
+
+    def _color(self, color: RawMessage, rgb: U8) -> bytes:
+        """A colour image as it came where that was compressed, else as a JPEG."""
+        if self.topics.color.endswith("/compressed"):
+            return color.payload
+        frame = peek_frame(color.payload, self.topics.color)
+        return compressed(rgb, color.stamp_ns, frame)
+
+    def _picture(self, picture: Picture) -> Iterator[Draft]:
+        for topic, schema, payload in drawn(picture, self.map_frame):
+            yield Draft(f"{LOOP}{topic}", schema, picture.stamp_ns, payload)
+
+
+def slashed(topic: str) -> str:
+    """A topic's name in a recording, as ROS has it."""
+    return f"/{topic.strip('/')}"
+
+
+def color_topic(topics: TopicsConfig) -> str:
+    """Where a recording has colour images, which are always compressed."""
+    topic = slashed(topics.color)
+    return topic if topic.endswith("/compressed") else f"{topic}/compressed"
+
+
+def _compact(depth: RawMessage, topic: str, depth_m: F32) -> bytes:
+    """A depth image without loss: metres that are whole millimetres take half the room as such."""
+    if len(depth.payload) < 3 * depth_m.size:
+        return depth.payload  # 16UC1
+    frame = peek_frame(depth.payload, topic)
+    short = wire.encode_depth(depth_m, depth.stamp_ns, frame, "16UC1")
+    same = np.array_equal(wire.decode_depth(short, topic).value, depth_m)
+    return short if same else depth.payload
+
+
+def _ours(kind: str, value: object, stamp_ns: int | None = None) -> Draft:
+    return Draft(f"{LOOP}{kind}", f"rfnav.{kind.capitalize()}", stamp_ns, as_json(value))
+
+
+def _ballot(told: tuple[Ballot, str]) -> Iterator[Draft]:
+    ballot, rehearsal = told
+    yield _ours("ballot", {**exact(ballot), "rehearsal": rehearsal})
+
+
+def _decision(decision: Decision) -> Iterator[Draft]:
+    yield _ours("decision", told_decision(decision), decision.stamp_ns)
+
+
+def told_decision(decision: Decision) -> dict[str, Any]:
+    """A decision without its ballot, which has a topic of its own."""
+    told: dict[str, Any] = exact(decision)
+    del told["ballot"]
+    return told | {"in_words": exact(in_words(decision))}

@@ -1,0 +1,121 @@
+"""A recorded drive read back: every message in the order in which it was written, up to the end or
+to where a power failure cut the file off."""
+
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Final
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.records import Channel, Chunk, Footer, McapRecord, Message, Metadata, Schema
+from mcap.stream_reader import CRCValidationError, StreamReader, breakup_chunk
+
+from runtime.errors import RecordingError
+
+FORMAT: Final = "1"
+"""Of our recordings: what topics there are and what is in them. Another one is not read."""
+ABOUT: Final = "rfnav"  # the MCAP metadata that says what a file is
+SUFFIX: Final = ".mcap"
+RECORD_BYTES: Final = 256 * 2**20  # a longer one is damage: chunks are about a second
+
+# What a file that ends in the middle of something raises, besides the library's own errors.
+_CUT: Final = (
+    McapError,
+    struct.error,
+    zstandard.ZstdError,
+    CRCValidationError,
+    UnicodeDecodeError,
+    EOFError,
+)
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A message: `payload` as its schema has it, CDR for ROS 2 types (`sensor_msgs/msg/Image`) and
+    JSON for ours (`rfnav.Tick`). `log_time_ns` is when it was recorded, by the machine's time of
+    day; `publish_time_ns` the stamp in its header, or the same where it has none."""
+
+    topic: str
+    log_time_ns: int
+    publish_time_ns: int
+    payload: bytes
+    schema: str
+
+
+class Recording:
+    """A file that was begun by the recorder. RecordingError when it is none, or of another format.
+
+    `cut` is known once all messages were read: whether the file ends in the middle.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.cut = path, False
+        self.about: Mapping[str, str] = _about(path)
+        found = self.about.get("format")
+        if found != FORMAT:
+            written = self.about.get("version", "unknown")
+            raise RecordingError(
+                f"{path}: a recording of format {found}, this reads {FORMAT}: replay it with the "
+                f"version of rfnav that wrote it ({written})"
+            )
+
+    def __iter__(self) -> Iterator[Recorded]:
+        schemas: dict[int, Schema] = {}
+        channels: dict[int, Channel] = {}
+        with self.path.open("rb") as file:
+            for record in self._records(file):
+                if isinstance(record, Schema):
+                    schemas[record.id] = record
+                elif isinstance(record, Channel):
+                    channels[record.id] = record
+                elif isinstance(record, Message):
+                    channel = channels[record.channel_id]
+                    yield Recorded(
+                        channel.topic,
+                        record.log_time,
+                        record.publish_time,
+                        bytes(record.data),
+                        schemas[channel.schema_id].name,
+                    )
+
+    def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
+        """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
+        self.cut = True
+        reader = StreamReader(file, emit_chunks=True, record_size_limit=RECORD_BYTES)
+        try:
+            for record in reader.records:
+                if isinstance(record, Footer):
+                    self.cut = False
+                    return
+                if isinstance(record, Chunk):
+                    yield from breakup_chunk(record, validate_crc=True)
+                else:
+                    yield record
+        except _CUT:
+            return
+
+
+def messages(path: Path) -> Iterator[Recorded]:
+    """Every message of a recording, in the order of writing. RecordingError when it is none."""
+    return iter(Recording(path))
+
+
+def _about(path: Path) -> Mapping[str, str]:
+    """What a file's first records say of it."""
+    try:
+        with path.open("rb") as file:
+            if not file.read(1):
+                raise RecordingError(f"{path}: is empty: nothing was recorded")
+            file.seek(0)
+            for record in StreamReader(file, record_size_limit=RECORD_BYTES).records:
+                if isinstance(record, Metadata) and record.name == ABOUT:
+                    return record.metadata
+                if isinstance(record, Message):
+                    break  # ours begins with it
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror})") from error
+    except _CUT as error:
+        raise RecordingError(f"{path}: not a recording of rfnav, or cut off at once") from error
+    raise RecordingError(f"{path}: an MCAP file, but not a recording of rfnav")

@@ -1,0 +1,180 @@
+"""A drive is written as it is told, in the order of telling; what cannot be is counted."""
+
+import errno
+import json
+import threading
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.recording import recorder as recording
+from runtime.recording.drive_files import WholeDrive
+from runtime.recording.messages import Encoder
+from runtime.recording.reader import messages
+from runtime.recording.recorder import Recorder
+from runtime.robot import wire
+from runtime.robot.session import TopicsConfig
+from runtime.robot.streams import ConsumedFrame, WireMessage
+from runtime.robot.sync import Match, RawMessage
+from runtime.robot.transforms import CameraConfig
+
+DEPTH, COLOR = "/camera/depth/image_raw", "/camera/color/image_raw/compressed"
+FIRST = "configuration", {"values": {}, "lockstep": False}
+
+
+def begun(tmp_path: Path, colour: bool = True, topics: TopicsConfig | None = None) -> Recorder:
+    encoder = Encoder(topics or TopicsConfig(), CameraConfig(), colour)
+    return Recorder(WholeDrive(tmp_path, {}), encoder, FIRST)
+
+
+def frame(depth_m: np.ndarray, encoding: str = "32FC1") -> ConsumedFrame:
+    height, width = depth_m.shape
+    rgb = np.zeros((height, width, 3), np.uint8)
+    rgb[:, width // 2 :] = 200, 40, 10
+    color = RawMessage(7, wire.encode_color(rgb, 7, "lens"), 0.5)
+    depth = RawMessage(8, wire.encode_depth(depth_m, 8, "lens", encoding), 0.6)
+    odometry = RawMessage(8, b"", 0.4)
+    decoded = wire.decode_depth(depth.payload, "depth").value
+    pose, lens = Pose(1 / 3, 0.2, 0.1), Intrinsics(50.0, 50.0, width / 2, height / 2, width, height)
+    match = Match(color, depth, odometry, odometry)
+    return ConsumedFrame(match, Observation(8, rgb, decoded, pose, lens), 0.7)
+
+
+def read(tmp_path: Path) -> dict[str, list]:
+    found: dict[str, list] = {}
+    for message in messages(next(tmp_path.iterdir())):
+        found.setdefault(message.topic, []).append(message)
+    return found
+
+
+def test_everything_is_written_in_the_order_of_telling(tmp_path: Path):
+    recorder = begun(tmp_path)
+    for n in range(200):
+        recorder("heard", {"name": "asked_mps", "value": n / 7})
+    summary = recorder.close()
+    found = list(messages(summary.paths[0]))
+    assert [m.topic for m in found] == ["/loop/configuration", *["/loop/heard"] * 200]
+    assert [json.loads(m.payload)["value"] for m in found[1:]] == [n / 7 for n in range(200)]
+    assert summary.dropped == {}
+    assert "MB a minute" in summary.in_words()
+
+
+@pytest.mark.parametrize("whole_mm", [True, False])
+def test_depth_is_without_loss_and_small_where_it_can_be(tmp_path: Path, whole_mm: bool):
+    depth_m = np.random.default_rng(1).uniform(0.3, 9.0, (24, 32)).astype(np.float32)
+    depth_m[3, :5] = 0.0, np.nan, np.inf, -1.0, 65.535
+    if whole_mm:
+        depth_m = np.round(depth_m * 1000).astype(np.float32) / 1000
+    recorder, told = begun(tmp_path), frame(depth_m)
+    recorder("frame", told)
+    recorder.close()
+    (image,) = read(tmp_path)[DEPTH]
+    assert np.array_equal(wire.decode_depth(image.payload, "d").value, told.observation.depth_m)
+    assert (len(image.payload) < 3 * depth_m.size) == whole_mm
+
+
+def test_a_frame_has_its_images_before_it(tmp_path: Path):
+    recorder, told = begun(tmp_path), frame(np.ones((24, 32), np.float32), "16UC1")
+    recorder("frame", told)
+    recorder.close()
+    topics = [m.topic for m in messages(next(tmp_path.iterdir()))]
+    assert topics == ["/loop/configuration", "/loop/tf", COLOR, DEPTH, "/loop/frame"]
+    found = read(tmp_path)
+    about = json.loads(found["/loop/frame"][0].payload)
+    assert about["pose"] == {"x_m": 1 / 3, "y_m": 0.2, "yaw_rad": 0.1}
+    assert (about["stamp_ns"], about["color_stamp_ns"], about["now_s"]) == (8, 7, 0.7)
+    rgb = wire.decode_compressed_color(found[COLOR][0].payload, COLOR).value
+    assert np.abs(rgb.astype(int) - told.observation.rgb).mean() < 8
+    base, camera = wire.decode_transforms(found["/loop/tf"][0].payload, "tf")
+    assert (base.parent, base.child, camera.parent, camera.child) == (
+        "odom", "base_link", "base_link", "lens",
+    )  # fmt: skip
+    assert camera.quaternion == pytest.approx([-0.5, 0.5, -0.5, 0.5])  # REP 103, a level camera
+
+
+def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
+    topics = TopicsConfig(color="cam/compressed")
+    recorder, told = begun(tmp_path, topics=topics), frame(np.ones((24, 32), np.float32))
+    jpeg = cv2.imencode(".jpg", told.observation.rgb)[1].tobytes()
+    object.__setattr__(told.match, "color", RawMessage(7, jpeg, 0.5))
+    recorder("frame", told)
+    recorder.close()
+    assert [m.payload for m in read(tmp_path)["/cam/compressed"]] == [jpeg]
+
+
+def test_with_privacy_there_is_no_colour(tmp_path: Path):
+    recorder = begun(tmp_path, colour=False)
+    recorder("frame", frame(np.ones((24, 32), np.float32)))
+    recorder.close()
+    found = read(tmp_path)
+    assert COLOR not in found
+    assert DEPTH in found
+
+
+def test_what_does_not_fit_is_counted_and_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(recording, "BACKLOG_BYTES", 20_000)
+    writing, go_on = threading.Event(), threading.Event()
+    drafts = Encoder.drafts
+
+    def slow(self: Encoder, kind: str, value: object):
+        writing.set()
+        assert go_on.wait(20.0)
+        return drafts(self, kind, value)
+
+    monkeypatch.setattr(Encoder, "drafts", slow)
+    recorder = begun(tmp_path)
+    recorder("rest", {"state": "ready"})
+    assert writing.wait(20.0)
+    for _ in range(30):
+        recorder("rest", {"state": "ready"})
+    recorder("wire", WireMessage("odom", wire.ODOMETRY, bytes(30_000)))
+    go_on.set()
+    summary = recorder.close()
+    assert summary.dropped == {"rest": 11, "wire": 1}
+    assert "lost: 11 rest, 1 wire" in summary.in_words()
+    (told,) = read(tmp_path)["/loop/recorder"]
+    assert json.loads(told.payload)["dropped"] == {"rest": 11, "wire": 1}
+
+
+def test_a_full_disk_ends_the_recording_and_not_the_drive(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+):
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("runtime.recording.mcap_file.McapFile.write", full)
+    recorder = begun(tmp_path)
+    recorder("rest", {"state": "ready"})
+    recorder._thread.join(20.0)
+    recorder("rest", {"state": "ready"})
+    summary = recorder.close()
+    assert "it ended early: No space left on device" in summary.in_words()
+    assert "the recording ends: No space left" in capsys.readouterr().err
+
+
+def test_a_mistake_of_ours_is_raised_at_the_end(tmp_path: Path):
+    recorder = begun(tmp_path)
+    recorder("rest", {"state": object()})
+    with pytest.raises(TypeError, match="not recorded"):
+        recorder.close()
+
+
+def test_only_a_halt_on_the_road_is_a_fault(tmp_path: Path):
+    class Files(WholeDrive):
+        faults = 0
+
+        def fault(self, now_s: float) -> None:
+            self.faults += 1
+
+    files = Files(tmp_path, {})
+    recorder = Recorder(files, Encoder(TopicsConfig(), CameraConfig(), True), FIRST)
+    for kind, driving in (("odometry", False), ("", True), ("frame", True)):
+        recorder("halt", {"kind": kind, "reason": "", "driving": driving})
+    recorder("fault", "the runtime fell over")
+    recorder.close()
+    assert files.faults == 2
+    reasons = [json.loads(m.payload)["reason"] for m in read(tmp_path)["/loop/halt"]]
+    assert reasons[-1] == "the runtime fell over"
