@@ -18,7 +18,7 @@ from typing import Any
 
 import zenoh
 
-from runtime.bench.synthetic import Message
+from runtime.bench.synthetic import Published
 from runtime.errors import BusError, RfNavError
 from runtime.robot import wire
 from runtime.robot.session import CANCEL, GOAL, STATUS, BusConfig, TopicsConfig, open_session
@@ -58,7 +58,7 @@ class Measured:
 
 
 def measured(
-    subject: Subject, goal: str, drive: Iterable[Message], topics: TopicsConfig, hz: float
+    subject: Subject, goal: str, drive: Iterable[Published], topics: TopicsConfig, hz: float
 ) -> Measured:
     """Play a drive to a runtime. BenchError when that ends."""
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
@@ -123,7 +123,7 @@ class _Robot:
             raise BenchError(f"{query}: {(answer or {}).get('error', 'no answer')}")
         return answer
 
-    def play(self, drive: Iterable[Message]) -> float:
+    def play(self, drive: Iterable[Published]) -> float:
         """Publish each message at its time; returns the runtime's memory at half of the drive,
         MB."""
         began_s, first_ns, sizes = time.monotonic(), None, [(0.0, _resident_mb(self._child))]
@@ -138,7 +138,7 @@ class _Robot:
                 sizes.append((at_s, _resident_mb(self._child)))
         return sizes[len(sizes) // 2][1]
 
-    def _publish(self, message: Message) -> None:
+    def _publish(self, message: Published) -> None:
         if message.topic not in self._publishers:
             block = zenoh.CongestionControl.BLOCK
             publisher = self._session.declare_publisher(message.topic, congestion_control=block)

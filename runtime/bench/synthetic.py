@@ -27,7 +27,7 @@ BOXES = (  # x0, x1, y0, y1, height: the room round its middle first, m
 
 
 @dataclass(frozen=True)
-class Message:
+class Published:
     """What is published, and when: nanoseconds of the drive."""
 
     topic: str
@@ -35,7 +35,7 @@ class Message:
     payload: bytes
 
 
-def drive(seconds: float, topics: TopicsConfig, mount: Mount) -> Iterator[Message]:
+def drive(seconds: float, topics: TopicsConfig, mount: Mount) -> Iterator[Published]:
     """The messages of so many seconds, in their order."""
     shown = min(ROUND_FRAMES, math.ceil(seconds / FRAME_S))
     frames = [_frame(_pose(n * FRAME_S), mount) for n in range(shown)]
@@ -43,14 +43,14 @@ def drive(seconds: float, topics: TopicsConfig, mount: Mount) -> Iterator[Messag
     for tick in range(round(seconds / ODOMETRY_S)):
         at_s = tick * ODOMETRY_S
         stamp = begin_ns + round(at_s * 1e9)
-        yield Message(topics.odom, stamp, wire.encode_odometry(_pose(at_s), stamp))
+        yield Published(topics.odom, stamp, wire.encode_odometry(_pose(at_s), stamp))
         frame, rest = divmod(tick, round(FRAME_S / ODOMETRY_S))
         if rest == 0:
             rgb, depth = frames[frame % ROUND_FRAMES]
             info = wire.encode_camera_info(LENS, stamp)
-            yield Message(topics.camera_info, stamp, info)
-            yield Message(topics.depth, stamp, wire.encode_depth(depth, stamp))
-            yield Message(topics.color, stamp, wire.encode_color(rgb, stamp))
+            yield Published(topics.camera_info, stamp, info)
+            yield Published(topics.depth, stamp, wire.encode_depth(depth, stamp))
+            yield Published(topics.color, stamp, wire.encode_color(rgb, stamp))
 
 
 def _pose(at_s: float) -> Pose:

@@ -15,7 +15,7 @@ DRAWS = 4000  # of a bootstrap
 
 
 @dataclass(frozen=True)
-class Row:
+class BudgetLine:
     """A figure, and its limit, in the same unit. `least`: it must be that much, not at most."""
 
     name: str
@@ -32,15 +32,15 @@ class Row:
         return self.value < self.limit if self.least else self.value > self.limit
 
 
-def rows(run: Measured, budgets: Budgets) -> list[Row]:
+def rows(run: Measured, budgets: Budgets) -> list[BudgetLine]:
     """Every budget, and what came of it. Stages that never ran have none."""
     found = []
     for stage, budget in budgets.stages.items():
         told = run.stages.get(stage)
         if told is not None:
-            found.append(Row(f"{stage} median", told["p50_ms"], budget.median_ms, "ms"))
+            found.append(BudgetLine(f"{stage} median", told["p50_ms"], budget.median_ms, "ms"))
             if told["n"] >= FEW:
-                found.append(Row(f"{stage} p99", told["p99_ms"], budget.p99_ms, "ms"))
+                found.append(BudgetLine(f"{stage} p99", told["p99_ms"], budget.p99_ms, "ms"))
     late, loop = run.stages.get(Stage.LATE, {}), budgets.loop
     for share, limit_ms in (
         ("p99_ms", loop.late_p99_ms),
@@ -48,16 +48,18 @@ def rows(run: Measured, budgets: Budgets) -> list[Row]:
         ("max_ms", loop.late_max_ms),
     ):
         above = late[share] - run.sleeper[share] if late else None
-        found.append(Row(f"late above a sleeper {share[:-3]}", above, limit_ms, "ms"))
+        found.append(BudgetLine(f"late above a sleeper {share[:-3]}", above, limit_ms, "ms"))
     looks = run.stages.get(Stage.DETECT, {}).get("n", 0.0)
-    found.append(Row("detector", looks / run.seconds, loop.detector_hz, "Hz", least=True))
-    found.append(Row("start to ready", run.ready_s, loop.ready_s, "s"))
-    found.append(Row("goal to first command", run.first_command_s, loop.first_command_s, "s"))
-    found.append(Row("memory", run.memory_mb, loop.memory_mb, "MB"))
+    found.append(BudgetLine("detector", looks / run.seconds, loop.detector_hz, "Hz", least=True))
+    found.append(BudgetLine("start to ready", run.ready_s, loop.ready_s, "s"))
+    found.append(
+        BudgetLine("goal to first command", run.first_command_s, loop.first_command_s, "s")
+    )
+    found.append(BudgetLine("memory", run.memory_mb, loop.memory_mb, "MB"))
     return found
 
 
-def table(found: Iterable[Row]) -> str:
+def table(found: Iterable[BudgetLine]) -> str:
     """One line a row, for people."""
     lines = [f"{'':32}{'measured':>12}{'budget':>12}"]
     for row in found:
