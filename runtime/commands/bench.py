@@ -4,25 +4,28 @@ import itertools
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 import click
 
 from runtime import config as configuration
-from runtime.bench import measure, synthetic, verdict
+from runtime.bench import measure, recorded, synthetic, verdict
 from runtime.bench.measure import BenchError, Measured, Subject
+from runtime.recording.messages import color_topic
 from runtime.tracing.budgets import read_budgets
 
 SECONDS = 60.0  # of a drive that nobody recorded
 PAIRS = 3
+GOAL = "toilet"
 
 
 @click.command(
     "bench",
     epilog="Examples:  rfnav bench   |   rfnav bench --against HEAD~3 --seconds 30",
 )
+@click.argument("file", required=False, type=click.Path(path_type=Path, dir_okay=False))
 @click.option(
     "--seconds",
     type=click.FloatRange(5.0),
@@ -30,7 +33,7 @@ PAIRS = 3
     show_default=True,
     help="How much of the drive is played.",
 )
-@click.option("--goal", default="toilet", show_default=True, help="What is looked for.")
+@click.option("--goal", help="What is looked for; as it was recorded, else a toilet.")
 @click.option(
     "--budgets",
     "budgets_path",
@@ -52,24 +55,34 @@ PAIRS = 3
     help="Runs of each, with --against.",
 )
 def bench_command(
+    file: Path | None,
     seconds: float,
-    goal: str,
+    goal: str | None,
     budgets_path: Path | None,
     path: Path | None,
     settings: tuple[str, ...],
     against: str | None,
     pairs: int,
 ) -> None:
-    """Play a drive in real time to a runtime with all models, and print how long its stages took,
-    against deploy/budgets.toml. Exit status 1 when a budget is broken."""
+    """Play a recorded drive, FILE, or one through a made-up room, in real time to a runtime with
+    all models, and print how long its stages took, against deploy/budgets.toml. Exit status 1 when
+    a budget is broken."""
     budgets, config = read_budgets(budgets_path), configuration.load(path, settings)
     arguments = [*(("--config", str(path.resolve())) if path else ())]
     arguments += itertools.chain.from_iterable(("--set", setting) for setting in settings)
     topics, hz = config.bus.topics, config.realtime.control_hz
+    if file is not None:
+        goal = goal or recorded.goal_of(file)
+        compressed = recorded.topics_of(topics)[color_topic(topics)]
+        arguments += ["--set", f"bus.topics.color={compressed}"]
 
     def run(root: Path | None) -> Measured:
-        drive = synthetic.drive(seconds, topics, config.camera)
-        return measure.measured(Subject(arguments, root), goal, drive, topics, hz)
+        subject, wanted = Subject(arguments, root), goal or GOAL
+        if file is not None:
+            drive = recorded.drive(file, topics, seconds)
+        else:
+            drive = synthetic.drive(seconds, topics, config.camera)
+        return measure.measured(subject, wanted, drive, topics, hz)
 
     if against is None:
         found = run(None)
@@ -77,6 +90,11 @@ def bench_command(
         click.echo(verdict.table(rows))
         click.echo(_said(found))
         sys.exit(int(any(row.broken for row in rows)))
+    _compare(run, against, pairs)
+
+
+def _compare(run: Callable[[Path | None], Measured], against: str, pairs: int) -> None:
+    """This code and another commit's in turns, and what the medians are of each other."""
     ours: list[Measured] = []
     theirs: list[Measured] = []
     with _checkout(against) as root:
