@@ -225,7 +225,7 @@ GONE = {
         "speculation.unknown_m2": "UNKNOWN_SLACK_M2",
     },
     "runtime/experts/panel.py": {"panel.reserve_s": "RESERVE_S"},
-    "runtime/loops/realtime.py": {"realtime.feedback_s": "FEEDBACK_S"},
+    "runtime/loops/feedback.py": {"realtime.feedback_s": "FEEDBACK_S"},
     "runtime/perception/loaded_models.py": {
         "models.text": "TEXT_MODEL",
         "models.reply_tokens": "REPLY_TOKENS",
