@@ -25,7 +25,7 @@ ROWS = (
     ("room type", "room type"),
     ("1 thread(s)", "ms of one, 1 thread"),
     ("2 thread(s)", "ms of one, 2 threads"),
-    ("both at their rates", "ms of several, 2 threads"),
+    ("at their rates", "ms of several, 2 threads"),
     ("file, MB", "file, MB"),
     ("memory, MB", "memory, MB"),
 )
