@@ -1,0 +1,72 @@
+"""No stage of a frame is slower than at the commit whose times were accepted last (baseline.md): as
+a ratio, of medians of turns, never in ms.
+
+A stage counts as slow when it is over LIMIT in each of several comparisons: on a busy machine one
+alone may be.
+"""
+
+import io
+import subprocess
+import tarfile
+from pathlib import Path
+
+import pytest
+from places import ROOT
+from turns import Version, drive, observations, versions
+from workload import MOUNT, keep
+
+LIMIT = 1.13
+SLOWED = 0.3
+LEAST_MS = 0.5  # a stage that takes less is not watched
+WATCHED = {"prepare", "survey", "place", "decide", "act", "steer"}
+BASELINE = "tests/latency/baseline.md"
+
+
+@pytest.fixture(scope="module")
+def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("images") / "drive.npz"
+    keep(path, observations(MOUNT))
+    return path
+
+
+@pytest.fixture(scope="module")
+def accepted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The code of the commit that last changed baseline.md."""
+    rev = git("log", "-1", "--format=%H", "--", BASELINE).decode().strip()
+    if not rev:
+        pytest.skip("the history does not go back to the times that were accepted")
+    folder = tmp_path_factory.mktemp("accepted")
+    with tarfile.open(fileobj=io.BytesIO(git("archive", rev, "runtime"))) as file:
+        file.extractall(folder, filter="data")
+    return folder
+
+
+def git(*arguments: str) -> bytes:
+    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True)
+    return done.stdout if done.returncode == 0 else b""
+
+
+def slow(ours: Version, theirs: Version, comparisons: int) -> set[str]:
+    """The stages of ours that are over LIMIT every time."""
+    found = set(WATCHED)
+    for _ in range(comparisons):
+        times = drive(ours, theirs)
+        assert set(times) == WATCHED
+        found &= {s for s, (ratio, ms) in times.items() if ratio > LIMIT and ms >= LEAST_MS}
+        if not found:
+            break
+    return found
+
+
+def test_no_stage_is_slower_than_was_accepted(images: Path, accepted: Path):
+    with versions(Version(ROOT, images), Version(accepted, images)) as (ours, theirs):
+        assert slow(ours, theirs, 3) == set(), "see baseline.md"
+
+
+def test_a_stage_that_is_slowed_by_30_percent_is_found(images: Path):
+    with versions(Version(ROOT, images, SLOWED), Version(ROOT, images)) as (slowed, usual):
+        watched = {
+            s for s, (_, ms) in drive(usual, slowed).items() if ms >= LEAST_MS * (1 + SLOWED)
+        }
+        assert {"survey", "place", "decide", "act"} <= watched
+        assert slow(slowed, usual, 2) >= watched
