@@ -5,27 +5,28 @@ from pathlib import Path
 
 import numpy as np
 import onnxruntime
-from numpy.typing import NDArray
 from tokenizers import Tokenizer
 
 from models.errors import ModelFileError
 from models.onnx_session import open_session
+from models.words.row_file import RowFile, Rows
 
 MAX_TOKENS = 64
 MEMO = 10_000  # texts whose rows are kept
-
-Rows = NDArray[np.float32]
 
 
 class TextEncoder:
     """`model.onnx` and `tokenizer.json` in one directory. Any thread may use it."""
 
-    def __init__(self, directory: Path, threads: int = 1) -> None:
+    def __init__(self, directory: Path, threads: int = 1, kept: Path | None = None) -> None:
+        """`kept`: a file of rows that were embedded before, which `keep` adds to."""
         self._session: onnxruntime.InferenceSession = open_session(
             Path(directory) / "model.onnx", threads
         )
         self._tokenizer = open_tokenizer(Path(directory) / "tokenizer.json")
-        self._memo: dict[str, Rows] = {}
+        self._kept = RowFile(kept, Path(directory) / "model.onnx") if kept else None
+        self._memo: dict[str, Rows] = self._kept.load() if self._kept else {}
+        self._known = len(self._memo)
         self._inputs = {i.name for i in self._session.get_inputs()}
         self.dimension = int(self.embed(["a"]).shape[1])
 
@@ -36,6 +37,16 @@ class TextEncoder:
         # A row of its own for every text: in an int8 network a neighbour in the same batch
         # shifts the quantisation range, and a text's embedding must not depend on its company.
         return np.concatenate([self._row(text) for text in texts])
+
+    def keep(self) -> str:
+        """Keep what was embedded for the next start; what went wrong with the file, or ""."""
+        if self._kept is None:
+            return ""
+        memo = dict(self._memo)
+        if len(memo) != self._known:
+            self._kept.keep(memo)
+            self._known = len(memo)
+        return self._kept.error
 
     def _row(self, text: str) -> Rows:
         row = self._memo.get(text)

@@ -49,10 +49,13 @@ class LoadedModels:
         self._seating: Seating | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
-        self._encoder = TextEncoder(_directory(TEXT_MODEL), threads)
+        kept = manifest.cache_dir().parent / "embeddings.npz"
+        self._encoder = TextEncoder(_directory(TEXT_MODEL), threads, kept)
         also, kinds = vocabulary.also, vocabulary.kinds
         self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
+        if error := self._encoder.keep():  # nothing depends on it but how soon the next start is
+            print(f"rfnav: {error}", file=sys.stderr)
         if config.panel.experts:
             self._open_seating()
 
