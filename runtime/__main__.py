@@ -17,6 +17,7 @@ from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
 from runtime.commands.record import RecordOptions, record_options, recording
+from runtime.commands.replay import replay_command
 from runtime.errors import InternalError, RfNavError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.decision_worker import lower_priority
@@ -43,6 +44,7 @@ cli.add_command(cloud_command)
 cli.add_command(config_command)
 cli.add_command(check_command)
 cli.add_command(bench_command)
+cli.add_command(replay_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

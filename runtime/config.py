@@ -161,8 +161,11 @@ def known_keys() -> dict[str, Key]:
     return {k.name: k for k in keys}
 
 
-def load(path: Path | None, settings: Iterable[str] = ()) -> Config:
-    """Read a TOML file (None: defaults) and apply `KEY=VALUE` settings, KEY dotted, VALUE TOML."""
+def load(
+    path: Path | None, settings: Iterable[str] = (), before: Mapping[str, Any] | None = None
+) -> Config:
+    """Read a TOML file (None: defaults) and apply `KEY=VALUE` settings, KEY dotted, VALUE TOML.
+    `before`: values by key that the file goes over."""
     table: dict[str, Any] = {}
     if path is not None:
         try:
@@ -172,7 +175,7 @@ def load(path: Path | None, settings: Iterable[str] = ()) -> Config:
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise ConfigError(f"{path}: not valid TOML: {error}") from error
     source = str(path) if path else "configuration"
-    values = dict(_flat(table, source))
+    values = dict(_flat(before or {}, source)) | dict(_flat(table, source))
     for setting in settings:
         values |= _flat(_parsed(setting), source)
     config = from_values(values, source)

@@ -15,13 +15,13 @@ from runtime.core.mapping.attention import view_of
 from runtime.core.types import Ballot, Brief, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
-from runtime.loops.control_loop import ControlLoop, Plan
-from runtime.loops.decision_worker import DecisionRequest, DecisionWorker
-from runtime.loops.detector_worker import DetectorWorker, Surveyed
+from runtime.loops.control_loop import Plan
+from runtime.loops.decision_worker import DecisionRequest
+from runtime.loops.detector_worker import Surveyed
 from runtime.loops.feedback import Feedback
+from runtime.loops.ports import Control, Decisions, Looks, RealTimeBus
 from runtime.loops.search import Search, SearchModels
 from runtime.loops.shedding import Shedding
-from runtime.robot.bus import Bus
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
@@ -40,12 +40,12 @@ class _Nobody:
 class Means:
     """What every drive of a runtime has at hand."""
 
-    bus: Bus
-    control: ControlLoop
+    bus: RealTimeBus
+    control: Control
     models: SearchModels
     clock: Clock
-    decisions: DecisionWorker
-    detector: DetectorWorker
+    decisions: Decisions
+    detector: Looks
     tracer: Tracer
     shedding: Shedding
 

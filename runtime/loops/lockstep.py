@@ -14,9 +14,10 @@ from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
+from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.record import Record, unrecorded
-from runtime.robot.bus import Bus, Request
+from runtime.robot.bus import Request
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
 
@@ -29,7 +30,7 @@ class Lockstep:
 
     def __init__(
         self,
-        bus: Bus,
+        bus: LockstepBus,
         models: SearchModels,
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,

@@ -19,16 +19,16 @@ from runtime.config import Config
 from runtime.core.types import Detections, SearchState
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
-from runtime.loops.control_loop import ControlLoop
 from runtime.loops.decision_worker import DecisionWorker
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
 from runtime.loops.drive import Drive, Means
 from runtime.loops.feedback import Feedback
+from runtime.loops.ports import Control, Decisions, Looks, RealTimeBus
 from runtime.loops.process import Garbage
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.loops.shedding import Shedding
 from runtime.record import Record, unrecorded
-from runtime.robot.bus import Bus, Request
+from runtime.robot.bus import Request
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -45,8 +45,8 @@ class RealTime:
 
     def __init__(
         self,
-        bus: Bus,
-        control: ControlLoop,
+        bus: RealTimeBus,
+        control: Control,
         models: SearchModels,
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,
@@ -54,8 +54,8 @@ class RealTime:
         budgets: Budgets,
         garbage: Garbage,
         record: Record = unrecorded,
-        worker: DecisionWorker | None = None,
-        detector: DetectorWorker | None = None,
+        worker: Decisions | None = None,
+        detector: Looks | None = None,
     ) -> None:
         self._record = record
         self._bus, self._control, self._models = bus, control, models
@@ -65,8 +65,8 @@ class RealTime:
         self._hindsight = Hindsight()
         self._seen_s = 0.0  # when the last frame was taken
         self._tracer, self._garbage = tracer, garbage
-        self._detector = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
-        self._decisions = worker or DecisionWorker(WORKER_NICE, record)
+        self._detector: Looks = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
+        self._decisions: Decisions = worker or DecisionWorker(WORKER_NICE, record)
         self._shedding = Shedding(budgets)
 
     def run(self, until: Callable[[], bool]) -> None:

@@ -45,14 +45,18 @@ class Recorded:
 
 
 class Recording:
-    """A file that was begun by the recorder. RecordingError when it is none, or of another format.
+    """A file that was begun by the recorder, or a folder of them, one after the other, as a ring
+    leaves it. RecordingError when it is none, or of another format.
 
-    `cut` is known once all messages were read: whether the file ends in the middle.
+    `cut` is known once all messages were read: whether a file ends in the middle.
     """
 
     def __init__(self, path: Path) -> None:
         self.path, self.cut = path, False
-        self.about: Mapping[str, str] = _about(path)
+        self._files = sorted(path.glob(f"*{SUFFIX}")) if path.is_dir() else [path]
+        if not self._files:
+            raise RecordingError(f"{path}: no {SUFFIX} file is in it")
+        self.about: Mapping[str, str] = _about(self._files[0])
         found = self.about.get("format")
         if found != FORMAT:
             written = self.about.get("version", "unknown")
@@ -61,10 +65,18 @@ class Recording:
                 f"version of rfnav that wrote it ({written})"
             )
 
+    def size_bytes(self) -> int:
+        """On disk."""
+        return sum(file.stat().st_size for file in self._files)
+
     def __iter__(self) -> Iterator[Recorded]:
+        for file in self._files:
+            yield from self._messages(file)
+
+    def _messages(self, path: Path) -> Iterator[Recorded]:
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
-        with self.path.open("rb") as file:
+        with path.open("rb") as file:
             for record in self._records(file):
                 if isinstance(record, Schema):
                     schemas[record.id] = record
@@ -82,19 +94,17 @@ class Recording:
 
     def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
         """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
-        self.cut = True
         reader = StreamReader(file, emit_chunks=True, record_size_limit=RECORD_BYTES)
         try:
             for record in reader.records:
                 if isinstance(record, Footer):
-                    self.cut = False
                     return
                 if isinstance(record, Chunk):
                     yield from breakup_chunk(record, validate_crc=True)
                 else:
                     yield record
         except _CUT:
-            return
+            self.cut = True
 
 
 def messages(path: Path) -> Iterator[Recorded]:

@@ -37,7 +37,9 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Configuration": _object(
         "What the runtime was started with.", values=_TABLE, lockstep=_FLAG
     ),
-    "rfnav.Request": _object("A query to the runtime.", kind=_TEXT, body=_TABLE),
+    "rfnav.Request": _object(
+        "A query to the runtime.", kind=_TEXT, body=_TABLE, now_s=_NUMBER
+    ),
     "rfnav.Order": _object("How a goal was understood.", goal=_TABLE, rooms=_LIST),
     "rfnav.Frame": _object(
         "An observation that the loop consumed; the images of it were written just before.",

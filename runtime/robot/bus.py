@@ -108,7 +108,8 @@ class Bus:
                     {"accepted": False, "error": str(error)}
                 )
                 continue
-            self._record("request", {"kind": kind, "body": body})
+            now_s = self._clock.now_s()
+            self._record("request", {"kind": kind, "body": body, "now_s": now_s})
             return Request(kind, body, query, self._config.key(topic))
 
     def pose(self) -> tuple[wire.Stamped[Pose], float] | None:

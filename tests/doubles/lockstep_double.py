@@ -15,6 +15,7 @@ from runtime.clock import SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Intrinsics, Pose
 from runtime.loops.lockstep import Lockstep
+from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.bus import Bus
 from runtime.robot.session import ACTION, BusConfig, open_session
@@ -73,7 +74,9 @@ class Peer:
 
 
 @contextmanager
-def running(models: FakeModels, *settings: str) -> Iterator[tuple[Peer, list[BaseException]]]:
+def running(
+    models: FakeModels, *settings: str, record: Record = unrecorded
+) -> Iterator[tuple[Peer, list[BaseException]]]:
     """The loop in a thread, and a peer linked to it."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     harness = BusConfig(listen=(endpoint,))
@@ -87,8 +90,8 @@ def running(models: FakeModels, *settings: str) -> Iterator[tuple[Peer, list[Bas
 
     def serve() -> None:
         try:
-            with Bus(configure(()).bus, clock, lockstep=True) as bus:
-                Lockstep(bus, models, configure, clock).run(ending.is_set)
+            with Bus(configure(()).bus, clock, lockstep=True, record=record) as bus:
+                Lockstep(bus, models, configure, clock, record).run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 

@@ -65,7 +65,7 @@ def test_everything_is_written_in_the_order_of_telling(tmp_path: Path):
 @pytest.mark.parametrize("whole_mm", [True, False])
 def test_depth_is_without_loss_and_small_where_it_can_be(tmp_path: Path, whole_mm: bool):
     depth_m = np.random.default_rng(1).uniform(0.3, 9.0, (24, 32)).astype(np.float32)
-    depth_m[3, :5] = 0.0, np.nan, np.inf, -1.0, 65.535
+    depth_m[3, :5] = 0.0, np.nan, np.inf, -1.0, 65.534
     if whole_mm:
         depth_m = np.round(depth_m * 1000).astype(np.float32) / 1000
     recorder, told = begun(tmp_path), frame(depth_m)

@@ -1,0 +1,1 @@
+"""A recorded drive fed through the same code again."""

@@ -1,0 +1,56 @@
+"""What `rfnav replay` says, and how it ends."""
+
+import re
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from recorded_drive import recorded_drive
+
+from runtime.__main__ import cli
+from runtime.errors import RecordingError
+
+
+@pytest.fixture(scope="module")
+def recorded() -> Path:
+    return recorded_drive()
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(cli, ["replay", *map(str, arguments)])
+
+
+def test_equal_is_exit_0(recorded: Path):
+    done = run(recorded)
+    assert done.exit_code == 0, done.output
+    assert re.match(r"equal in \d+ turns: \d+ commands, \d+ decisions, ", done.output)
+
+
+def test_a_difference_is_exit_1_and_diff_tells_more(recorded: Path):
+    done = run(recorded, "--set", "map.max_depth_m=1.5")
+    assert done.exit_code == 1
+    first, more, *_ = done.output.splitlines()
+    assert first.startswith("differs first in turn ")
+    assert more.startswith("and ")
+    told = run(recorded, "--set", "map.max_depth_m=1.5", "--diff").output.splitlines()
+    assert told[0] == first
+    assert len(told) > 5
+
+
+def test_info_says_what_takes_how_much_room(recorded: Path):
+    done = run(recorded, "--info")
+    assert done.exit_code == 0, done.output
+    head, size, *topics = done.output.splitlines()
+    assert "lockstep" in head
+    assert "MB a minute" in size
+    assert any(line.endswith("/camera/depth/image_raw  sensor_msgs/msg/Image") for line in topics)
+
+
+def test_what_is_no_recording_is_an_error(tmp_path: Path):
+    (tmp_path / "a.mcap").write_bytes(b"")
+    done = run(tmp_path / "a.mcap")
+    assert isinstance(done.exception, RecordingError)
+    assert "is empty" in str(done.exception)
+    assert isinstance(run(tmp_path / "b.mcap", "--info").exception, RecordingError)
+    (tmp_path / "folder").mkdir()
+    assert "no .mcap file is in it" in str(run(tmp_path / "folder").exception)
