@@ -28,6 +28,8 @@ class StreamHealth:
     received: int = 0
     bad: int = 0
     last_error: str = ""
+    blank: int = 0  # depth images without a single reading
+    set_back: int = 0  # how often its clock was
     arrival_s: float | None = None  # monotonic, of the newest
 
 
@@ -110,8 +112,8 @@ class SensorStreams:
                 self._record("wire", WireMessage(topic, kind, payload))
             if stream == "camera_info":
                 self._camera_info = raw
-            else:
-                self._rings.file(stream, raw)
+            elif self._rings.file(stream, raw):
+                health.set_back += 1
             self._changed.notify_all()
 
     def file_transforms(self, topic: str, payload: bytes) -> None:
@@ -177,6 +179,9 @@ class SensorStreams:
             rgb = decode_color(match.color.payload, topic).value
             topic = topics.depth
             depth = wire.decode_depth(match.depth.payload, topic).value
+            if not depth.any():
+                with self._changed:
+                    self._health[topic].blank += 1
         except SensorError as error:
             self._count(topic, error)
             return None

@@ -62,13 +62,16 @@ class Rings:
         for ring in (self.color, self.depth, self.odom):
             ring.clear()
 
-    def file(self, stream: str, raw: RawMessage) -> None:
+    def file(self, stream: str, raw: RawMessage) -> bool:
         """Add a message. In real time one from a clock that was set back makes what came before it
-        worthless, in all streams."""
+        worthless, in all streams; whether it is one."""
         ring: deque[RawMessage] = getattr(self, stream)
-        if not self._lockstep and ring and raw.stamp_ns < ring[-1].stamp_ns - CLOCK_BACK_NS:
+        back = bool(ring) and raw.stamp_ns < ring[-1].stamp_ns - CLOCK_BACK_NS
+        back = back and not self._lockstep
+        if back:
             self.clear()
         ring.append(raw)
+        return back
 
     def peek(self) -> Match | None:
         """The next match, left in place."""

@@ -108,6 +108,7 @@ def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
     message = _decode(payload, IMAGE, topic)
     if message.encoding in ("16UC1", "mono16"):
         depth = _pixels(message, np.dtype(np.uint16), 1, topic).astype(np.float32) / 1000
+        depth[depth >= 65.535] = 0  # what fills 16 bits where nothing is
     elif message.encoding == "32FC1":
         depth = _pixels(message, np.dtype(np.float32), 1, topic).astype(np.float32)
     else:
@@ -215,7 +216,7 @@ def encode_depth(
     if encoding == "32FC1":
         return _encode_image(np.asarray(depth_m, "<f4"), stamp_ns, frame, encoding)
     mm = np.nan_to_num(np.round(depth_m * 1000.0), nan=0, posinf=0, neginf=0)
-    mm = np.where((mm < 0) | (mm > 65535), 0, mm)
+    mm = np.where((mm < 0) | (mm >= 65535), 0, mm)
     return _encode_image(mm.astype("<u2"), stamp_ns, frame, encoding)
 
 

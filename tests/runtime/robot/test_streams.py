@@ -1,0 +1,80 @@
+"""What comes over the wire that no robot should send: counted, and the rest goes on."""
+
+import threading
+
+import numpy as np
+import pytest
+from manual_clock import ManualClock
+
+from runtime.clock import Deadline
+from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.robot import wire
+from runtime.robot.session import BusConfig
+from runtime.robot.streams import SensorStreams
+from runtime.robot.transforms import FIXED
+
+K = Intrinsics(20.0, 20.0, 8.0, 6.0, 16, 12)
+S = 1_000_000_000
+HERE = Pose(0.0, 0.0, 0.0)
+DEPTH, ODOM = "camera/depth/image_raw", "odom"
+
+
+class Camera:
+    """The streams, and what is put into them."""
+
+    def __init__(self) -> None:
+        self.clock, self.changed = ManualClock(1.0), threading.Condition()
+        self.streams = SensorStreams(BusConfig(), self.clock, self.changed, False, FIXED)
+        self.streams.file("camera_info", wire.encode_camera_info(K, 0))
+
+    def show(self, depth: bytes, at_s: float, pose: Pose = HERE) -> Observation | None:
+        """A frame, between odometry of just before and just after."""
+        stamp_ns = round(at_s * S)
+        self.streams.file("color", wire.encode_color(np.zeros((12, 16, 3), np.uint8), stamp_ns))
+        self.streams.file("depth", depth)
+        for beside_ns in (-S // 100, S // 100):
+            self.streams.file("odom", wire.encode_odometry(pose, stamp_ns + beside_ns))
+        with self.changed:
+            match = self.streams.wait_for_match(Deadline.after(0.0, self.clock), lambda: True)
+        return self.streams.observe(match) if match is not None else None
+
+
+def depth(values: float, at_s: float, encoding: str = "32FC1") -> bytes:
+    image = np.full((12, 16), values, np.float32)
+    if encoding == "16UC1" and values > 65:
+        payload = wire.encode_depth(np.zeros_like(image), round(at_s * S), encoding=encoding)
+        return payload[: -image.size * 2] + b"\xff" * (image.size * 2)
+    return wire.encode_depth(image, round(at_s * S), encoding=encoding)
+
+
+@pytest.mark.parametrize(
+    ("value", "encoding"),
+    [(np.nan, "32FC1"), (np.inf, "32FC1"), (-np.inf, "32FC1"), (-2.0, "32FC1"),
+     (0.0, "16UC1"), (65.535, "16UC1")],
+)  # fmt: skip
+def test_depth_that_is_none_is_zero_and_counted(value: float, encoding: str):
+    camera = Camera()
+    obs = camera.show(depth(value, 5.0, encoding), 5.0)
+    assert obs is not None
+    assert not obs.depth_m.any()
+    assert camera.show(depth(2.0, 5.2), 5.2) is not None
+    assert camera.streams.health()[DEPTH].blank == 1
+
+
+def test_time_that_goes_back_is_counted_and_what_comes_after_is_used():
+    camera = Camera()
+    assert camera.show(depth(2.0, 100.0), 100.0) is not None
+    assert camera.show(depth(2.0, 50.0), 50.0) is None  # the odometry of then is not of its time
+    again = camera.show(depth(2.0, 50.2), 50.2, Pose(1.0, 0.0, 0.0))
+    assert again is not None
+    assert again.pose == Pose(1.0, 0.0, 0.0)  # nothing of the other time is mixed in
+    assert camera.streams.health()[ODOM].set_back == 1
+    assert sum(h.set_back for h in camera.streams.health().values()) == 1
+
+
+def test_a_jump_of_5_m_is_no_place_between():
+    camera = Camera()
+    assert camera.show(depth(2.0, 5.0), 5.0, Pose(0.0, 0.0, 0.0)) is not None
+    after = camera.show(depth(2.0, 5.2), 5.2, Pose(5.0, 0.0, 0.0))
+    assert after is not None
+    assert after.pose.x_m == 5.0
