@@ -51,6 +51,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
               help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--whole-mm", is_flag=True, help="Depth in whole millimetres, as most cameras.")
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
 @click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
@@ -77,6 +78,7 @@ def demo_command(**given: Any) -> None:
         raise ConfigError(f"method {method}: asks no runtime; `hil-sim eval` drives it")
     needed_models((method,))
     protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
+    protocol = replace(protocol, whole_mm=given["whole_mm"])
     faults = parse_faults(given["faults"])
     run_dir = given["out"] or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
     _clear(run_dir)

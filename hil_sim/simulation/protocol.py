@@ -75,6 +75,7 @@ class Protocol:
     tilt_rad: float = 0.0  # of the camera, positive looks down
     depth_min_m: float = 0.0
     depth_max_m: float = math.inf
+    whole_mm: bool = False  # depth is told so, as most cameras do
     noise: Noise = NONE
     laser: bool = False  # a scan on `scan`
     bumper: bool = False  # whether something is touched, on `bumper`
@@ -94,7 +95,8 @@ class Protocol:
     def sensed(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
         """(H, W) depth, m -> what the sensor reads; 0 outside its range."""
         inside = (depth_m >= self.depth_min_m) & (depth_m <= self.depth_max_m)
-        return np.where(inside, depth_m, np.float32(0))
+        sensed = np.where(inside, depth_m, np.float32(0))
+        return np.round(sensed * 1000) / np.float32(1000) if self.whole_mm else sensed
 
 
 SUCCESS_M = 0.1

@@ -92,7 +92,10 @@ def told(script: Script, replayed: Replayed, most: int) -> list[str]:
         lines.append(f"the recorder could not keep up and lost {lost}: what follows may differ")
     found = replayed.differences.found
     if replayed.equal:
-        return [*lines, f"equal in {replayed.turns} turns: {replayed.differences.in_words()}"]
+        lines.append(f"equal in {replayed.turns} turns: {replayed.differences.in_words()}")
+        elected = ", ".join(str(frontier) for frontier in replayed.elected)
+        ended = ", ".join(replayed.ended) or "nobody's word"
+        return [*lines, f"decided for {elected or 'nothing'}; ended by {ended}"]
     if found:
         lines.append(f"differs first in {found[0].in_words()}")
         lines += [difference.in_words() for difference in found[1:most]]

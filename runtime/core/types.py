@@ -158,6 +158,8 @@ class Vote:
     against: tuple[int, ...] = ()  # frontiers it speaks against; see `ConsensusConfig.veto`
     reasons: tuple[tuple[int, str], ...] = ()
     """(id, why) of each frontier of the set, sorted by id; () when the reason is of all at once."""
+    reply: str = field(default="", compare=False, repr=False)
+    """What a model that answers in words said, as it said it."""
 
     def reason_for(self, frontier: int) -> str:
         """What was said of this frontier, where reasons are given by frontier; else all of it."""
@@ -203,6 +205,7 @@ class Missing:
     expert: str
     why: Absence
     detail: str = ""
+    reply: str = field(default="", compare=False, repr=False)  # as a vote's
 
     @property
     def cause(self) -> str:

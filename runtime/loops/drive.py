@@ -19,7 +19,7 @@ from runtime.loops.control_loop import Plan
 from runtime.loops.decision_worker import DecisionRequest
 from runtime.loops.detector_worker import Surveyed
 from runtime.loops.feedback import Feedback
-from runtime.loops.ports import Control, Decisions, Looks, RealTimeBus
+from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.search import Search, SearchModels
 from runtime.loops.shedding import Shedding
 from runtime.tracing.stages import Stage
@@ -45,7 +45,7 @@ class Means:
     models: SearchModels
     clock: Clock
     decisions: Decisions
-    detector: Looks
+    detector: LoopDetector
     tracer: Tracer
     shedding: Shedding
 

@@ -86,7 +86,7 @@ class Decisions(Protocol):
     def close(self) -> None: ...
 
 
-class Looks(Protocol):
+class LoopDetector(Protocol):
     """Who looks at images beside the drive; see `DetectorWorker`."""
 
     rest: float

@@ -23,7 +23,7 @@ from runtime.loops.decision_worker import DecisionWorker
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
 from runtime.loops.drive import Drive, Means
 from runtime.loops.feedback import Feedback
-from runtime.loops.ports import Control, Decisions, Looks, RealTimeBus
+from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.process import Garbage
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.loops.shedding import Shedding
@@ -55,7 +55,7 @@ class RealTime:
         garbage: Garbage,
         record: Record = unrecorded,
         worker: Decisions | None = None,
-        detector: Looks | None = None,
+        detector: LoopDetector | None = None,
     ) -> None:
         self._record = record
         self._bus, self._control, self._models = bus, control, models
@@ -65,7 +65,7 @@ class RealTime:
         self._hindsight = Hindsight()
         self._seen_s = 0.0  # when the last frame was taken
         self._tracer, self._garbage = tracer, garbage
-        self._detector: Looks = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
+        self._detector: LoopDetector = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
         self._decisions: Decisions = worker or DecisionWorker(WORKER_NICE, record)
         self._shedding = Shedding(budgets)
 

@@ -27,7 +27,9 @@ def _object(meaning: str, **properties: Any) -> dict[str, Any]:
 
 
 _POSE: Final = _object("In the map frame.", x_m=_NUMBER, y_m=_NUMBER, yaw_rad=_NUMBER)
-_TWIST: Final = _object("Of the base.", v_mps=_NUMBER, w_radps=_NUMBER)
+_TWIST: Final = _object("What the base was sent.", v_mps=_NUMBER, w_radps=_NUMBER) | {
+    "type": ["object", "null"]
+}
 _NEWEST: Final = {
     "type": ["object", "null"],
     "properties": {"pose": _POSE, "stamp_ns": _INTEGER, "arrival_s": _NUMBER},

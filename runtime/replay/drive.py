@@ -1,8 +1,8 @@
 """Replays a recording: the loop that drove it runs again on what it was given then."""
 
 import tempfile
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,13 +22,16 @@ from runtime.tracing.tracer import Tracer
 
 @dataclass(frozen=True)
 class Replayed:
-    """How a replay went. `stopped`: why it could not go on to the end."""
+    """How a replay went. `stopped`: why it could not go on to the end; `elected`: the frontiers
+    that were decided for; `ended`: how each search ended that did."""
 
     differences: Differences
     turns: int
     seconds: float
     skipped: int = 0  # frames before the first goal
     stopped: str = ""
+    elected: tuple[int | None, ...] = ()
+    ended: tuple[str, ...] = ()
 
     @property
     def equal(self) -> bool:
@@ -48,48 +51,85 @@ def replay(
     the recorded ones; `again` are asked beside it. RecordingError when nothing of it can be
     replayed."""
     script.check_robot(path, settings)
-    differences, clock = Differences(), FilmClock()
-    controls: list[FilmControl] = []
+    account, clock, stopped = _Account(script), FilmClock(), ""
+    film = Film(script, clock, account.played)
+    always = () if script.lockstep else (ALWAYS,)
 
-    def played(turn: Turn, made: dict[str, list[Any]]) -> None:
-        differences.compare_turn(turn, made, script.recording.cut)
-        for control in controls:
-            control.drive(turn)
+    def configure(more: Sequence[str]) -> Config:
+        return script.config(path, (*settings, *more, *always))
 
-    film, stopped = Film(script, clock, played), ""
+    account.models = FilmModels(film, clock, again)
     with tempfile.TemporaryDirectory() as folder:
-        bus, models = FilmBus(film, Path(folder)), FilmModels(film, clock, again)
-        always = () if script.lockstep else (ALWAYS,)
-
-        def configure(more: Sequence[str]) -> Config:
-            return script.config(path, (*settings, *more, *always))
-
+        bus = FilmBus(film, Path(folder))
         try:
             if script.lockstep:
-                Lockstep(bus, models, configure, clock, film.record).run(film.over)
-            else:
-                tracer = Tracer(read_budgets(None), clock.now_s)
-                control = FilmControl(film, configure(()), tracer, differences)
-                controls.append(control)
-                beside = FilmDecisions(film), FilmLooks(film, again)
-                loop = RealTime(
-                    bus, control, models, configure, clock, tracer, read_budgets(None),
-                    Garbage(clock), film.record, *beside,
-                )  # fmt: skip
+                loop = Lockstep(bus, account.models, configure, clock, film.record)
                 loop.run(film.over)
+            else:
+                _in_real_time(film, bus, account, configure, clock)
         except RfNavError as error:
             if film.coming() or not script.recording.cut:  # else it only lacks what was cut off
                 stopped = str(error)
-    if not differences.compared.get("command"):
-        raise RecordingError(_nothing(script, bus.unseen, stopped))
-    return Replayed(differences, film.turn.number, film.turn.at_s, bus.unseen, stopped)
+    if not account.differences.compared.get("command"):
+        raise RecordingError(_nothing(script, account.skipped, stopped))
+    return Replayed(
+        account.differences,
+        film.turn.number,
+        film.turn.at_s,
+        account.skipped,
+        stopped,
+        tuple(account.elected),
+        tuple(account.ended),
+    )
 
 
-def _nothing(script: Script, unseen: int, stopped: str) -> str:
+@dataclass
+class _Account:
+    """What becomes of the turns."""
+
+    script: Script
+    differences: Differences = field(default_factory=Differences)
+    elected: list[int | None] = field(default_factory=list)
+    ended: list[str] = field(default_factory=list)
+    skipped: int = 0  # frames of a search that began before the recording
+    models: FilmModels | None = None
+    control: FilmControl | None = None
+
+    def played(self, turn: Turn, made: dict[str, list[Any]]) -> None:
+        """The loop is done with a turn."""
+        if self.models is not None and self.models.accepted:
+            self.elected.extend(told["frontier"] for told in made["decision"])
+            self.ended.extend(str(told["ended"]) for told in made["command"] if told["ended"])
+            self.differences.compare_turn(turn, made, self.script.recording.cut)
+        else:
+            self.skipped += turn.kind == "frame"
+        if self.control is not None:
+            self.control.drive(turn)
+
+
+def _in_real_time(
+    film: Film,
+    bus: FilmBus,
+    account: _Account,
+    configure: Callable[[Sequence[str]], Config],
+    clock: FilmClock,
+) -> None:
+    budgets, models = read_budgets(None), account.models
+    assert models is not None
+    tracer = Tracer(budgets, clock.now_s)
+    account.control = FilmControl(film, configure(()), tracer, account.differences)
+    loop = RealTime(
+        bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
+        film.record, FilmDecisions(film), FilmLooks(film, models.again),
+    )  # fmt: skip
+    loop.run(film.over)
+
+
+def _nothing(script: Script, skipped: int, stopped: str) -> str:
     """Why nothing was replayed."""
     path = script.recording.path
     if stopped:
         return f"{path}: nothing can be replayed: {stopped}"
-    if unseen:
+    if skipped:
         return f"{path}: begins in the midst of a search: it can be looked at, or asked --goal"
     return f"{path}: no search is in it"

@@ -122,7 +122,6 @@ class FilmBus:
 
     def __init__(self, film: Film, log_dir: Path) -> None:
         self._film, self._log_dir = film, log_dir
-        self.unseen = 0  # frames that the loop had no use for
 
     def request(self) -> Request | None:
         if self._film.coming() != "request":
@@ -142,7 +141,6 @@ class FilmBus:
         the loop, as it has no search."""
         if self._film.coming() == "frame" and not self._film.wait():
             self._film.forward()
-            self.unseen += 1
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
         found: dict[str, Any] | None = self._film.heard("labels")
@@ -173,12 +171,13 @@ class FilmModels:
     def __init__(self, film: Film, clock: Clock, again: ModelsAgain | None = None) -> None:
         self._film, self._clock, self.again = film, clock, again
         self.rooms: tuple[str, ...] = ()
+        self.accepted = False  # a goal, since the beginning
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         if not self._film.turn.heard["order"]:
             raise ConfigError("this goal was refused then")
         told = self._film.heard("order")
-        self.rooms = tuple(told["rooms"])
+        self.rooms, self.accepted = tuple(told["rooms"]), True
         if self.again is not None:
             self.again.accept(goal, config)
         return read(told["goal"], Goal), FilmPanel(self._film, self._clock, self.again)

@@ -14,8 +14,8 @@ from runtime.core.types import Action
 
 @cache
 def recorded_drive(steps: int = 30) -> Path:
-    """The recording of a search for a toilet, that is found, of at most so many steps; 0: of no
-    search at all. One for all tests of a process, not to be changed."""
+    """The recording of a search for a toilet, of at most so many steps; 0: of no search at all.
+    One for all tests of a process, not to be changed."""
     folder = Path(tempfile.mkdtemp())
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}

@@ -11,7 +11,7 @@ import base64
 import json
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
@@ -146,6 +146,11 @@ def grammar(ids: Sequence[int]) -> str:
 def read(reply: str, expert: str, ids: Iterable[int], rung: str = "local") -> Vote | Missing:
     """A model's reply as a vote, by equal shares of its set; anything but a non-empty set of known
     frontiers is Missing, with the cause."""
+    outcome = _read(reply, expert, ids, rung)
+    return replace(outcome, reply=reply[:REPLY_CHARS])
+
+
+def _read(reply: str, expert: str, ids: Iterable[int], rung: str) -> Vote | Missing:
     found = _answer(reply[:REPLY_CHARS])
     if found is None:
         return Missing(expert, Absence.NONSENSE, "no answer in the reply")

@@ -2,13 +2,16 @@
 
 import math
 import pickle
+from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from hil_sim.simulation.noise import NONE, USUAL
 from hil_sim.simulation.protocol import PROTOCOLS, Ending, GoalSighting, protocol_named
 from runtime import config
 from runtime.errors import ConfigError
+from runtime.robot import wire
 
 
 def test_robothor_needs_the_target_in_view_and_near() -> None:
@@ -75,3 +78,11 @@ def test_protocols_travel_to_other_processes() -> None:
 def test_what_is_wrong_is_named(arguments: tuple[object, ...], says: str) -> None:
     with pytest.raises(ConfigError, match=says):
         protocol_named(*arguments)  # type: ignore[arg-type]
+
+
+def test_depth_in_whole_millimetres_is_what_16_bits_hold() -> None:
+    depth_m = np.random.default_rng(0).uniform(0.0, 8.0, (30, 40)).astype(np.float32)
+    sensed = replace(PROTOCOLS["hm3d"], whole_mm=True).sensed(depth_m)
+    told = wire.decode_depth(wire.encode_depth(sensed, 0, encoding="16UC1"), "depth")
+    assert np.array_equal(told.value, sensed)
+    assert np.abs(sensed - PROTOCOLS["hm3d"].sensed(depth_m)).max() <= 0.00051

@@ -232,3 +232,8 @@ def test_what_is_no_vote_says_why(reply: str, cause: str) -> None:
     outcome = read(reply, "o2f", (3, 11, 12))
     assert isinstance(outcome, Missing)
     assert (outcome.expert, outcome.cause) == ("o2f", cause)
+
+
+@pytest.mark.parametrize("reply", ['{"reason": "a sink", "frontiers": [2]}', "I cannot say.", ""])
+def test_a_reply_is_kept_as_it_was_said(reply: str) -> None:
+    assert prompted_experts.read(reply, "o2f", (1, 2)).reply == reply

@@ -1,0 +1,88 @@
+"""The control loop of a replay: ticks of then, whatever came between them."""
+
+from collections import deque
+from typing import Any
+
+from runtime.config import load
+from runtime.core.motion.courses import STILL, ControlConfig, Spin
+from runtime.core.motion.safety import Odometry
+from runtime.core.types import Pose, SearchState, Twist
+from runtime.loops.control_loop import Plan, Tick
+from runtime.recording.exact import exact
+from runtime.replay.control import FilmControl
+from runtime.replay.differences import Differences
+from runtime.replay.script import Turn
+from runtime.tracing.budgets import read_budgets
+from runtime.tracing.tracer import Tracer
+
+
+class Film:
+    """One turn, in which the loop plans to spin."""
+
+    def __init__(self, **made: list[Any]) -> None:
+        self.turn = Turn(1, "frame", 0.0, made=made, heard={"asked_mps": deque([0.25])})
+        self.told: list[tuple[str, object]] = []
+
+    def heard(self, name: str) -> Any:
+        return self.turn.heard[name].popleft()
+
+    def made(self, kind: str) -> int:
+        return sum(told == kind for told, _ in self.told)
+
+    def record(self, kind: str, value: object) -> None:
+        self.told.append((kind, value))
+
+
+def tick(now_s: float, sent: Twist | None, plan: int = 4, halt: str = "", **more: Any) -> tuple:
+    odometry = Odometry(Pose(0.0, 0.0, 0.0), round(now_s * 1e9), now_s)
+    known = Tick(now_s, 0.01, odometry, now_s, plan, False, False, sent, halt)
+    return "tick", {**exact(known), **more}
+
+
+def driven(*controls: tuple[str, Any]) -> tuple[Differences, FilmControl]:
+    film, differences = Film(plan=[{"number": 4, "frame_s": 9.9}]), Differences()
+    tracer = Tracer(read_budgets(None), lambda: 0.0)
+    control = FilmControl(film, load(None), tracer, differences)  # type: ignore[arg-type]
+    control.follow(Plan(Spin(0.5), 0.0, 0.2, ControlConfig()))
+    film.turn.controls.extend(controls)
+    control.drive(film.turn)
+    return differences, control
+
+
+ACCELERATED = Twist(0.0, 3.0 * 0.0625)  # rad/s^2, s
+
+
+def test_the_same_ticks_send_the_same():
+    differences, control = driven(tick(10.0, STILL), tick(10.0625, ACCELERATED))
+    assert [d.in_words() for d in differences.found] == []
+    assert differences.compared == {"tick": 2}
+    assert control.asked_mps() == 0.25
+
+
+def test_what_is_sent_otherwise_is_told():
+    differences, _ = driven(tick(10.0, STILL), tick(10.0625, Twist(0.0, 0.1)))
+    assert [d.what for d in differences.found] == ["tick.sent.w_radps"]
+
+
+def test_a_plan_of_too_old_a_frame_halts_as_it_did():
+    differences, _ = driven(tick(10.0, STILL), tick(20.0, STILL, halt="plan"))
+    assert [d.in_words() for d in differences.found] == []
+
+
+def test_a_plan_that_was_withdrawn_in_the_midst_of_a_tick():
+    withdrawn = tick(10.0625, STILL, withdrawn=True)
+    differences, _ = driven(tick(10.0, STILL), withdrawn, tick(10.125, STILL, plan=0))
+    assert [d.in_words() for d in differences.found] == []
+
+
+def test_rest_comes_between_the_ticks_where_it_came():
+    rest = "rest", {"state": SearchState.FOUND.value}
+    differences, _ = driven(
+        tick(10.0, STILL), tick(10.0625, ACCELERATED), rest, tick(10.125, STILL, plan=0)
+    )
+    assert [d.in_words() for d in differences.found] == []
+
+
+def test_ticks_of_a_plan_that_is_not_known_are_left_out():
+    differences, _ = driven(tick(10.0, STILL, plan=3), tick(10.0625, STILL))
+    assert differences.compared == {"tick": 1}
