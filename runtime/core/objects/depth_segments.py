@@ -41,15 +41,16 @@ def distance_m(depth_m: F32, label: I32, size: I32) -> float:
     no depth is known. That is the nearest substantial surface in the middle of the box or, where
     that one goes on beyond, the one within the box that spans most of it, if there is one."""
     core = _core(depth_m.shape)
-    known = depth_m[core][depth_m[core] > 0]
+    known = depth_m[core]
+    known = known[known > 0]
     if not known.size:
         return 0.0
-    nearest_m = float(np.quantile(known, NEAR_QUANTILE))
-    there = label[(np.abs(depth_m - nearest_m) <= EDGE_M) & (label > 0)]
-    if not there.size:
+    nearest_m = quantile(known, NEAR_QUANTILE)
+    there = label[np.abs(depth_m - np.float32(nearest_m)) <= EDGE_M]
+    nearest = _most(there)
+    if not nearest:
         return nearest_m
     count = np.bincount(label.ravel(), minlength=len(size))
-    nearest = int(np.bincount(there).argmax())
     if count[nearest] >= WITHIN_SHARE * size[nearest]:
         return nearest_m
     within = np.flatnonzero((count > 0) & (count >= WITHIN_SHARE * size))
@@ -57,13 +58,35 @@ def distance_m(depth_m: F32, label: I32, size: I32) -> float:
     if own is None:
         return nearest_m
     middle = depth_m[core][own[core]]
-    return float(np.quantile(middle if middle.size else depth_m[own], NEAR_QUANTILE))
+    return quantile(middle if middle.size else depth_m[own], NEAR_QUANTILE)
+
+
+def quantile(values: F32, share: float) -> float:
+    """`np.quantile`, of (N,) alone and in a tenth of the time."""
+    at = (len(values) - 1) * share
+    low = int(at)
+    high = min(low + 1, len(values) - 1)
+    ordered = np.partition(values, (low, high))
+    below, above, part = ordered[low], ordered[high], np.float32(at - low)
+    step = above - below
+    return float(above - step * (1 - part) if part >= 0.5 else below + step * part)
+
+
+def _most(label: I32) -> int:
+    """The commonest label but 0, of equals the lowest; 0 where there is none."""
+    if not label.size:
+        return 0
+    count = np.bincount(label)
+    count[0] = 0
+    return int(count.argmax())
 
 
 def attached(depth_m: F32, label: I32, near_m: float) -> Mask:
     """Of a box's patch (h, w): what hangs together with something as far away as `near_m`."""
-    there = np.unique(label[np.abs(depth_m - near_m) <= EDGE_M])
-    mask: Mask = np.isin(label, there[there > 0])
+    wanted = np.zeros(int(label.max(initial=0)) + 1, bool)
+    wanted[label[np.abs(depth_m - np.float32(near_m)) <= EDGE_M]] = True
+    wanted[0] = False
+    mask: Mask = wanted[label]
     return mask
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from runtime.core.geometry import GridFrame, wrap_angle
 from runtime.core.mapping.grid import RESOLUTION_M
+from runtime.core.objects.footprints import footprint, middle, without_strays
+from runtime.core.objects.places import Places
 from runtime.core.types import F32, F64, Pose
 
-LEAST_M = 0.15  # what is so near to an instance's middle is of it
 _NO_EMBEDDING = np.zeros(0, np.float32)
 
 
-STRAY = 2.4  # times the median distance from its middle: cells beyond are not of it
 ASSOCIATE_M = 0.6  # between a detection and the instance it is another view of
 OTHER_NAME_M = 0.3  # that much nearer, when it was never called that before,
 SAME_COSINE = 0.7
@@ -81,6 +81,9 @@ class Instance:
     range_m: float = math.inf  # of the nearest view
     views: list[Pose] = field(default_factory=list)  # distinct poses that it was seen from
     looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
+    _embedding: tuple[F32, F32] | None = field(default=None, repr=False, compare=False)
+    _sides: tuple[F64, tuple[float, float]] | None = field(default=None, repr=False, compare=False)
+    """Of the sum, and of the cells, that they were computed of."""
 
     @property
     def name(self) -> str:
@@ -112,8 +115,19 @@ class Instance:
     @property
     def embedding(self) -> F32:
         """(D,) unit: the views' mean by score; (0,) for a detector without embeddings."""
-        norm = float(np.linalg.norm(self.embedding_sum))
-        return self.embedding_sum / np.float32(norm) if norm > 0 else _NO_EMBEDDING
+        if self._embedding is None or self._embedding[0] is not self.embedding_sum:
+            norm = float(np.linalg.norm(self.embedding_sum))
+            unit = self.embedding_sum / np.float32(norm) if norm > 0 else _NO_EMBEDDING
+            self._embedding = self.embedding_sum, unit
+        return self._embedding[1]
+
+    @property
+    def sides(self) -> tuple[float, float]:
+        """Of the tightest rectangle round the centres of its cells, m, the longer first."""
+        if self._sides is None or self._sides[0] is not self.cells_xy:
+            _, sides, _ = cv2.minAreaRect(self.cells_xy.astype(np.float32))
+            self._sides = self.cells_xy, (max(sides), min(sides))
+        return self._sides[1]
 
     def views_as(self, name: str) -> list[Pose]:
         """From where it was seen, whatever it was called, since it was last rejected as that."""
@@ -138,8 +152,8 @@ RIVAL = Likeness(RIVAL_COSINE, 0.0, RIVAL_SIZE)
 
 def size_m(instance: Instance, cell_m: float) -> tuple[float, float, float]:
     """Length and width of the footprint's tightest rectangle, and height, m: of what was seen."""
-    _, sides, _ = cv2.minAreaRect(instance.cells_xy.astype(np.float32))
-    return max(sides) + cell_m, min(sides) + cell_m, instance.high_m - instance.low_m
+    length_m, width_m = instance.sides
+    return length_m + cell_m, width_m + cell_m, instance.high_m - instance.low_m
 
 
 def shares(instance: Instance) -> dict[str, float]:
@@ -167,22 +181,26 @@ def fuse(
     frame: GridFrame,
     sighting: Sighting,
     pose: Pose,
+    places: Places | None = None,
 ) -> Instance:
     """Join a sighting to the instance that it is another view of, or to a new one. What it says for
-    names is left to `called` and `uncalled`: one place may have two names in one image."""
-    ordered = np.sort(sighting.points.T, axis=1)
-    x, y, z_m = (float(v) for v in _middle(ordered))
-    xy, cut = (x, y), len(sighting.points) // 20  # strays at the rim
-    low_m, high_m = float(ordered[2, cut]), float(ordered[2, -1 - cut])
+    names is left to `called` and `uncalled`: one place may have two names in one image. `places`
+    are those of the instances, where they are kept."""
+    points, cut = sighting.points, len(sighting.points) // 20  # strays at the rim
+    x, y, z_m = middle(points).tolist()
+    xy, last = (x, y), len(points) - 1 - cut
+    low_m, high_m = np.partition(points[:, 2], (cut, last))[[cut, last]].tolist()
     cells = without_strays(footprint(frame, sighting.points[:, :2]))
     seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    instance = same(instances, seen)
+    places = Places.of(instances) if places is None else places
+    instance = same(instances, seen, places)
     if instance is None:
         instance = instances[new_id] = seen
     else:
         _widen(instance, seen, sighting.range_m, frame)
         instance.embedding_sum = _joined(instance.embedding_sum, seen.embedding_sum)
+    places.put([instance])
     instance.range_m = min(instance.range_m, sighting.range_m)
     instance.best_score = max(instance.best_score, sighting.score)
     if _is_new(instance, pose, instance.views_as(sighting.name)):
@@ -217,8 +235,8 @@ def _widen(instance: Instance, seen: Instance, range_m: float, frame: GridFrame)
         cells = without_strays(cells)
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
     instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
-    x, y = _middle(np.sort(cells.T, axis=1))
-    instance.xy, instance.z_m = (float(x), float(y)), 0.7 * instance.z_m + 0.3 * seen.z_m
+    x, y = middle(cells).tolist()
+    instance.xy, instance.z_m = (x, y), 0.7 * instance.z_m + 0.3 * seen.z_m
 
 
 def _joined(total: F32, one: F32) -> F32:
@@ -228,41 +246,18 @@ def _joined(total: F32, one: F32) -> F32:
     return total + one if total.shape == one.shape else one
 
 
-def footprint(frame: GridFrame, xy: F64) -> F64:
-    """(N, 2) m -> (M, 2) centres of the cells under them, each once, in scan order."""
-    rows, cols = np.ascontiguousarray(frame.cells(xy).T)
-    top, left = rows.min(), cols.min()
-    width = int(cols.max() - left) + 1
-    held = np.zeros((int(rows.max() - top) + 1) * width, bool)
-    held[(rows - top) * width + (cols - left)] = True
-    row, col = np.divmod(np.flatnonzero(held), width)
-    return frame.centres(np.stack([row + top, col + left], axis=1).astype(np.int32))
-
-
-def without_strays(cells_xy: F64) -> F64:
-    """(N, 2) m -> those not much farther from the middle than most: of a long rectangle all (its
-    farthest cell is twice as far as the median), of a thing on a table not the table before it."""
-    away = np.hypot(*(cells_xy - _middle(np.sort(cells_xy.T, axis=1))).T)
-    half = len(away) // 2
-    near = away <= max(STRAY * float(np.partition(away, half)[half]), LEAST_M)
-    return np.asarray(cells_xy[near])
-
-
-def _middle(ordered: F64) -> F64:
-    """(K, N) sorted rows -> (K,) their medians."""
-    n = ordered.shape[1]
-    return np.asarray((ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2)
-
-
-def same(instances: Mapping[int, Instance], seen: Instance) -> Instance | None:
+def same(instances: Mapping[int, Instance], seen: Instance, places: Places) -> Instance | None:
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
     new to it costs as much as OTHER_NAME_M."""
     (name,) = seen.evidence
     best: tuple[float, int] | None = None
-    for instance in instances.values():
+    for least, id in places.near(seen.xy, seen.cells_xy, ASSOCIATE_M):
+        instance = instances[id]
         known = name in instance.evidence
         if not known and not seen.embedding_sum.size:
+            continue
+        if least + (0.0 if known else OTHER_NAME_M) > (best[0] if best else ASSOCIATE_M):
             continue
         if math.dist(instance.xy, seen.xy) > 4.0:
             continue

@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from runtime.core.objects.depth_segments import NEAR_QUANTILE, attached, distance_m, segment
+from runtime.core.objects.depth_segments import (
+    NEAR_QUANTILE,
+    attached,
+    distance_m,
+    quantile,
+    segment,
+)
 
 WALL_M, SHAPE = 4.0, (60, 80)
 BOX = slice(10, 40), slice(20, 60)  # rows, columns
@@ -97,3 +103,10 @@ def test_any_box_of_any_picture_has_a_depth_that_occurs_in_it(depth, top, left, 
     known = patch[patch > 0]
     if distance:
         assert known.min() <= distance <= known.max()
+
+
+@given(arrays.arrays(np.float32, st.integers(1, 60), elements=st.floats(0, 8, width=32)))
+def test_a_quantile_is_numpys(values: np.ndarray):
+    assert quantile(values, NEAR_QUANTILE) == pytest.approx(
+        float(np.quantile(values, NEAR_QUANTILE)), abs=1e-6
+    )

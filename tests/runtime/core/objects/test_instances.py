@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
@@ -18,14 +18,12 @@ from runtime.core.objects.instances import (
     Instance,
     Sighting,
     called,
-    footprint,
     fuse,
     logit,
     reject,
     shares,
     size_m,
     uncalled,
-    without_strays,
 )
 from runtime.core.objects.verdict import confirmed, supported
 from runtime.core.types import Pose
@@ -224,28 +222,3 @@ def test_a_place_from_where_it_is_missed_speaks_against_it_once(frames: int):
 def test_logits_are_bounded_and_odd(p: float):
     assert abs(logit(p)) < 10
     assert logit(p) == pytest.approx(-logit(1 - p), abs=1e-6)
-
-
-def reach(some_xy: np.ndarray, all_xy: np.ndarray) -> float:
-    return float(np.hypot(*(some_xy - np.median(all_xy, axis=0)).T).max())
-
-
-@given(st.floats(0.1, 2.0), st.floats(0.1, 1.0), st.floats(-math.pi, math.pi))
-@example(0.5, 0.109375, 0.125)
-def test_all_of_a_rectangle_is_kept_and_a_spill_is_not(length: float, width: float, turn: float):
-    """What spills out is a strip as long as the thing, two cells wide."""
-    frame = GridFrame(-6.0, -6.0, 0.05, 240, 240)
-    x, y = np.meshgrid(np.arange(0, length, 0.03), np.arange(0, width, 0.03))
-    cos, sin = math.cos(turn), math.sin(turn)
-    box = np.stack([x.ravel() * cos - y.ravel() * sin, x.ravel() * sin + y.ravel() * cos], axis=1)
-    cells = footprint(frame, box)
-    kept = without_strays(cells)
-    assert len(kept) >= 0.9 * len(cells)  # a corner may be just grazed
-    assert reach(kept, cells) > reach(cells, cells) - 0.0708  # a cell's diagonal
-    long = max(length, width)
-    along = np.arange(long, 2.5 * long + 0.5, 0.03)
-    strip = np.stack([along * cos - 0.02 * sin, along * sin + 0.02 * cos], axis=1)
-    spilt = footprint(frame, np.concatenate([box, strip]))
-    if len(spilt) < 1.5 * len(cells):
-        kept = without_strays(spilt)
-        assert np.hypot(*kept.T).max() < np.hypot(*spilt.T).max() - 0.2
