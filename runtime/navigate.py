@@ -173,7 +173,8 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
     explored.resort = resort
     if resort is Resort.RETRY:
-        explored.given_up[:], world.map.dead_end[:] = False, False
+        explored.given_up[:] = False
+        world.map.reopen()
     with_frontiers(world, cfg)
     course = Spin(cfg.control.look_radps)
     return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)

@@ -18,10 +18,10 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     """The candidates of the map as it is now, and how far they are on foot."""
     frame, explored = world.map.frame, world.explored
     tight = explored.resort >= Resort.TIGHT
-    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, tight)
-    edge = frontiers.boundary(world.map, explored.given_up)
-    parts = frontiers.components(edge, frame, frontiers.MIN_CELLS)
+    world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, tight, world.survey)
+    parts = explored.boundary.update(world.map, explored.given_up)
     if explored.resort >= Resort.AFAR:
+        edge = explored.boundary.edge
         dim = coverage.overlooked(world.map, explored.looked, explored.given_up) & ~edge
         parts += frontiers.components(dim, frame, coverage.MIN_CELLS)
     named = frontiers.identify(explored.memory, parts, frame)

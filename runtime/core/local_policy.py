@@ -6,7 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from runtime.core.distances.planner import DEAD_END_M, Field, descend
+from runtime.core.distances.planner import Field, descend
+from runtime.core.distances.terrain import DEAD_END_M
 from runtime.core.geometry import bearing
 from runtime.core.motion import discrete_policy, step_search, velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Course

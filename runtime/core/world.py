@@ -8,11 +8,13 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from runtime.core.distances.planner import Field, Terrain, descend
+from runtime.core.distances.planner import Field, descend
+from runtime.core.distances.terrain import Survey, Terrain
 from runtime.core.geometry import seen_from_m
-from runtime.core.mapping.frontiers import FrontierMemory
+from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
+from runtime.core.mapping.windows import widened
 from runtime.core.motion.courses import STILL, Course
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
@@ -135,6 +137,7 @@ class Explored:
     given_up: Mask  # (R, C) frontier cells that were looked at in vain
     looked: Mask  # (R, C) cells seen from near
     memory: FrontierMemory = field(default_factory=FrontierMemory)
+    boundary: Boundary = field(default_factory=Boundary)
     looks_left: int = 0  # turns of the first look around
     resort: Resort = Resort.NONE
 
@@ -194,6 +197,7 @@ class World:
     looked_from: Pose | None = None  # where the image was taken whose detections came last
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
+    survey: Survey = field(default_factory=Survey, repr=False)  # behind that view
     frontiers: tuple[Frontier, ...] = ()
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)
@@ -269,9 +273,17 @@ class World:
         """Never ask for these frontier cells again (those within `near_m` of the robot)."""
         gap = np.hypot(cells_xy[:, 0] - self.pose.x_m, cells_xy[:, 1] - self.pose.y_m)
         cells = self.map.frame.cells(cells_xy[gap <= near_m])
-        mask = np.zeros(self.map.frame.shape, np.uint8)
-        mask[tuple(cells.T)] = 1
-        self.explored.given_up |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).astype(bool)
+        if not len(cells):
+            return
+        (top, left), (bottom, right) = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
+        held = slice(top, bottom + 1), slice(left, right + 1)
+        window = widened(held, 2, self.map.frame)
+        mask = np.zeros(
+            (window[0].stop - window[0].start, window[1].stop - window[1].start), np.uint8
+        )
+        mask[cells[:, 0] - window[0].start, cells[:, 1] - window[1].start] = 1
+        self.explored.given_up[window] |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).view(bool)
+        self.map.touched(window)
 
     def frontier(self, id: int | None) -> Frontier | None:
         """The frontier of that id, if it is there."""

@@ -6,7 +6,8 @@ When no frontier is left, the robot looks for what it saw only from afar.
 import numpy as np
 
 from runtime.core.geometry import GridFrame
-from runtime.core.mapping.grid import NavigationMap, polygon_patch
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.windows import polygon_patch
 from runtime.core.types import F64, Mask
 
 NEAR_M = 2.2  # what is closer to the camera has been looked at

@@ -1,14 +1,13 @@
 """Frontiers: connected sets of free cells that touch unknown, with ids that outlive map updates."""
 
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.windows import Window, bounds, inside, joined, widened
 from runtime.core.types import F64, I32, Mask
 
 _EIGHT = np.ones((3, 3), np.uint8)
@@ -26,18 +25,28 @@ class FrontierMemory:
 
     next_id: int = 1
     cells_xy: dict[int, F64] = field(default_factory=dict)  # id -> (N, 2) m
+    frame: GridFrame | None = None  # of the next two, by the identity of the arrays of cells
+    shapes: dict[int, "_Shape"] = field(default_factory=dict, repr=False)
+    shared: dict[tuple[int, int], int] = field(default_factory=dict, repr=False)
 
 
 def boundary(grid: NavigationMap, given_up: Mask) -> Mask:
     """(R, C) free cells that touch unknown (8-neighbourhood), away from obstacles and from what was
     given up."""
-    rows, cols = grid.known_window(margin=2)
-    free = grid.free[rows, cols]
-    unknown = cv2.dilate(grid.unknown[rows, cols].view(np.uint8), _EIGHT)
-    size = 2 * WALL_GAP_CELLS + 1
-    walls = cv2.dilate(grid.occupied[rows, cols].view(np.uint8), np.ones((size, size), np.uint8))
+    window = grid.known_window(margin=2)
     edge = np.zeros(grid.frame.shape, bool)
-    edge[rows, cols] = free & (unknown > 0) & (walls == 0) & ~given_up[rows, cols]
+    edge[window] = _edge_in(window, grid, given_up)
+    return edge
+
+
+def _edge_in(window: Window, grid: NavigationMap, given_up: Mask) -> Mask:
+    """The part of the boundary within a window, (r, c)."""
+    source = widened(window, max(1, WALL_GAP_CELLS), grid.frame)
+    inner = inside(window, source)
+    unknown = cv2.dilate(grid.unknown[source].view(np.uint8), _EIGHT)[inner]
+    size = 2 * WALL_GAP_CELLS + 1
+    walls = cv2.dilate(grid.occupied[source].view(np.uint8), np.ones((size, size), np.uint8))[inner]
+    edge: Mask = grid.free[window] & (unknown > 0) & (walls == 0) & ~given_up[window]
     return edge
 
 
@@ -47,16 +56,98 @@ def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
     if not len(rows):
         return []
     top = int(rows[0]) & ~1  # components are numbered by blocks of 2 x 2 cells
-    part = edge[top : int(rows[-1]) + 1]
-    _, labels = cv2.connectedComponents(part.view(np.uint8), connectivity=8)
-    flat = np.flatnonzero(part)
+    parts = _labelled(edge[top : int(rows[-1]) + 1], top, 0)
+    return [frame.centres(cells) for cells in parts if len(cells) >= min_cells]
+
+
+def _labelled(mask: Mask, top: int, left: int) -> list[I32]:
+    """(r, c) -> the 8-connected sets of cells, each (N, 2) row, col in scan order, of a mask whose
+    corner, both even, is given."""
+    _, labels = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
+    flat = np.flatnonzero(mask)
     label = labels.reshape(-1)[flat]
     order = np.argsort(label, kind="stable")
-    sizes = np.bincount(label)[1:]
-    row, col = np.divmod(flat[order], frame.cols)
-    xy = frame.centres(np.stack([row + top, col], axis=1).astype(np.int32))
-    ends = np.cumsum(sizes)
-    return [xy[end - n : end] for n, end in zip(sizes, ends, strict=True) if n >= min_cells]
+    row, col = np.divmod(flat[order], mask.shape[1])
+    cells = np.stack([row + top, col + left], axis=1).astype(np.int32)
+    ends = np.cumsum(np.bincount(label)[1:])
+    return np.split(cells, ends[:-1]) if len(flat) else []
+
+
+@dataclass(frozen=True)
+class _Part:
+    """One connected set of the boundary: cells (N, 2) row, col and (N, 2) m, in scan order."""
+
+    cells: I32
+    cells_xy: F64
+    low: tuple[int, int]
+    high: tuple[int, int]
+    rank: tuple[int, int]  # the first, in scan order, of the blocks of 2 x 2 cells that it lies in
+
+    @classmethod
+    def of(cls, cells: I32, frame: GridFrame) -> "_Part":
+        (top, left), (bottom, right) = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
+        blocks = cells[cells[:, 0] <= top | 1, 1] >> 1
+        rank = top >> 1, int(blocks.min())
+        return cls(cells, frame.centres(cells), (top, left), (bottom, right), rank)
+
+    def meets(self, window: Window) -> bool:
+        """Whether its box and the window have a cell in common."""
+        return all(
+            low < part.stop and part.start <= high
+            for low, high, part in zip(self.low, self.high, window, strict=True)
+        )
+
+
+class Boundary:
+    """The boundary of one map and its connected sets, made anew only where the map changes."""
+
+    def __init__(self) -> None:
+        self._frame: GridFrame | None = None
+        self._revision = 0
+        self._edge: Mask = np.zeros((0, 0), bool)
+        self._parts: list[_Part] = []
+
+    @property
+    def edge(self) -> Mask:
+        """(R, C) what `boundary` would be; updated in place."""
+        return self._edge
+
+    def update(self, grid: NavigationMap, given_up: Mask) -> list[F64]:
+        """The map as it is now -> what `components` would find, of MIN_CELLS or more."""
+        revision, window = grid.changed_since(self._revision)
+        if self._frame != grid.frame:
+            self._frame, self._edge = grid.frame, np.zeros(grid.frame.shape, bool)
+            self._parts, window = [], grid.known_window(margin=2)
+        if window is not None:
+            self._renew(widened(window, max(1, WALL_GAP_CELLS), grid.frame), grid, given_up)
+        self._revision = revision
+        return [part.cells_xy for part in self._parts if len(part.cells) >= MIN_CELLS]
+
+    def _renew(self, window: Window, grid: NavigationMap, given_up: Mask) -> None:
+        edge = _edge_in(window, grid, given_up)
+        changed = edge ^ self._edge[window]
+        if not changed.any():
+            return
+        self._edge[window] = edge
+        touched = bounds(changed, window)
+        beside = widened(touched, 1, grid.frame)
+        stale = [part for part in self._parts if part.meets(beside)]
+        held = touched
+        for part in stale:
+            box = slice(part.low[0], part.high[0] + 1), slice(part.low[1], part.high[1] + 1)
+            held = joined(held, box)
+        # Other sets that reach into the same box are none of its.
+        top, left = held[0].start & ~1, held[1].start & ~1
+        mask = np.zeros((held[0].stop - top, held[1].stop - left), bool)
+        for part in stale:
+            mask[part.cells[:, 0] - top, part.cells[:, 1] - left] = True
+        mask[inside(touched, (slice(top, 0), slice(left, 0)))] = self._edge[touched]
+        before = {part.cells.tobytes(): part for part in stale}
+        made = _labelled(mask, top, left)
+        new = [before.get(cells.tobytes()) or _Part.of(cells, grid.frame) for cells in made]
+        gone = {id(part) for part in stale}
+        parts = [part for part in self._parts if id(part) not in gone] + new
+        self._parts = sorted(parts, key=lambda part: part.rank)
 
 
 def identify(memory: FrontierMemory, parts: list[F64], frame: GridFrame) -> dict[int, F64]:
@@ -85,32 +176,61 @@ def identify(memory: FrontierMemory, parts: list[F64], frame: GridFrame) -> dict
 def _overlaps(
     memory: FrontierMemory, parts: list[F64], frame: GridFrame, dilation: int
 ) -> list[tuple[int, int, int]]:
-    """(part, earlier id, cells of the part within the dilated earlier frontier), only if > 0."""
+    """(part, earlier id, cells of the part within the dilated earlier frontier), only if > 0. What
+    two sets share is counted once, as long as both are there."""
     if not parts or not memory.cells_xy:
         return []
-    owner = np.full(frame.shape, -1, np.int16)
-    cells, starts = _cells(parts, frame)
-    owner[cells[:, 0], cells[:, 1]] = np.repeat(np.arange(len(parts)), [len(p) for p in parts])
-    size = 2 * dilation + 1
-    kernel = np.ones((size, size), np.uint8)
-    cells, starts = _cells(memory.cells_xy.values(), frame)
-    lows = np.maximum(np.minimum.reduceat(cells, starts) - dilation, 0)
-    highs = np.minimum(np.maximum.reduceat(cells, starts) + dilation + 1, frame.shape)
+    before = memory.shapes if memory.frame == frame else {}
+    olds = [_shape(before, cells, frame) for cells in memory.cells_xy.values()]
+    news = [_shape(before, cells, frame) for cells in parts]
+    known = memory.shared if memory.frame == frame else {}
+    memory.frame, memory.shapes = frame, {id(shape.cells_xy): shape for shape in news}
+    memory.shared = {}
+    lows, highs = (np.array([getattr(shape, end) for shape in news]) for end in ("low", "high"))
     found = []
-    for old, rc, low, high in zip(
-        memory.cells_xy, np.split(cells, starts[1:]), lows, highs, strict=True
-    ):
-        claimed = owner[low[0] : high[0], low[1] : high[1]]
-        patch = np.zeros(claimed.shape, np.uint8)
-        patch[rc[:, 0] - low[0], rc[:, 1] - low[1]] = 1
-        claimed = claimed[cv2.dilate(patch, kernel) > 0]
-        shared = np.bincount(claimed[claimed >= 0])
-        found += [(int(part), old, int(shared[part])) for part in np.flatnonzero(shared)]
+    for old, shape in zip(memory.cells_xy, olds, strict=True):
+        near = (lows <= shape.high + dilation) & (highs >= shape.low - dilation)
+        for part in np.flatnonzero(near.all(axis=1)).tolist():
+            new = news[part]
+            pair = id(new.cells_xy), id(shape.cells_xy)
+            shared = known[pair] if pair in known else new.within(shape, dilation, frame)
+            if pair[1] in memory.shapes:  # it is there the next time, too
+                memory.shared[pair] = shared
+            if shared:
+                found.append((part, old, shared))
     return found
 
 
-def _cells(parts: Iterable[F64], frame: GridFrame) -> tuple[I32, NDArray[np.intp]]:
-    """Some (N, 2) m -> (M, 2) row, col of all of them, and where each part begins."""
-    parts = list(parts)
-    starts = np.cumsum([0, *(len(part) for part in parts)])[:-1]
-    return frame.cells(np.concatenate(parts)), starts
+def _shape(before: dict[int, "_Shape"], cells_xy: F64, frame: GridFrame) -> "_Shape":
+    """Of cells (N, 2) m: as it was, where it is the same array."""
+    known = before.get(id(cells_xy))
+    if known is not None:
+        return known
+    cells = frame.cells(cells_xy)
+    return _Shape(cells_xy, cells, cells.min(axis=0), cells.max(axis=0))
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """A frontier's cells, (N, 2) m and (N, 2) row, col, and the box that holds them."""
+
+    cells_xy: F64
+    cells: I32
+    low: I32
+    high: I32
+
+    def within(self, other: "_Shape", dilation: int, frame: GridFrame) -> int:
+        """How many of the cells lie within the dilated other."""
+        if self.cells_xy is other.cells_xy:
+            return len(self.cells)
+        low = np.maximum(np.maximum(self.low - dilation, other.low - dilation), 0)
+        high = np.minimum(self.high + dilation, other.high + dilation)
+        patch = np.zeros(high - low + 1, np.uint8)
+        theirs, mine = (
+            shape.cells[((shape.cells >= low) & (shape.cells <= high)).all(axis=1)] - low
+            for shape in (other, self)
+        )
+        patch[theirs[:, 0], theirs[:, 1]] = 1
+        size = 2 * dilation + 1
+        wider = cv2.dilate(patch, np.ones((size, size), np.uint8))
+        return int(np.count_nonzero(wider[mine[:, 0], mine[:, 1]]))

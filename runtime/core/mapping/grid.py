@@ -5,6 +5,7 @@ passes over a cell only tells unknown from free, since a level camera looks over
 """
 
 import math
+from collections import deque
 from dataclasses import dataclass, field
 
 import cv2
@@ -13,13 +14,19 @@ from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame, Rays, rays
 from runtime.core.keys import key
+from runtime.core.mapping.windows import (
+    Window,
+    bounds,
+    disc_window,
+    inside,
+    joined,
+    polygon_patch,
+    widened,
+)
 from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
 
 _GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
 _GAP_REACH = 4  # cells, across which closing such gaps is felt
-
-Window = tuple[slice, slice]  # of rows and of columns
-
 
 RESOLUTION_M = 0.05  # side of a cell; a camera's depth is good to about as much at 5 m
 SIDE_M = 24.0  # of the first grid; it grows when the robot leaves it
@@ -29,6 +36,7 @@ HIT = 4  # evidence of a frame with obstacle points in a cell
 MISS = 2  # evidence of a frame that shows floor in a cell
 HITS_NEEDED = 2  # obstacle points in a cell that make a hit
 OCCUPIED_AT = 4  # evidence from which a cell holds an obstacle: a single hit
+CHANGES_KEPT = 64  # windows; who asks for older ones looks at the whole map
 EVIDENCE_MAX = 20  # either way, so that what has moved away is unlearned in ten frames
 
 
@@ -60,6 +68,8 @@ class NavigationMap:
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
     _stale: Window | None = field(default=None, repr=False)  # of the views
     _known: Window | None = field(default=None, repr=False)  # that holds all known cells
+    _changes: deque[Window] = field(default_factory=lambda: deque(maxlen=CHANGES_KEPT), repr=False)
+    _count: int = 0  # of changes ever
 
     @classmethod
     def around(cls, pose: Pose, radius_m: float) -> "NavigationMap":
@@ -80,7 +90,8 @@ class NavigationMap:
 
     @property
     def occupied(self) -> Mask:
-        """(R, C) cells that hold an obstacle."""
+        """(R, C) cells that hold an obstacle. This and the next two are updated in place: whoever
+        needs them as they are now takes a copy."""
         return self._view("occupied")
 
     @property
@@ -98,30 +109,31 @@ class NavigationMap:
             self._views = {n: np.zeros(self.frame.shape, bool) for n in ("occupied", "free")}
             self._views["unknown"] = np.ones(self.frame.shape, bool)
             self._stale, self._known = self._whole(), None
+            self.touched(self._stale)
         if self._stale is not None:
             self._refresh(self._stale)
             self._stale = None
         return self._views[name]
 
     def _refresh(self, window: Window) -> None:
-        """Derive the masks anew within a window, in arrays of their own: the earlier ones may be
-        in use."""
+        """Derive the masks anew within a window, and book where they changed."""
         target = widened(window, _GAP_REACH, self.frame)
         source = widened(target, _GAP_REACH, self.frame)
         occupied = (self.evidence[source] >= self.occupied_at) | self.bumped[source]
         # What was only swept over, between obstacle cells, is the top of the same furniture.
         closed = cv2.morphologyEx(occupied.view(np.uint8), cv2.MORPH_CLOSE, _GAP) > 0
-        inner = tuple(
-            slice(t.start - s.start, t.stop - s.start) for t, s in zip(target, source, strict=True)
-        )
+        inner = inside(target, source)
         occupied, closed = occupied[inner], closed[inner]
         free = ((self.evidence[target] < 0) | (self.swept[target] & ~closed)) & ~occupied
         known = occupied | free
+        changed = self._views["occupied"][target] ^ occupied
+        changed |= self._views["free"][target] ^ free
         for name, mask in (("occupied", occupied), ("free", free), ("unknown", ~known)):
-            self._views[name] = self._views[name].copy()
             self._views[name][target] = mask
         if known.any():
-            self._known = joined(self._known, _bounds(known, target))
+            self._known = joined(self._known, bounds(known, target))
+        if changed.any():
+            self.touched(bounds(changed, target))
 
     def _whole(self) -> Window:
         return slice(0, self.frame.rows), slice(0, self.frame.cols)
@@ -133,6 +145,23 @@ class NavigationMap:
         else:
             self._stale = joined(self._stale, window)
 
+    def touched(self, window: Window) -> None:
+        """What is derived of the map is out of date within a window, though the masks are not."""
+        self._changes.append(window)
+        self._count += 1
+
+    def changed_since(self, revision: int) -> tuple[int, Window | None]:
+        """The revision of the map as it is now, and the window of what changed since an earlier
+        one, None for nothing."""
+        self._view("unknown")
+        new = self._count - revision
+        if new > len(self._changes):
+            return self._count, self._whole()
+        window: Window | None = None
+        for n in range(new):
+            window = joined(window, self._changes[-1 - n])
+        return self._count, window
+
     def known_window(self, margin: int = 4) -> Window:
         """The smallest window that holds all cells that were ever known, and a margin of cells
         around it."""
@@ -141,17 +170,26 @@ class NavigationMap:
 
     def drive_over(self, pose: Pose, radius_m: float) -> None:
         """The cells under the body are free: it stands there."""
-        disc, window = _disc(self.frame, pose.x_m, pose.y_m, radius_m)
+        disc, window = disc_window(self.frame, pose.x_m, pose.y_m, radius_m)
         evidence = self.evidence[window]
         evidence[disc] = np.minimum(evidence[disc], -MISS)
         self.bumped[window][disc] = False
         here = self.frame.cell(pose.x_m, pose.y_m)
         near = self.last_xy and math.dist(self.last_xy, (pose.x_m, pose.y_m)) < 0.5
         before = self.frame.cell(*self.last_xy) if near and self.last_xy else here
-        cv2.line(self.driven, before[::-1], here[::-1], 1, thickness=3)
+        self._drive(before, here)
         self.last_xy = pose.x_m, pose.y_m
         self.swept[window] |= disc
         self.changed(window)
+
+    def _drive(self, before: tuple[int, int], here: tuple[int, int]) -> None:
+        """The way between two cells was driven."""
+        rows, cols = (slice(min(ends), max(ends) + 1) for ends in zip(before, here, strict=True))
+        window = widened((rows, cols), 3, self.frame)  # the line is three cells thick
+        count = np.count_nonzero(self.driven[window])
+        cv2.line(self.driven, before[::-1], here[::-1], 1, thickness=3)
+        if np.count_nonzero(self.driven[window]) > count:
+            self.touched(window)
 
     def bump(self, pose: Pose, radius_m: float) -> None:
         """A step forward was blocked: something low or thin stands just ahead of the body."""
@@ -163,12 +201,20 @@ class NavigationMap:
             if self.frame.contains(row, col):
                 self.bumped[row, col] = True
                 cv2.circle(self.driven, (col, row), 5, 0, -1)  # not a way any more
-        self.changed()
+                near = widened((slice(row, row + 1), slice(col, col + 1)), 6, self.frame)
+                self.changed(near)
+                self.touched(near)
 
     def close(self, x_m: float, y_m: float, radius_m: float) -> None:
         """No step leads on there: nothing is planned through this place any more."""
-        disc, window = _disc(self.frame, x_m, y_m, radius_m)
+        disc, window = disc_window(self.frame, x_m, y_m, radius_m)
         self.dead_end[window] |= disc
+        self.touched(window)
+
+    def reopen(self) -> None:
+        """Dead ends are tried again."""
+        self.dead_end[:] = False
+        self.touched(self._whole())
 
     def grow(self, xy: F64, margin_m: float) -> tuple[int, int, int, int] | None:
         """Enlarge the grid so that (x, y) keeps `margin_m` to each side; existing cells keep their
@@ -279,67 +325,3 @@ def _sweep(grid: NavigationMap, outline: F64) -> None:
     mask, window = polygon_patch(grid.frame, outline)
     grid.swept[window] |= mask
     grid.changed(window)
-
-
-def polygon_mask(frame: GridFrame, outline: F64) -> Mask:
-    """(V, 2) m in the map frame -> (R, C) cells inside the polygon."""
-    mask = np.zeros(frame.shape, bool)
-    patch, window = polygon_patch(frame, outline)
-    mask[window] = patch
-    return mask
-
-
-def polygon_patch(frame: GridFrame, outline: F64) -> tuple[Mask, Window]:
-    """(V, 2) m in the map frame -> the window that holds the polygon, and the cells of it that are
-    inside the polygon."""
-    shift = 4  # sub-cell precision of fillPoly, bits
-    scaled = ((outline - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5) * (1 << shift)
-    points = np.round(scaled).astype(np.int32)
-    (x0, y0), (x1, y1) = points.min(axis=0) >> shift, points.max(axis=0) >> shift
-    held = slice(max(0, int(y0) - 1), int(y1) + 3), slice(max(0, int(x0) - 1), int(x1) + 3)
-    window = widened(held, 0, frame)
-    corner = np.array([window[1].start, window[0].start], np.int32) << shift
-    size = (window[0].stop - window[0].start, window[1].stop - window[1].start)
-    patch = np.zeros(size, np.uint8)
-    if patch.size:
-        cv2.fillPoly(patch, [points - corner], 1, shift=shift)
-    return patch.view(bool), window
-
-
-def widened(window: Window, margin: int, frame: GridFrame) -> Window:
-    """The window and so many cells around it, as far as the grid reaches."""
-
-    def clipped(part: slice, size: int) -> slice:
-        start = min(max(0, part.start - margin), size)
-        return slice(start, max(start, min(size, part.stop + margin)))
-
-    return clipped(window[0], frame.rows), clipped(window[1], frame.cols)
-
-
-def joined(a: Window | None, b: Window) -> Window:
-    """The smallest window that holds both."""
-    if a is None:
-        return b
-    rows = slice(min(a[0].start, b[0].start), max(a[0].stop, b[0].stop))
-    return rows, slice(min(a[1].start, b[1].start), max(a[1].stop, b[1].stop))
-
-
-def _bounds(mask: Mask, window: Window) -> Window:
-    """The part of the window where the mask (of its size) holds anything."""
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    r, c = window[0].start, window[1].start
-    return (
-        slice(r + int(rows[0]), r + int(rows[-1]) + 1),
-        slice(c + int(cols[0]), c + int(cols[-1]) + 1),
-    )
-
-
-def _disc(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> tuple[Mask, Window]:
-    """The window of the grid around the point, and the cells of it whose centre is within the
-    radius."""
-    n = math.ceil(radius_m / frame.resolution_m)
-    row, col = frame.cell(x_m, y_m)
-    window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
-    r, c = np.mgrid[window]
-    xy = frame.centres(np.stack([r, c], axis=-1).astype(np.int32))
-    return np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m, window

@@ -3,7 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from runtime.core.distances.planner import Field, Terrain
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain
 from runtime.core.keys import key
 from runtime.core.types import Twist
 

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from runtime.core.distances.planner import Field, Terrain
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import wrap_angle
 from runtime.core.motion.courses import MARGIN_M
 from runtime.core.types import F64, Action, Mask, Pose

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.distances.planner import Field, Terrain, clearance_between
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain, clearance_between
 from runtime.core.motion.courses import MARGIN_M
 from runtime.core.motion.discrete_policy import FORWARD_M, SAMPLES, TURN_RAD, whole_turns
 from runtime.core.types import F64, Action, Mask, Pose

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from runtime.core.distances.planner import Field, Terrain, clearance_between, descend
+from runtime.core.distances.planner import Field, descend
+from runtime.core.distances.terrain import Terrain, clearance_between
 from runtime.core.geometry import bearing, wrap_angle
 from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, Course, Spin, Toward
 from runtime.core.types import F64, Action, Pose, Twist

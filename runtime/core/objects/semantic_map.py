@@ -13,7 +13,8 @@ from runtime.core.geometry import (
     project,
     rays,
 )
-from runtime.core.mapping.grid import NavigationMap, Window, polygon_mask
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.windows import Window, polygon_mask
 from runtime.core.objects.depth_segments import (
     EDGE_M,
     FLOOR_M,

@@ -5,7 +5,8 @@ import math
 import cv2
 import numpy as np
 
-from runtime.core.distances.planner import Field, Terrain
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.verdict import SECOND_SIDE_RAD

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 import cv2
 import numpy as np
 
-from runtime.core.distances.planner import Terrain
+from runtime.core.distances.terrain import Terrain
 from runtime.core.types import Frontier, Mask, Pose
 
 DISCOUNT_PER_M = 0.35  # exponential, of the way there

@@ -9,7 +9,8 @@ from manual_clock import ManualClock
 
 from runtime.clock import SystemClock
 from runtime.config import RealtimeConfig
-from runtime.core.distances.planner import Field, Terrain
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.motion.courses import Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig

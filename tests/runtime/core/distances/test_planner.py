@@ -7,15 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core.distances.planner import (
-    Terrain,
-    approach,
-    cells_at,
-    descend,
-    march,
-    march_from,
-    survey,
-)
+from runtime.core.distances.planner import approach, cells_at, descend, march, march_from
+from runtime.core.distances.terrain import Terrain, survey
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD, face, follow
 from runtime.core.types import Action, Pose

@@ -3,7 +3,8 @@
 import numpy as np
 from open_floor import POSE, RADIUS_M, axes, floor
 
-from runtime.core.distances.planner import look_around, march_from, survey
+from runtime.core.distances.planner import look_around, march_from
+from runtime.core.distances.terrain import survey
 from runtime.core.mapping.grid import NavigationMap
 
 

@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.frontiers import (
+    MIN_CELLS,
+    Boundary,
     FrontierMemory,
     boundary,
     components,
@@ -84,6 +86,49 @@ def test_every_frontier_cell_is_free_and_touches_unknown(seed: int):
     assert (grid.free & beside)[edge].all()
     parts = components(edge, grid.frame, 1)
     assert sum(len(p) for p in parts) == edge.sum()
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_no_cell_of_the_boundary_is_missed(seed: int):
+    """Free, beside unknown, not beside an obstacle: looked for cell by cell."""
+    rng = np.random.default_rng(seed)
+    state = np.kron(rng.integers(0, 3, (24, 24)), np.ones((5, 5), int))
+    grid = drawn(state == 1, state == 2)
+    edge = boundary(grid, np.zeros(FRAME.shape, bool))
+    free, unknown = grid.free, grid.unknown
+    for row, col in rng.integers(1, np.array(FRAME.shape) - 1, (200, 2)):
+        around = slice(row - 1, row + 2), slice(col - 1, col + 2)
+        is_edge = free[row, col] and unknown[around].any() and not grid.occupied[around].any()
+        assert edge[row, col] == is_edge
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12))
+def test_a_boundary_made_anew_where_the_map_changed_is_that_of_the_whole_map(seed: int, times: int):
+    """Sets of cells grow, merge, split and vanish; ids follow the same."""
+    rng = np.random.default_rng(seed)
+    grid, given_up = NavigationMap.around(Pose(0, 0, 0), 0.01), np.zeros(FRAME.shape, bool)
+    kept, memory, plain = Boundary(), FrontierMemory(), FrontierMemory()
+    for _ in range(times):
+        (top, bottom), (left, right) = np.sort(rng.integers(0, 121, (2, 2)), axis=1)
+        window = slice(int(top), int(bottom)), slice(int(left), int(right))
+        grid.evidence[window] = rng.choice([-5, 0, 9], p=[0.6, 0.25, 0.15])
+        specks = rng.integers(0, 120, (2, 30))
+        grid.evidence[tuple(specks)] = rng.choice([-5, 0, 9], 30)
+        grid.changed((slice(0, 120), slice(0, 120)) if rng.random() < 0.7 else None)
+        if rng.random() < 0.3:
+            given_up[window] = True
+            grid.touched(window)
+        parts = kept.update(grid, given_up)
+        edge = boundary(grid, given_up)
+        assert (kept.edge == edge).all()
+        whole = components(edge, grid.frame, MIN_CELLS)
+        assert len(parts) == len(whole)
+        assert all((a == b).all() for a, b in zip(parts, whole, strict=True))
+        named, expected = identify(memory, parts, grid.frame), identify(plain, whole, grid.frame)
+        assert list(named) == list(expected)
+        assert all((named[id] == expected[id]).all() for id in named)
 
 
 def test_components_follow_eight_neighbours_and_drop_small_ones():

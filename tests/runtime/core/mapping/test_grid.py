@@ -13,11 +13,8 @@ from runtime.core.mapping.grid import (
     EVIDENCE_MAX,
     HIT,
     OCCUPIED_AT,
-    RESOLUTION_M,
     NavigationMap,
     integrate,
-    polygon_mask,
-    polygon_patch,
 )
 from runtime.core.types import Observation, Pose
 
@@ -147,24 +144,6 @@ def test_nothing_seen_changes_nothing():
     assert (grid.free == before).all()
 
 
-def test_a_polygon_covers_its_cells():
-    grid = NavigationMap.around(Pose(0.0, 0.0, 0.0), RADIUS)
-    square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    assert abs(polygon_mask(grid.frame, square).sum() * 0.0025 - 1.0) < 0.15
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.lists(st.tuples(st.floats(-14, 14), st.floats(-14, 14)), min_size=3, max_size=8))
-def test_a_patch_is_the_part_of_the_mask_that_holds_the_polygon(corners: list[tuple[float, float]]):
-    grid, outline = NavigationMap.around(START, RADIUS), np.array(corners)
-    patch, window = polygon_patch(grid.frame, outline)
-    whole = np.zeros(grid.frame.shape, np.uint8)
-    scaled = ((outline - (grid.frame.x0_m, grid.frame.y0_m)) / RESOLUTION_M - 0.5) * 16
-    cv2.fillPoly(whole, [np.round(scaled).astype(np.int32)], 1, shift=4)
-    assert (patch == whole[window].astype(bool)).all()
-    assert patch.sum() == whole.sum()
-
-
 @settings(max_examples=15, deadline=None)
 @given(st.lists(st.tuples(st.floats(1, 9), st.floats(1, 4.5), st.floats(-3, 3)), max_size=5))
 def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tuple[float, ...]]):
@@ -172,14 +151,16 @@ def test_masks_derived_piece_by_piece_are_those_derived_at_once(poses: list[tupl
     grid = NavigationMap.around(START, RADIUS)
     for n, pose in enumerate(poses):
         there.pose = Pose(*pose)
-        before = grid.free
-        kept = before.copy()
+        before, (revision, _) = grid.free.copy(), grid.changed_since(0)
         integrate(grid, there.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
         if n % 2:
             grid.bump(there.pose, RADIUS)
-        derived = [grid.occupied, grid.free, grid.unknown]
-        assert (before == kept).all()  # what was handed out does not change
-    derived = [grid.occupied, grid.free, grid.unknown]
+        _, window = grid.changed_since(revision)
+        told = np.zeros(grid.frame.shape, bool)
+        if window is not None:
+            told[window] = True
+        assert told[grid.free != before].all()  # who asks is told where
+    derived = [mask.copy() for mask in (grid.occupied, grid.free, grid.unknown)]
     window = grid.known_window()
     grid.changed()
     for one, other in zip(derived, [grid.occupied, grid.free, grid.unknown], strict=True):
@@ -199,3 +180,53 @@ def test_what_is_higher_than_the_robot_does_not_block_it():
         blocked.append(int(grid.occupied.sum()))
     assert blocked[0] > 20
     assert blocked[1] == 0
+
+
+HOLES = (0.0, np.nan, np.inf, -np.inf, -1.0, 65.535)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.sampled_from(HOLES), st.integers(0, 2**32 - 1))
+def test_glass_from_floor_to_ceiling_makes_no_free_space(hole: float, seed: int):
+    """Depth is missing, or is what a camera says when it knows nothing: what lies behind stays
+    unknown."""
+    rng = np.random.default_rng(seed)
+    home = Apartment.of(TWO_ROOMS, START)
+    home.pose = Pose(START.x_m, START.y_m, float(rng.uniform(-math.pi, math.pi)))
+    seen = home.observe()
+    depth, (left, right) = seen.depth_m.copy(), np.sort(rng.integers(0, 160, 2))
+    depth[:, left : right + 1] = hole
+    free = []
+    for image in (seen.depth_m, depth):
+        grid = NavigationMap.around(START, RADIUS)
+        obs = Observation(0, seen.rgb, image, home.pose, INTRINSICS)
+        integrate(grid, obs, MOUNT, RADIUS, HEIGHT, DEPTH_M)
+        free.append(grid.free)
+    assert free[1].sum() > 10
+    beside = cv2.dilate(free[0].view(np.uint8), np.ones((5, 5), np.uint8)).view(bool)
+    assert not (free[1] & ~beside).any()  # an outline errs by a cell
+
+
+def test_a_jump_of_the_pose_loses_no_cell_and_draws_no_way():
+    grid, home = mapped(turns=2)
+    known = ~grid.unknown.copy()
+    home.pose = Pose(START.x_m + 5.0, START.y_m, 0.0)
+    driven = int(grid.driven.sum())
+    integrate(grid, home.observe(), MOUNT, RADIUS, HEIGHT, DEPTH_M)
+    assert (~grid.unknown)[known].all()
+    assert grid.driven.sum() <= driven + 13  # where it stands now, and nothing in between
+
+
+def test_who_asks_late_is_told_of_the_whole_map():
+    grid, _ = mapped(turns=1)
+    revision, _ = grid.changed_since(0)
+    assert grid.changed_since(revision) == (revision, None)
+    for _ in range(70):
+        grid.close(START.x_m, START.y_m, 0.1)
+    later, window = grid.changed_since(revision)
+    assert later == revision + 70
+    assert window == (slice(0, grid.frame.rows), slice(0, grid.frame.cols))
+    grid.close(START.x_m, START.y_m, 0.1)
+    _, window = grid.changed_since(later)
+    assert window is not None
+    assert window[0].stop - window[0].start < 10

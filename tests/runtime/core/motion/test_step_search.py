@@ -5,13 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from runtime.core.distances.planner import (
-    MARGIN_M,
-    Field,
-    Terrain,
-    clearance_between,
-    march_from,
-)
+from runtime.core.distances.planner import Field, march_from
+from runtime.core.distances.terrain import MARGIN_M, Terrain, clearance_between
 from runtime.core.geometry import GridFrame
 from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD, follow
 from runtime.core.motion.step_search import GAIN_M, clear, through

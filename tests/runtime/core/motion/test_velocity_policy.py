@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime import navigate
-from runtime.core.distances.planner import Field, Terrain, march
+from runtime.core.distances.planner import Field, march
+from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.motion import velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin, Toward

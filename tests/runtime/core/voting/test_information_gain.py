@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from runtime.core.distances.planner import survey
+from runtime.core.distances.terrain import survey
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import Frontier, Pose

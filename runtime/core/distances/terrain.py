@@ -1,0 +1,200 @@
+"""What the planner sees of the map: how far obstacles are, and where the body fits."""
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import cv2
+import numpy as np
+
+from runtime.core.geometry import GridFrame
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.windows import Window, inside, joined, widened
+from runtime.core.types import F32, F64, I32, Mask, Pose
+
+MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
+COMFORT_M = 0.20  # further clearance that planning pays for, without insisting on it
+BEYOND_M = 0.30  # clearance beyond that is told as no more than that: nobody asks for it
+SLOWEST = 0.25  # relative speed right at an obstacle
+ESCAPE_M = 0.35  # around the robot, cells that are free pass as traversable
+DEAD_END_M = 0.10  # around a place from which no step led on, closed from outside
+
+
+@dataclass(frozen=True)
+class Squeeze:
+    """How far around the robot, m, free cells count as clear although they are too tight by the
+    slack, m."""
+
+    within_m: float = 0.0
+    slack_m: float = 0.0
+
+
+NO_SQUEEZE = Squeeze()
+
+
+@dataclass(frozen=True)
+class Terrain:
+    """What the planner sees of the map: a window of it, (r, c) cells.
+
+    clearance_m: distance of a cell's centre to the nearest obstacle's edge, up to what planning
+    pays for and BEYOND_M. traversable: the body fits. speed: relative, 0 where not traversable.
+    """
+
+    frame: GridFrame
+    clearance_m: F32
+    traversable: Mask
+    speed: F32
+
+    @cached_property
+    def parts(self) -> I32:
+        """(r, c) the 4-connected parts of what is traversable, numbered from 1; 0 elsewhere."""
+        _, labels = cv2.connectedComponents(self.traversable.view(np.uint8), connectivity=4)
+        return np.asarray(labels, np.int32)
+
+
+def survey(
+    grid: NavigationMap, pose: Pose, radius_m: float, squeeze: Squeeze = NO_SQUEEZE
+) -> Terrain:
+    """The terrain of the known part of the map. Cells close to the robot stay passable even where
+    the body would graze something: it is there already and must be able to leave; so do those of a
+    dead end that it stands in, while others are closed."""
+    return Survey().update(grid, pose, radius_m, squeeze)
+
+
+class Survey:
+    """The terrain of one map, made anew only where the map changes and where the robot is."""
+
+    def __init__(self) -> None:
+        self._frame: GridFrame | None = None
+        self._revision = 0
+        self._body: tuple[float, bool] = 0.0, False
+        self._special: Window | None = None  # around the robot, at the last update
+        self._clearance_m: F32 = np.zeros((0, 0), np.float32)
+        self._traversable: Mask = np.zeros((0, 0), bool)
+        self._speed: F32 = np.zeros((0, 0), np.float32)
+
+    def update(
+        self, grid: NavigationMap, pose: Pose, radius_m: float, squeeze: Squeeze = NO_SQUEEZE
+    ) -> Terrain:
+        """The terrain as it is now: views of arrays that change at the next update."""
+        revision, window = grid.changed_since(self._revision)
+        body = radius_m, math.isinf(squeeze.within_m)
+        if self._frame != grid.frame or self._body != body:
+            self._frame, self._body, shape = grid.frame, body, grid.frame.shape
+            self._clearance_m = np.full(shape, most_m(radius_m), np.float32)
+            self._traversable, self._speed = np.zeros(shape, bool), np.zeros(shape, np.float32)
+            self._special, window = None, grid.known_window()
+        if window is not None:
+            window = widened(window, _reach(grid.frame, radius_m), grid.frame)
+        special = _near(grid.frame, pose, _special_m(grid.frame, squeeze))[0]
+        for stale in (self._special, special):
+            window = joined(window, stale) if stale is not None else window
+        assert window is not None
+        self._revision, self._special = revision, special
+        self._derive(grid, window, pose, radius_m, squeeze)
+        known = grid.known_window()
+        frame = part_of(grid.frame, known)
+        arrays = self._clearance_m[known], self._traversable[known], self._speed[known]
+        return Terrain(frame, *arrays)
+
+    def _derive(
+        self, grid: NavigationMap, window: Window, pose: Pose, radius_m: float, squeeze: Squeeze
+    ) -> None:
+        free, hard = grid.free[window], radius_m + MARGIN_M
+        clearance = _clearance_m(grid, window, radius_m)
+        proven = free & (grid.driven[window] > 0)
+        np.maximum(clearance, np.float32(hard), out=clearance, where=proven)
+        if squeeze.within_m > 0:
+            part, near = self._around(grid, window, pose, squeeze.within_m)
+            patch = clearance[part]
+            tight = near & free[part] & (patch >= radius_m - squeeze.slack_m)
+            np.maximum(patch, np.float32(hard), out=patch, where=tight)
+        passable = free & (clearance >= hard)
+        part, near = self._around(grid, window, pose, ESCAPE_M)
+        passable[part] |= near & free[part]
+        passable &= ~grid.dead_end[window]
+        part, near = self._around(grid, window, pose, DEAD_END_M + grid.frame.resolution_m)
+        passable[part] |= near & free[part]
+        ease = np.clip((clearance - hard) / COMFORT_M, 0.0, 1.0)
+        speed = np.float32(SLOWEST) + np.float32(1 - SLOWEST) * ease
+        speed[~passable] = 0
+        self._clearance_m[window], self._traversable[window] = clearance, passable
+        self._speed[window] = speed
+
+    @staticmethod
+    def _around(
+        grid: NavigationMap, window: Window, pose: Pose, radius_m: float
+    ) -> tuple[Window, Mask]:
+        """The part of the window within the radius of the pose, and which cells of it are; with an
+        infinite one all of it."""
+        if math.isinf(radius_m):
+            whole = inside(window, window)
+            return whole, np.ones([part.stop for part in whole], bool)
+        part, near = _near(grid.frame, pose, radius_m)
+        return inside(part, window), near
+
+
+def _clearance_m(grid: NavigationMap, window: Window, radius_m: float) -> F32:
+    """(r, c) of the window: the distance of a cell's centre to the nearest obstacle's edge. What is
+    farther than is asked for cannot be felt in it."""
+    r = grid.frame.resolution_m
+    source = widened(window, _reach(grid.frame, radius_m), grid.frame)
+    bare = (~grid.occupied[source]).view(np.uint8)
+    distance = cv2.distanceTransform(bare, cv2.DIST_L2, cv2.DIST_MASK_5)[inside(window, source)]
+    most = np.float32(most_m(radius_m))
+    clearance: F32 = np.minimum(distance * np.float32(r) - np.float32(r / 2), most)
+    return clearance
+
+
+def _reach(frame: GridFrame, radius_m: float) -> int:
+    """How many cells away an obstacle is felt."""
+    return math.ceil(most_m(radius_m) / frame.resolution_m) + 1
+
+
+def most_m(radius_m: float) -> float:
+    """The most clearance that is told of."""
+    return radius_m + MARGIN_M + COMFORT_M + BEYOND_M
+
+
+def _special_m(frame: GridFrame, squeeze: Squeeze) -> float:
+    """How far around the robot the terrain depends on where it is."""
+    near_m = squeeze.within_m if math.isfinite(squeeze.within_m) else 0.0
+    return max(ESCAPE_M, DEAD_END_M + frame.resolution_m, near_m)
+
+
+def part_of(frame: GridFrame, window: Window) -> GridFrame:
+    """The frame of a window of a grid."""
+    (rows, cols), r = window, frame.resolution_m
+    return GridFrame(
+        frame.x0_m + cols.start * r,
+        frame.y0_m + rows.start * r,
+        r,
+        rows.stop - rows.start,
+        cols.stop - cols.start,
+    )
+
+
+def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
+    """The window around the pose, and the cells of it whose centre is within the radius."""
+    n = math.ceil(min(radius_m / frame.resolution_m, sum(frame.shape))) + 1
+    row, col = frame.cell(pose.x_m, pose.y_m)
+    window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
+    rows, cols = np.ogrid[window]
+    x = frame.x0_m + (cols + 0.5) * frame.resolution_m - pose.x_m
+    y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
+    near: Mask = np.hypot(x, y) <= radius_m
+    return window, near
+
+
+def clearance_between(terrain: Terrain, points_xy: F64) -> F64:
+    """(...) m at (..., 2) m points, bilinear between the cells' centres: steps of a cell would hide
+    whether the robot comes closer."""
+    frame = terrain.frame
+    u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
+    low = np.floor(u).astype(np.int32)
+    part = u - low
+    cols, rows, x, y = low[..., 0], low[..., 1], part[..., 0], part[..., 1]
+    grid = terrain.clearance_m
+    bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
+    top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x
+    return np.asarray(bottom * (1 - y) + top * y, np.float64)
