@@ -74,15 +74,17 @@ GONE = {
         "keyframes.blurred": "BLURRED",
     },
     "runtime/core/distances/planner.py": {
+        "planner.pocket_m2": "POCKET_M2",
+        "planner.squeeze_m": "SQUEEZE_M",
+        "planner.squeeze_slack_m": "SQUEEZE_SLACK_M",
+        "planner.resort_slack_m": "RESORT_SLACK_M",
+    },
+    "runtime/core/distances/terrain.py": {
         "planner.margin_m": "MARGIN_M",
         "planner.comfort_m": "COMFORT_M",
         "planner.slowest": "SLOWEST",
         "planner.escape_m": "ESCAPE_M",
         "planner.dead_end_m": "DEAD_END_M",
-        "planner.pocket_m2": "POCKET_M2",
-        "planner.squeeze_m": "SQUEEZE_M",
-        "planner.squeeze_slack_m": "SQUEEZE_SLACK_M",
-        "planner.resort_slack_m": "RESORT_SLACK_M",
     },
     "runtime/core/objects/depth_segments.py": {
         "semantics.core_share": "CORE_SHARE",
@@ -102,8 +104,10 @@ GONE = {
         "semantics.miss_range_m": "MISS_RANGE_M",
         "semantics.room_range_m": "ROOM_CREDIT_M",
     },
-    "runtime/core/objects/instances.py": {
+    "runtime/core/objects/footprints.py": {
         "semantics.stray": "STRAY",
+    },
+    "runtime/core/objects/instances.py": {
         "semantics.associate_m": "ASSOCIATE_M",
         "semantics.other_name_m": "OTHER_NAME_M",
         "semantics.same_cosine": "SAME_COSINE",
@@ -187,8 +191,10 @@ GONE = {
         "explore.returns": "RETURNS",
         "explore.blind_share": "BLIND_SHARE",
     },
-    "runtime/navigate.py": {
+    "runtime/core/outlook.py": {
         "explore.worth_m2": "WORTH_M2",
+    },
+    "runtime/navigate.py": {
         "explore.weak_log_odds": "WEAK_LOG_ODDS",
         "explore.faint_log_odds": "FAINT_LOG_ODDS",
     },

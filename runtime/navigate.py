@@ -5,7 +5,6 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 """
 
 import math
-from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from runtime.core import progress
@@ -15,6 +14,7 @@ from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, grid, keyframes
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
+from runtime.core.outlook import Outlook, around
 from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.types import (
     F64,
@@ -27,10 +27,10 @@ from runtime.core.types import (
     Observation,
     SearchState,
 )
-from runtime.core.voting import brief, consensus, information_gain
+from runtime.core.voting import brief, consensus
+from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision, World
 
-WORTH_M2 = 0.1  # unknown behind a frontier; those with less are gone to last
 WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore
 FAINT_LOG_ODDS = -3.0  # and at the very last
 Deadline = TypeVar("Deadline", contravariant=True)
@@ -105,22 +105,32 @@ def due(world: World, cfg: NavigateConfig) -> str:
 
 def snapshot(world: World, why: str, cfg: NavigateConfig) -> Snapshot:
     """What the decision will be made on, taken from the world and independent of it."""
-    frames = world.keyframes
+    return outlook(world, why, cfg).snapshot
+
+
+def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
+    """The same, still to be worked out, by whoever asks for it first: taking it costs next to
+    nothing."""
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
-    views = {f.id: keyframes.best_view(frames, f.cells_xy, world.map) for f in candidates}
-    told = brief.compose(world.goal, world.stamp_ns, world.map, world.semantic, candidates, views)
-    told = brief.worthwhile(told, WORTH_M2)
-    unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
-    order: tuple[int, ...] = ()
-    if cfg.consensus.fallback == "geometry":
-        decision = world.standing.decision
-        standing = decision.frontier if decision else None
-        order = information_gain.ranked(candidates, unknown_m2, standing, world.terrain, world.pose)
-    candidates = tuple(f for f in candidates if f.id in unknown_m2)
-    return Snapshot(replace(told, order=order), candidates, world.stamp_ns, why)
+    decision, frame = world.standing.decision, world.map.frame
+    window = around(candidates, frame)
+    return Outlook(
+        world.goal,
+        world.stamp_ns,
+        why,
+        candidates,
+        world.map.copied(window),
+        SemanticCopy.of(world.semantic, frame, window),
+        tuple(world.keyframes),
+        world.pose,
+        world.terrain.copy() if cfg.consensus.fallback == "geometry" else None,
+        decision.frontier if decision else None,
+    )
 
 
-def decide(snap: Snapshot, panel: Experts[Deadline], by: Deadline, cfg: NavigateConfig) -> Decision:
+def decide(
+    snap: Snapshot | Outlook, panel: Experts[Deadline], by: Deadline, cfg: NavigateConfig
+) -> Decision:
     """DEFA and CDM: ask the experts, elect a frontier, else the fallback's."""
     ballot = panel.ask(snap.brief, by)
     return consensus.elect(

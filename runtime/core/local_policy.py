@@ -23,6 +23,7 @@ BLOCKED_M = 0.08  # a step forward that moved less than this was a collision
 BLOCKED_S = 0.6  # the same for velocities: so long not a quarter of the speed
 PATIENCE = 8  # steps without coming closer, after which a way of several steps is looked for
 BEYOND = 3  # cells
+COURSE_M = 3.0  # of the terrain around the robot goes with a course: farther than it gets by it
 LATE = 3.0  # times what a look around takes at its rate, after which it is over
 
 
@@ -212,7 +213,8 @@ class Velocities:
         return False  # a rate that overshoots comes back by itself
 
     def drive(self, world: World, field: Field) -> tuple[Action, Course]:
-        return Action.MOVE_FORWARD, Along(world.terrain, field)
+        # The control loop follows it in a thread of its own, while the terrain goes on changing.
+        return Action.MOVE_FORWARD, Along(world.terrain.around(world.pose, COURSE_M), field)
 
     def steer(self, world: World, command: Command) -> Command:
         """With the velocity that begins the command's course, and the action that resembles it."""

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from runtime.core.distances.planner import Field, descend
-from runtime.core.distances.terrain import Survey, Terrain
+from runtime.core.distances.terrain import Terrain, TerrainSurvey
 from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
@@ -197,7 +197,7 @@ class World:
     looked_from: Pose | None = None  # where the image was taken whose detections came last
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
-    survey: Survey = field(default_factory=Survey, repr=False)  # behind that view
+    survey: TerrainSurvey = field(default_factory=TerrainSurvey, repr=False)  # behind that view
     frontiers: tuple[Frontier, ...] = ()
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from runtime import navigate
 from runtime.clock import Deadline
+from runtime.core.outlook import Outlook
 from runtime.core.types import Ballot, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting import rehearsal as rehearsing
@@ -22,7 +23,7 @@ class DecisionRequest:
     """What is to be decided; `asker` is whose it is, for an answer that comes too late."""
 
     asker: object
-    snapshot: Snapshot
+    snapshot: Snapshot | Outlook
     panel: Panel
     by: Deadline
     cfg: NavigateConfig
@@ -73,7 +74,8 @@ class DecisionWorker:
     def ask(self, question: DecisionRequest) -> None:
         """Begin to decide; must not be busy. A rehearsal of something else ends."""
         snap = question.snapshot
-        self._record("question", {"why": snap.why, "brief": snap.brief})
+        if self._record is not unrecorded:  # the brief is worked out when it is asked for
+            self._record("question", {"why": snap.why, "brief": snap.brief})
         with self._changed:
             assert self._question is None
             self._question = question
@@ -135,8 +137,8 @@ class DecisionWorker:
         def wanted() -> bool:
             """Nothing is asked yet, or just this."""
             with self._changed:
-                question = self._question
-                return not self._closed and (question is None or not _apart(rehearsal, question))
+                question, closed = self._question, self._closed
+            return not closed and (question is None or not _apart(rehearsal, question))
 
         ballot = rehearsal.panel.rehearse(rehearsal.snapshot.brief, rehearsal.by, wanted)
         with self._changed:

@@ -156,7 +156,7 @@ class Drive:
         if not why:
             self._rehearse(world)
             return
-        snap = navigate.snapshot(world, why, cfg.navigate)
+        snap = navigate.outlook(world, why, cfg.navigate)
         if world.standing.decision is None:
             first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
             navigate.adopt(world, first)

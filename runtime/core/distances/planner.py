@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import skfmm
 
-from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Survey, Terrain
+from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.types import F64, I32, Mask, Pose
@@ -16,9 +16,9 @@ _WINDING = 1.25  # arrival for distance, as it mostly is
 
 
 POCKET_M2 = 1.5  # a robot that can reach no more than this is wedged
-SQUEEZES = Squeeze(0.7, 0.07), Squeeze(1.2, 0.07)
-"""Around a wedged robot, the second where the first does not help: maps err by a cell."""
-RESORT_SQUEEZE = Squeeze(math.inf, 0.04)  # when else nothing is left to go to
+SQUEEZE_M = (0.7, 1.2)  # around a wedged robot, the second where the first does not help:
+SQUEEZE_SLACK_M = 0.07  # gaps may be this much too tight: maps err by a cell
+RESORT_SLACK_M = 0.04  # the same everywhere, when else nothing is left to go to
 
 
 @dataclass(frozen=True)
@@ -36,20 +36,20 @@ class Field:
 
 def look_around(
     grid: NavigationMap, pose: Pose, radius_m: float, tight: bool = False,
-    known: Survey | None = None,
+    known: TerrainSurvey | None = None,
 ) -> tuple[Terrain, Field]:  # fmt: skip
     """The terrain, and the geodesic distance from the robot. A wedged robot, to which nearly
     nothing is reachable, is let through gaps close to it that look a little too tight; with `tight`
     through such gaps everywhere. `known` is what was surveyed of this map before."""
-    survey = known or Survey()
-    terrain = survey.update(grid, pose, radius_m, RESORT_SQUEEZE if tight else NO_SQUEEZE)
+    survey, everywhere = known or TerrainSurvey(), Squeeze(math.inf, RESORT_SLACK_M)
+    terrain = survey.update(grid, pose, radius_m, everywhere if tight else NO_SQUEEZE)
     reach = march_from(terrain, pose.xy, unhurried=False)
-    for squeeze in SQUEEZES:
+    for squeeze_m in SQUEEZE_M:
         cells = int(np.isfinite(reach.arrival_m).sum())
         small = cells * terrain.frame.resolution_m**2 < POCKET_M2
         if not small or 3 * cells > int(terrain.traversable.sum()):
             break
-        terrain = survey.update(grid, pose, radius_m, squeeze)
+        terrain = survey.update(grid, pose, radius_m, Squeeze(squeeze_m, SQUEEZE_SLACK_M))
         reach = march_from(terrain, pose.xy, unhurried=False)
     return terrain, reach
 

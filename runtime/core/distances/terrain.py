@@ -51,6 +51,26 @@ class Terrain:
         _, labels = cv2.connectedComponents(self.traversable.view(np.uint8), connectivity=4)
         return np.asarray(labels, np.int32)
 
+    def copy(self) -> "Terrain":
+        """Of all of it."""
+        return self._cut(slice(0, self.frame.rows), slice(0, self.frame.cols))
+
+    def around(self, pose: Pose, range_m: float) -> "Terrain":
+        """A copy of what is so near: for whoever drives by it while the map goes on."""
+        n = math.ceil(range_m / self.frame.resolution_m)
+        row, col = self.frame.cell(pose.x_m, pose.y_m)
+        held = slice(row - n, row + n + 1), slice(col - n, col + n + 1)
+        return self._cut(*widened(held, 0, self.frame))
+
+    def _cut(self, *window: slice) -> "Terrain":
+        rows, cols = window
+        return Terrain(
+            part_of(self.frame, (rows, cols)),
+            self.clearance_m[rows, cols].copy(),
+            self.traversable[rows, cols].copy(),
+            self.speed[rows, cols].copy(),
+        )
+
 
 def survey(
     grid: NavigationMap, pose: Pose, radius_m: float, squeeze: Squeeze = NO_SQUEEZE
@@ -58,10 +78,10 @@ def survey(
     """The terrain of the known part of the map. Cells close to the robot stay passable even where
     the body would graze something: it is there already and must be able to leave; so do those of a
     dead end that it stands in, while others are closed."""
-    return Survey().update(grid, pose, radius_m, squeeze)
+    return TerrainSurvey().update(grid, pose, radius_m, squeeze)
 
 
-class Survey:
+class TerrainSurvey:
     """The terrain of one map, made anew only where the map changes and where the robot is."""
 
     def __init__(self) -> None:

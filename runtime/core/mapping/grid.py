@@ -47,6 +47,17 @@ class MapConfig:
     max_depth_m: float = key(5.0, "Depth beyond this is not used.", "m", positive=True)
 
 
+@dataclass(frozen=True)
+class MapCopy:
+    """The masks of a map as they were at one moment, (R, C), within a window of it; beyond it they
+    are empty."""
+
+    frame: GridFrame
+    occupied: Mask
+    free: Mask
+    unknown: Mask
+
+
 @dataclass
 class NavigationMap:
     """Grids over one frame, rows along y and columns along x; owned by one thread.
@@ -167,6 +178,15 @@ class NavigationMap:
         around it."""
         self._view("unknown")
         return widened(self._known or self._whole(), margin, self.frame)
+
+    def copied(self, window: Window) -> MapCopy:
+        """The masks within a window, which nobody changes any more."""
+        masks = []
+        for name in ("occupied", "free", "unknown"):
+            mask = np.zeros(self.frame.shape, bool)  # memory that is not written costs nothing
+            mask[window] = self._view(name)[window]
+            masks.append(mask)
+        return MapCopy(self.frame, *masks)
 
     def drive_over(self, pose: Pose, radius_m: float) -> None:
         """The cells under the body are free: it stands there."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from runtime.core.geometry import map_to_optical, project, wrap_angle
 from runtime.core.keys import key
-from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.types import (
     F32,
     F64,
@@ -93,7 +93,9 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     del frames[:-KEYFRAMES_KEPT]
 
 
-def best_view(frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap) -> KeyframeView:
+def best_view(
+    frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap | MapCopy
+) -> KeyframeView:
     """The keyframe that shows most of a frontier's cells (N, 2) m, the nearer the better, with
     nothing known in between; an empty view when none shows any."""
     if not frames:
@@ -129,7 +131,7 @@ def _worth(poses: F64, cells: F64) -> F64:
     return worth
 
 
-def _clear(grid: NavigationMap, start: F64, ends: F64) -> Mask:
+def _clear(grid: NavigationMap | MapCopy, start: F64, ends: F64) -> Mask:
     """(2,), (M, 2) m -> (M,) whether nothing is known to stand on the straight line."""
     span = float(np.hypot(*(ends - start).T).max())
     steps = max(2, math.ceil(span / grid.frame.resolution_m))

@@ -10,7 +10,7 @@ import numpy as np
 from runtime.core.geometry import GridFrame, wrap_angle
 from runtime.core.mapping.grid import RESOLUTION_M
 from runtime.core.objects.footprints import footprint, middle, without_strays
-from runtime.core.objects.places import Places
+from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F32, F64, Pose
 
 _NO_EMBEDDING = np.zeros(0, np.float32)
@@ -181,7 +181,7 @@ def fuse(
     frame: GridFrame,
     sighting: Sighting,
     pose: Pose,
-    places: Places | None = None,
+    places: InstancePlaces | None = None,
 ) -> Instance:
     """Join a sighting to the instance that it is another view of, or to a new one. What it says for
     names is left to `called` and `uncalled`: one place may have two names in one image. `places`
@@ -193,7 +193,7 @@ def fuse(
     cells = without_strays(footprint(frame, sighting.points[:, :2]))
     seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
     seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    places = Places.of(instances) if places is None else places
+    places = InstancePlaces.of(instances) if places is None else places
     instance = same(instances, seen, places)
     if instance is None:
         instance = instances[new_id] = seen
@@ -246,7 +246,9 @@ def _joined(total: F32, one: F32) -> F32:
     return total + one if total.shape == one.shape else one
 
 
-def same(instances: Mapping[int, Instance], seen: Instance, places: Places) -> Instance | None:
+def same(
+    instances: Mapping[int, Instance], seen: Instance, places: InstancePlaces
+) -> Instance | None:
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
     new to it costs as much as OTHER_NAME_M."""

@@ -27,7 +27,7 @@ class Placed(Protocol):
     def cells_xy(self) -> F64: ...
 
 
-class Places:
+class InstancePlaces:
     """By id: x, y, z of the middle, and the box of the footprint's cells, m in the map frame."""
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class Places:
         self._row_of: dict[int, int] = {}
 
     @classmethod
-    def of(cls, instances: Mapping[int, Placed]) -> "Places":
+    def of(cls, instances: Mapping[int, Placed]) -> "InstancePlaces":
         """Of all instances."""
         places = cls()
         places.put(instances.values())

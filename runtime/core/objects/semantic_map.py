@@ -30,7 +30,7 @@ from runtime.core.objects.instances import (
     fuse,
     uncalled,
 )
-from runtime.core.objects.places import Places
+from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F32, F64, Detections, Intrinsics, Mask, Mount, Observation, Pose
 
 STRIDE = 4  # every n-th pixel of a box is projected
@@ -56,7 +56,7 @@ class SemanticMap:
     rooms: F32
     instances: dict[int, Instance] = field(default_factory=dict)
     next_id: int = 1
-    _places: tuple[dict[int, Instance], Places] | None = field(default=None, repr=False)
+    _places: tuple[dict[int, Instance], InstancePlaces] | None = field(default=None, repr=False)
 
     @classmethod
     def empty(
@@ -68,11 +68,11 @@ class SemanticMap:
         )
 
     @property
-    def places(self) -> Places:
+    def places(self) -> InstancePlaces:
         """Where the instances are."""
         held = self._places
         if held is None or held[0] is not self.instances or len(held[1]) != len(self.instances):
-            held = self._places = self.instances, Places.of(self.instances)
+            held = self._places = self.instances, InstancePlaces.of(self.instances)
         return held[1]
 
     def room_around(self, frame: GridFrame, xy: tuple[float, float], range_m: float) -> str:

@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
-from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.mapping.keyframes import KeyframeView
-from runtime.core.objects.instances import Instance
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F32,
@@ -62,29 +61,46 @@ def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
     return steps
 
 
+@dataclass(frozen=True)
+class SemanticCopy:
+    """What is told of a semantic map as it was at one moment: room evidence (R, rows, cols) over
+    the map's frame, within a window, and the objects that are sure."""
+
+    room_names: tuple[str, ...]
+    rooms: F32
+    things: "Things"
+
+    @classmethod
+    def of(
+        cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]
+    ) -> "SemanticCopy":
+        """Of the map within a window."""
+        rooms = np.zeros(semantic.rooms.shape, np.float32)
+        rooms[:, *window] = semantic.rooms[:, *window]
+        return cls(semantic.room_names, rooms, Things.of(semantic, frame))
+
+
 def compose(
     goal: str,
     stamp_ns: int,
-    grid: NavigationMap,
-    semantic: SemanticMap,
+    grid: NavigationMap | MapCopy,
+    semantic: SemanticMap | SemanticCopy,
     frontiers: Iterable[Frontier],
     views: Mapping[int, KeyframeView],
 ) -> Brief:
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
-    things = _Things.of(semantic, grid.frame)
-    told = [
-        _frontier_brief(f, grid, semantic, things, views.get(f.id, KeyframeView()))
-        for f in reachable
-    ]
+    if isinstance(semantic, SemanticMap):
+        whole = slice(0, grid.frame.rows), slice(0, grid.frame.cols)
+        semantic = SemanticCopy.of(semantic, grid.frame, whole)
+    told = [_frontier_brief(f, grid, semantic, views.get(f.id, KeyframeView())) for f in reachable]
     return Brief(goal, stamp_ns, tuple(told))
 
 
 def _frontier_brief(
     frontier: Frontier,
-    grid: NavigationMap,
-    semantic: SemanticMap,
-    things: "_Things",
+    grid: NavigationMap | MapCopy,
+    semantic: SemanticCopy,
     view: KeyframeView,
 ) -> FrontierBrief:
     margin_m = max(OBJECT_RANGE_M, UNKNOWN_DEPTH_M) + 0.5
@@ -96,7 +112,7 @@ def _frontier_brief(
     walk_m = steps * np.float32(resolution)
     unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution)
     rooms = _rooms(semantic, window, walk_m <= ROOM_RANGE_M)
-    objects = _objects(things, origin, walk_m)
+    objects = _objects(semantic.things, origin, walk_m)
     door = doorway(frontier.cells_xy, grid)
     return FrontierBrief(
         frontier.id,
@@ -123,7 +139,7 @@ def worthwhile(brief: Brief, least_m2: float) -> Brief:
     return replace(brief, frontiers=kept) if kept else brief
 
 
-def doorway(cells_xy: F64, grid: NavigationMap) -> bool:
+def doorway(cells_xy: F64, grid: NavigationMap | MapCopy) -> bool:
     """Whether cells (N, 2) m span a door's width and have something standing at both ends."""
     middle = cells_xy.mean(axis=0)
     axis = np.linalg.svd(cells_xy - middle, full_matrices=False)[2][0]
@@ -144,25 +160,26 @@ def doorway(cells_xy: F64, grid: NavigationMap) -> bool:
 
 
 @dataclass(frozen=True)
-class _Things:
-    """Certain objects and the cells under them: (N, 2), those of one object from `starts` on."""
+class Things:
+    """Certain objects, name and confidence, and the cells under them: (N, 2), those of one object
+    from `starts` on."""
 
-    instances: tuple[Instance, ...]
+    named: tuple[tuple[str, float], ...]
     cells: I32
     starts: NDArray[np.intp]
 
     @classmethod
-    def of(cls, semantic: SemanticMap, frame: GridFrame) -> "_Things":
+    def of(cls, semantic: SemanticMap, frame: GridFrame) -> "Things":
         sure = [i for i in semantic.instances.values() if i.confidence >= OBJECT_CONFIDENCE]
         cells = [frame.cells(i.cells_xy) for i in sure]
         starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
         flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])
-        return cls(tuple(sure), flat, starts)
+        return cls(tuple((i.name, i.confidence) for i in sure), flat, starts)
 
 
-def _objects(things: _Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyObject, ...]:
+def _objects(things: Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyObject, ...]:
     """Objects whose footprint can be walked up to; 0.2 m around it counts as touching it."""
-    if not things.instances:
+    if not things.named:
         return ()
     touch = cv2.erode(walk_m, np.ones((9, 9), np.uint8))  # a minimum filter
     rows, cols = (things.cells - origin).T
@@ -171,15 +188,15 @@ def _objects(things: _Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyOb
     away[inside] = touch[rows[inside], cols[inside]]
     nearest = np.minimum.reduceat(away, things.starts)
     near = [
-        NearbyObject(instance.name, round(instance.confidence, 3), float(distance))
-        for instance, distance in zip(things.instances, nearest, strict=True)
+        NearbyObject(name, round(confidence, 3), float(distance))
+        for (name, confidence), distance in zip(things.named, nearest, strict=True)
         if distance <= OBJECT_RANGE_M
     ]
     return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
 
 
 def _rooms(
-    semantic: SemanticMap, window: tuple[slice, slice], near: Mask
+    semantic: SemanticCopy, window: tuple[slice, slice], near: Mask
 ) -> tuple[tuple[str, float], ...]:
     if not semantic.room_names or not near.any():
         return ()

@@ -8,7 +8,7 @@ from apartment import MOUNT, TWO_ROOMS, Apartment
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Survey, Terrain, survey
+from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey, survey
 from runtime.core.mapping.grid import NavigationMap, integrate
 from runtime.core.types import Pose
 
@@ -34,7 +34,7 @@ def alike(one: Terrain, other: Terrain) -> bool:
 @given(st.integers(0, 2**32 - 1), st.integers(1, 10))
 def test_made_anew_where_something_changed_it_is_that_of_the_whole_map(seed: int, times: int):
     rng = np.random.default_rng(seed)
-    grid, kept = NavigationMap.around(Pose(0, 0, 0), RADIUS), Survey()
+    grid, kept = NavigationMap.around(Pose(0, 0, 0), RADIUS), TerrainSurvey()
     for _ in range(times):
         pose = Pose(*rng.uniform(-2.5, 2.5, 2).tolist(), 0.0)
         (top, bottom), (left, right) = np.sort(rng.integers(0, 120, (2, 2)), axis=1).tolist()
@@ -60,7 +60,7 @@ def test_made_anew_where_something_changed_it_is_that_of_the_whole_map(seed: int
                 max_size=6))  # fmt: skip
 def test_of_a_drive_frame_by_frame_it_is_that_of_all_frames(poses: list[tuple[float, ...]]):
     home = Apartment.of(TWO_ROOMS, Pose(*poses[0]))
-    grid, kept = NavigationMap.around(home.pose, RADIUS), Survey()
+    grid, kept = NavigationMap.around(home.pose, RADIUS), TerrainSurvey()
     for pose in poses:
         home.pose = Pose(*pose)
         grid.grow(home.pose.xy, 6.0)
@@ -82,3 +82,23 @@ def test_clearance_is_the_distance_to_the_nearest_obstacle_as_far_as_anybody_ask
     assert np.abs(terrain.clearance_m - away)[near].max() < 0.02  # chamfer
     assert terrain.clearance_m[~near].min() > 0.58
     assert terrain.clearance_m.max() == pytest.approx(0.7)
+
+
+def test_a_copy_of_what_is_near_does_not_change_with_the_map():
+    grid, kept, pose = (
+        NavigationMap.around(Pose(0, 0, 0), RADIUS),
+        TerrainSurvey(),
+        Pose(0.01, 0.01, 0),
+    )
+    grid.evidence[20:100, 20:100] = -5
+    grid.changed()
+    terrain = kept.update(grid, pose, RADIUS)
+    near = terrain.around(pose, 1.0)
+    assert near.frame.rows == 41
+    here = terrain.frame.cell(0.5, 0.5)
+    assert near.traversable[near.frame.cell(0.5, 0.5)] == terrain.traversable[here]
+    grid.evidence[70, 70] = 9
+    grid.changed((slice(70, 71), slice(70, 71)))
+    kept.update(grid, pose, RADIUS)
+    assert not terrain.traversable[here]  # a view of the survey's own
+    assert near.traversable[near.frame.cell(0.5, 0.5)]

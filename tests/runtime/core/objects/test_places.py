@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.objects.places import Places
+from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F64
 
 WITHIN_M = 0.6
@@ -46,7 +46,7 @@ def test_whatever_is_near_is_found_nearest_first_and_none_is_nearer_than_told(
     count: int, seed: int
 ):
     (asked, *others) = things(count + 1, seed)
-    places = Places.of({one.id: one for one in others})
+    places = InstancePlaces.of({one.id: one for one in others})
     found = places.near(asked.xy, asked.cells_xy, WITHIN_M)
     gaps = {one.id: gap_m(one, asked) for one in others}
     assert {id for id, gap in gaps.items() if gap <= WITHIN_M} <= {id for _, id in found}
@@ -57,7 +57,7 @@ def test_whatever_is_near_is_found_nearest_first_and_none_is_nearer_than_told(
 @given(st.integers(1, 90), st.floats(0, 4), st.integers(0, 2**32 - 1))
 def test_what_is_in_range_is_where_it_was_put_last(count: int, range_m: float, seed: int):
     before, now = things(count, seed), things(count, seed + 1)
-    places = Places.of({one.id: one for one in before})
+    places = InstancePlaces.of({one.id: one for one in before})
     places.put(now)
     ids, middles = places.within((0.5, 0.5), range_m)
     assert {one.id for one in now if math.dist(one.xy, (0.5, 0.5)) <= range_m} <= set(ids)

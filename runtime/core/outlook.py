@@ -1,0 +1,75 @@
+"""What a decision is made on, taken from the world in a moment and worked out wherever it is asked
+for: what the experts are told takes longer than a frame may."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from runtime.core.distances.terrain import Terrain
+from runtime.core.geometry import GridFrame
+from runtime.core.mapping import keyframes
+from runtime.core.mapping.grid import MapCopy
+from runtime.core.mapping.keyframes import Keyframe
+from runtime.core.mapping.windows import Window, widened
+from runtime.core.types import Brief, Frontier, Pose
+from runtime.core.voting import brief, information_gain
+from runtime.core.voting.brief import SemanticCopy
+from runtime.core.world import Snapshot
+
+WORTH_M2 = 0.1  # unknown behind a frontier; those with less are gone to last
+AROUND_M = 5.5  # the frontiers: farther is no object that is told, and no image of them
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """Copies that nobody changes: the map and the objects around the reachable frontiers, the
+    keyframes. `terrain` and `standing`, the frontier that is driven to, are there where frontiers
+    are ranked by geometry. What is a `Snapshot`'s is worked out when it is asked for."""
+
+    goal: str
+    stamp_ns: int
+    why: str
+    candidates: tuple[Frontier, ...]
+    map: MapCopy
+    semantic: SemanticCopy
+    frames: tuple[Keyframe, ...]
+    pose: Pose
+    terrain: Terrain | None
+    standing: int | None
+
+    @property
+    def brief(self) -> Brief:
+        """What the experts are told."""
+        return self.snapshot.brief
+
+    @property
+    def frontiers(self) -> tuple[Frontier, ...]:
+        """What they choose from."""
+        return self.snapshot.frontiers
+
+    @cached_property
+    def snapshot(self) -> Snapshot:
+        """What the decision is made on."""
+        found = self.candidates
+        views = {f.id: keyframes.best_view(self.frames, f.cells_xy, self.map) for f in found}
+        told = brief.compose(self.goal, self.stamp_ns, self.map, self.semantic, found, views)
+        told = brief.worthwhile(told, WORTH_M2)
+        unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
+        order: tuple[int, ...] = ()
+        if self.terrain is not None:
+            order = information_gain.ranked(
+                found, unknown_m2, self.standing, self.terrain, self.pose
+            )
+        kept = tuple(f for f in found if f.id in unknown_m2)
+        return Snapshot(replace(told, order=order), kept, self.stamp_ns, self.why)
+
+
+def around(frontiers: tuple[Frontier, ...], frame: GridFrame) -> Window:
+    """The window of the grid that holds all that is told of these frontiers."""
+    if not frontiers:
+        return slice(0, 0), slice(0, 0)
+    cells = frame.cells(np.concatenate([f.cells_xy for f in frontiers]))
+    (top, left), (bottom, right) = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
+    held = slice(top, bottom + 1), slice(left, right + 1)
+    return widened(held, round(AROUND_M / frame.resolution_m), frame)

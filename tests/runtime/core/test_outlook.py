@@ -1,0 +1,65 @@
+"""What a decision is made on does not change with the world, whenever it is worked out."""
+
+import math
+
+import numpy as np
+from apartment import MOUNT, TWO_ROOMS, Apartment
+
+from runtime import navigate
+from runtime.core.mapping import keyframes
+from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.types import Pose
+from runtime.core.voting import brief
+from runtime.core.world import World
+
+NAMES, ROOMS = ("toilet", "sofa", "bed"), ("bathroom", "bedroom")
+CFG = navigate.NavigateConfig()
+
+
+def looked_around(turns: int) -> tuple[World, Apartment]:
+    home = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0))
+    home.things = {"bed": (5.2, 3.2, 0.3)}
+    world = World.begin("toilet", NAMES, ROOMS, home.pose, 0.18)
+    look(world, home, turns)
+    return world, home
+
+
+def look(world: World, home: Apartment, turns: int) -> None:
+    for n in range(turns):
+        home.pose = Pose(home.pose.x_m, home.pose.y_m, n * math.pi / 6)
+        obs = home.observe()
+        navigate.perceive(world, obs, home.detect(NAMES, obs), MOUNT, CFG)
+
+
+def test_it_tells_what_the_world_itself_would():
+    world, _ = looked_around(5)
+    frontier = next(f for f in world.frontiers if math.isfinite(f.distance_m))
+    cells = np.array([frontier.goal_xy])
+    world.semantic.instances[99] = Instance(
+        99, {"sofa": Evidence(4.0)}, frontier.goal_xy, 0.4, cells
+    )
+    reachable = [f for f in world.frontiers if math.isfinite(f.distance_m)]
+    views = {f.id: keyframes.best_view(world.keyframes, f.cells_xy, world.map) for f in reachable}
+    told = brief.compose("toilet", world.stamp_ns, world.map, world.semantic, reachable, views)
+    seen = navigate.outlook(world, "test", CFG)
+    assert seen.brief.frontiers == brief.worthwhile(told, 0.1).frontiers
+    assert any(f.objects for f in seen.brief.frontiers)
+    assert any(f.unknown_m2 > 1 for f in seen.brief.frontiers)
+    assert [f.id for f in seen.frontiers] == [f.id for f in seen.brief.frontiers]
+
+
+def test_worked_out_later_it_tells_what_was_known_when_it_was_taken():
+    world, home = looked_around(4)
+    at_once, later = (navigate.outlook(world, "test", CFG) for _ in range(2))
+    told = at_once.snapshot
+    home.things = {"sofa": (3.2, 3.2, 0.3)}
+    home.pose = Pose(3.0, 3.0, 0.0)
+    look(world, home, 12)
+    assert later.snapshot.brief == told.brief
+    assert later.snapshot.brief != navigate.snapshot(world, "test", CFG).brief
+
+
+def test_without_a_frontier_it_tells_of_none():
+    world, _ = looked_around(2)
+    world.frontiers = ()
+    assert navigate.outlook(world, "test", CFG).brief.frontiers == ()
