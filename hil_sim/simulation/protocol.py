@@ -95,8 +95,10 @@ class Protocol:
     def sensed(self, depth_m: NDArray[np.float32]) -> NDArray[np.float32]:
         """(H, W) depth, m -> what the sensor reads; 0 outside its range."""
         inside = (depth_m >= self.depth_min_m) & (depth_m <= self.depth_max_m)
-        sensed = np.where(inside, depth_m, np.float32(0))
-        return np.round(sensed * 1000) / np.float32(1000) if self.whole_mm else sensed
+        sensed: NDArray[np.float32] = np.where(inside, depth_m, 0).astype(np.float32)
+        if self.whole_mm:
+            sensed = (np.round(sensed * 1000) / 1000).astype(np.float32)
+        return sensed
 
 
 SUCCESS_M = 0.1

@@ -65,7 +65,9 @@ class RealTime:
         self._hindsight = Hindsight()
         self._seen_s = 0.0  # when the last frame was taken
         self._tracer, self._garbage = tracer, garbage
-        self._detector: LoopDetector = detector or DetectorWorker(self._look, tracer, clock, WORKER_NICE)
+        self._detector: LoopDetector = detector or DetectorWorker(
+            self._look, tracer, clock, WORKER_NICE
+        )
         self._decisions: Decisions = worker or DecisionWorker(WORKER_NICE, record)
         self._shedding = Shedding(budgets)
 
