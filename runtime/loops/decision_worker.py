@@ -73,9 +73,6 @@ class DecisionWorker:
 
     def ask(self, question: DecisionRequest) -> None:
         """Begin to decide; must not be busy. A rehearsal of something else ends."""
-        snap = question.snapshot
-        if self._record is not unrecorded:  # the brief is worked out when it is asked for
-            self._record("question", {"why": snap.why, "brief": snap.brief})
         with self._changed:
             assert self._question is None
             self._question = question
@@ -100,6 +97,8 @@ class DecisionWorker:
                 raise self._error
             answer, self._answer = self._answer, None
         if answer is not None:
+            snap = answer.question.snapshot  # its brief was worked out by now
+            self._record("question", {"why": snap.why, "brief": snap.brief})
             self._record("ballot", (answer.decision.ballot, answer.rehearsal))
         return answer
 

@@ -1,5 +1,6 @@
 """What a replay made, beside what was recorded: which differs first, in words."""
 
+from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, Final
@@ -32,10 +33,12 @@ class Difference:
 
 @dataclass
 class Differences:
-    """All of them, in order, and how much was compared, by kind."""
+    """All of them, in order, and how much was compared, by kind. Questions are compared one after
+    the other, whenever they were told: before they were answered, or with the answer."""
 
     found: list[Difference] = field(default_factory=list)
     compared: dict[str, int] = field(default_factory=dict)
+    _questions: tuple[deque[Any], deque[Any]] = field(default_factory=lambda: (deque(), deque()))
 
     def compare(self, turn: Turn, kind: str, replayed: object, recorded: object) -> None:
         """One value of a kind; None where the other side has one more."""
@@ -48,12 +51,22 @@ class Differences:
         """All that a turn made; `cut`: what the recording has of it may not be all."""
         for kind in OUTPUTS:
             mine, theirs = made.get(kind, []), turn.made.get(kind, [])
+            if kind == "question":
+                mine, theirs = self._pairs(mine, theirs)
             if kind == "rest":  # the end of the runtime is no command of the loop's
                 mine, theirs = ([r for r in told if r["state"] != ENDED] for told in (mine, theirs))
             for n in range(len(theirs) if cut else max(len(mine), len(theirs))):
                 one = mine[n] if n < len(mine) else None
                 other = theirs[n] if n < len(theirs) else None
                 self.compare(turn, kind, one, other)
+
+    def _pairs(self, mine: list[Any], theirs: list[Any]) -> tuple[list[Any], list[Any]]:
+        """The questions that both sides have come to by now."""
+        for waiting, new in zip(self._questions, (mine, theirs), strict=True):
+            waiting.extend(new)
+        n = min(map(len, self._questions))
+        first, second = ([waiting.popleft() for _ in range(n)] for waiting in self._questions)
+        return first, second
 
     def in_words(self) -> str:
         """How much was compared."""

@@ -280,8 +280,6 @@ class FilmDecisions:
 
     def ask(self, question: DecisionRequest) -> None:
         self._question = question
-        snap = question.snapshot
-        self._film.record("question", {"why": snap.why, "brief": snap.brief})
 
     def rehearse(self, question: DecisionRequest) -> None:
         raise RecordingError("a replay rehearses nothing")
@@ -292,6 +290,7 @@ class FilmDecisions:
             return None
         rehearsal = self._film.turn.heard["ballot"][0]["rehearsal"]
         snap, cfg = question.snapshot, question.cfg
+        self._film.record("question", {"why": snap.why, "brief": snap.brief})
         decision = navigate.decide(snap, question.panel, question.by, cfg)
         self._question = None
         return DecisionReply(question, decision, rehearsal)

@@ -57,3 +57,14 @@ def test_the_end_of_the_runtime_is_no_difference():
     assert not differences.found
     differences.compare_turn(Turn(1, "frame", 0.0, made={"rest": [{"state": "found"}]}), {})
     assert len(differences.found) == 1
+
+
+def test_questions_are_compared_whenever_they_were_told():
+    differences = Differences()
+    asked = [{"why": "first decision"}, {"why": "new evidence"}]
+    differences.compare_turn(Turn(1, "frame", 0.0, made={"question": asked[:1]}), {})
+    differences.compare_turn(Turn(2, "frame", 0.1), {"question": asked[:1]})
+    assert (differences.found, differences.compared) == ([], {"question": 1})
+    differences.compare_turn(Turn(3, "frame", 0.2), {"question": asked[1:]})
+    differences.compare_turn(Turn(4, "frame", 0.3, made={"question": [{"why": "gone"}]}), {})
+    assert [d.what for d in differences.found] == ["question.why"]
