@@ -45,7 +45,7 @@ class Picture:
 
     @classmethod
     def of(cls, world: World) -> "Picture":
-        """The masks of a map are never written to again: they are shared."""
+        """Of what is known of the map, a copy: its masks are updated in place."""
         decision, last = world.standing.decision, world.body.last
         elected = decision.frontier if decision else None
         frontiers = [
@@ -57,7 +57,13 @@ class Picture:
         ]
         path_xy = last.path_xy if last is not None else np.zeros((0, 2))
         grid, marks = world.map, (*frontiers, *objects)
-        return cls(world.stamp_ns, grid.frame, grid.free, grid.occupied, path_xy, marks)
+        rows, cols = window = grid.known_window(MARGIN)
+        frame, side_m = grid.frame, grid.frame.resolution_m
+        x0_m, y0_m = frame.x0_m + cols.start * side_m, frame.y0_m + rows.start * side_m
+        shape = rows.stop - rows.start, cols.stop - cols.start
+        frame = GridFrame(x0_m, y0_m, side_m, *shape)
+        free, occupied = grid.free[window].copy(), grid.occupied[window].copy()
+        return cls(world.stamp_ns, frame, free, occupied, path_xy, marks)
 
 
 def drawn(picture: Picture, frame: str) -> Iterator[tuple[str, str, bytes]]:
@@ -93,23 +99,13 @@ def compressed(image: U8, stamp_ns: int, frame: str) -> bytes:
 
 
 def _grid(picture: Picture, header: Any) -> Any:
-    """What is known of the map, and a margin."""
-    known = picture.free | picture.occupied
-    (top, bottom), (left, right) = _span(known, 0), _span(known, 1)
-    shown = slice(top, bottom), slice(left, right)
-    cells = np.where(picture.free[shown], FREE, UNKNOWN).astype(np.int8)
-    cells[picture.occupied[shown]] = OCCUPIED
-    frame, side_m = picture.frame, picture.frame.resolution_m
-    origin = _pose(frame.x0_m + left * side_m, frame.y0_m + top * side_m)
-    height, width = int(cells.shape[0]), int(cells.shape[1])
-    info = _T["nav_msgs/msg/MapMetaData"](header.stamp, side_m, width, height, origin)
+    cells = np.where(picture.free, FREE, UNKNOWN).astype(np.int8)
+    cells[picture.occupied] = OCCUPIED
+    frame = picture.frame
+    origin = _pose(frame.x0_m, frame.y0_m)
+    size = frame.resolution_m, frame.cols, frame.rows
+    info = _T["nav_msgs/msg/MapMetaData"](header.stamp, *size, origin)
     return _T[OCCUPANCY_GRID](header, info, cells.ravel())
-
-
-def _span(known: Mask, axis: int) -> tuple[int, int]:
-    """From where to where along an axis, with the margin."""
-    at = np.nonzero(known)[axis]
-    return (max(0, int(at.min()) - MARGIN), int(at.max()) + 1 + MARGIN) if at.size else (0, 1)
 
 
 def _path(picture: Picture, header: Any) -> Any:

@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+from apartment import MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
 
+from runtime import navigate
 from runtime.core.geometry import GridFrame, base_to_map, optical_to_base
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import Mount, Pose
+from runtime.core.world import World
 from runtime.recording.pictures import Mark, Picture, drawn, transforms
 from runtime.recording.schemas import ros_definition
 from runtime.robot import wire
@@ -28,7 +32,6 @@ def messages() -> dict:
 def test_the_grid_holds_what_is_known_where_it_is():
     grid = messages()["map"]
     cells = grid.data.reshape(grid.info.height, grid.info.width)
-    assert cells.size < 400
     assert grid.header.frame_id == "odom"
     at = grid.info.origin.position
     rows, columns = np.nonzero(cells == 100)
@@ -38,16 +41,32 @@ def test_the_grid_holds_what_is_known_where_it_is():
     assert (cells == -1).sum() == cells.size - 55
 
 
-def test_an_unknown_map_is_a_grid_too():
-    known = picture()
-    known.free[:], known.occupied[:] = False, False
-    kinds = {topic: kind for topic, kind, _ in drawn(known, "odom")}
+def test_each_message_is_of_a_known_type():
+    kinds = {topic: kind for topic, kind, _ in drawn(picture(), "odom")}
     assert kinds == {
         "map": "nav_msgs/msg/OccupancyGrid",
         "path": "nav_msgs/msg/Path",
         "scene": "visualization_msgs/msg/MarkerArray",
     }
     assert all(ros_definition(kind) for kind in kinds.values())
+
+
+def test_a_picture_stays_as_it_was_when_the_map_changes():
+    home, cfg = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)), NavigateConfig()
+    world = World.begin("toilet", ("toilet",), (), home.pose, 0.18, 0)
+    navigate.perceive(world, home.observe(), NO_DETECTIONS, MOUNT, cfg)
+    taken = Picture.of(world)
+    assert taken.free.sum() == world.map.free.sum() > 500
+    free, marks = taken.free.copy(), taken.marks
+    assert len(marks) == len(world.frontiers) > 0
+    row, col = world.map.frame.cell(4.0, 3.0)
+    there = taken.frame.cell(4.0, 3.0)
+    assert world.map.free[row, col]
+    assert taken.free[there]
+    home.pose = Pose(4.0, 3.0, 3.0)
+    navigate.perceive(world, home.observe(), NO_DETECTIONS, MOUNT, cfg)
+    assert np.array_equal(taken.free, free)
+    assert world.map.free.sum() > free.sum()
 
 
 def test_the_way_and_the_marks():
