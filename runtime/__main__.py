@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import click
@@ -32,6 +33,7 @@ from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.tracer import Tracer
 
 WORKERS_NICE = 5
+MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
 
 
 @click.group(epilog="Exit status: 0 done, 1 the thing attempted failed, 2 an error.")
@@ -117,13 +119,19 @@ def _drive(
         control.start()
         try:
             lower_priority(WORKERS_NICE)
-            with LoadedModels(config, clock) as models:
+            with _loaded(config, clock) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 loop = RealTime(*parts, record)
                 garbage.begin()
                 loop.run(ending)
         finally:
             control.close()
+
+
+def _loaded(config: configuration.Config, clock: SystemClock) -> LoadedModels:
+    """The models, loaded by a thread of the priority that theirs inherit."""
+    with ThreadPoolExecutor(1, "models", lower_priority, (MODELS_NICE,)) as pool:
+        return pool.submit(LoadedModels, config, clock).result()
 
 
 def main() -> None:
