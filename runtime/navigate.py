@@ -31,6 +31,7 @@ from runtime.core.voting import brief, consensus
 from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision, World
 
+ROOM_M = 20.0  # around the robot, frontiers are told to be in its own room or not
 WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore
 FAINT_LOG_ODDS = -3.0  # and at the very last
 Deadline = TypeVar("Deadline", contravariant=True)
@@ -113,7 +114,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
     nothing."""
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
     decision, frame = world.standing.decision, world.map.frame
-    window = around(candidates, frame)
+    window, ranked = around(candidates, frame), cfg.consensus.fallback == "geometry"
     return Outlook(
         world.goal,
         world.stamp_ns,
@@ -123,7 +124,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         SemanticCopy.of(world.semantic, frame, window),
         tuple(world.keyframes),
         world.pose,
-        world.terrain.copy() if cfg.consensus.fallback == "geometry" else None,
+        world.terrain.around(world.pose, ROOM_M) if ranked else None,
         decision.frontier if decision else None,
     )
 

@@ -14,7 +14,7 @@ from runtime.core.geometry import seen_from_m
 from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
-from runtime.core.mapping.windows import widened
+from runtime.core.mapping.windows import padded, widened
 from runtime.core.motion.courses import STILL, Course
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
@@ -263,11 +263,10 @@ class World:
         """Keep the grid larger than what the camera can see from here."""
         padding = self.map.grow(self.pose.xy, margin_m)
         if padding:
-            top, bottom, left, right = padding
             self.semantic.grow(padding)
-            wider, explored = ((top, bottom), (left, right)), self.explored
-            explored.given_up = np.pad(explored.given_up, wider)
-            explored.looked = np.pad(explored.looked, wider)
+            explored = self.explored
+            explored.given_up = padded(explored.given_up, padding)
+            explored.looked = padded(explored.looked, padding)
 
     def give_up(self, cells_xy: F64, near_m: float = math.inf) -> None:
         """Never ask for these frontier cells again (those within `near_m` of the robot)."""

@@ -3,14 +3,17 @@
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 import skfmm
 
 from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.windows import Window, joined
 from runtime.core.types import F64, I32, Mask, Pose
 
+_FILL = 4 | cv2.FLOODFILL_MASK_ONLY | (1 << 8)  # four neighbours; ones in the mask
 _BEYOND_M = 0.75  # of arrival beyond the robot's own, that choosing its next step may look at
 _WINDING = 1.25  # arrival for distance, as it mostly is
 
@@ -61,13 +64,12 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True, limit_m: floa
     seeds = sources & terrain.traversable
     if not seeds.any():
         return Field(terrain.frame, arrival)
-    inside = _connected(terrain.parts, seeds)
-    if (inside & ~seeds).any():
-        rows, cols = _window(inside)
+    inside, (rows, cols) = _connected(terrain.traversable, seeds)
+    if (inside & ~seeds[rows, cols]).any():
         # skfmm reads the arrays' memory: a view of a larger array would be misread
         phi = np.ma.MaskedArray(
             np.where(seeds[rows, cols], -1.0, 1.0),
-            mask=np.ascontiguousarray(~inside[rows, cols]),
+            mask=~inside,
         )
         dx = terrain.frame.resolution_m
         if unhurried:
@@ -132,15 +134,18 @@ def descend(field: Field, start_xy: tuple[float, float], limit: int = 4000) -> F
     return frame.centres(cells)
 
 
-def _connected(parts: I32, seeds: Mask) -> Mask:
-    """Those of the numbered parts that hold a seed."""
-    wanted = np.zeros(int(parts.max()) + 1, bool)
-    wanted[parts[seeds]] = True
-    wanted[0] = False
-    part: Mask = wanted[parts]
-    return part
-
-
-def _window(mask: Mask) -> tuple[slice, slice]:
-    rows, cols = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    return slice(int(rows[0]), int(rows[-1]) + 1), slice(int(cols[0]), int(cols[-1]) + 1)
+def _connected(traversable: Mask, seeds: Mask) -> tuple[Mask, Window]:
+    """The 4-connected parts of what is traversable that hold a seed: the window that holds them,
+    and the cells of it that are theirs. As costly as they are large, whatever lies elsewhere."""
+    rows, cols = traversable.shape
+    filled = np.zeros((rows + 2, cols + 2), np.uint8)
+    passable, left = traversable.view(np.uint8), np.argwhere(seeds)
+    window: Window | None = None
+    while len(left):
+        row, col = left[0].tolist()
+        _, _, _, (x, y, w, h) = cv2.floodFill(passable, filled, (col, row), 1, flags=_FILL)
+        window = joined(window, (slice(y, y + h), slice(x, x + w)))
+        left = left[filled[left[:, 0] + 1, left[:, 1] + 1] == 0]
+    assert window is not None
+    inner = filled[1:-1, 1:-1][window]
+    return inner.view(bool).copy(), window

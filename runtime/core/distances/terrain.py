@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import cv2
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, inside, joined, widened
-from runtime.core.types import F32, F64, I32, Mask, Pose
+from runtime.core.types import F32, F64, Mask, Pose
 
 MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
 COMFORT_M = 0.20  # further clearance that planning pays for, without insisting on it
@@ -44,16 +43,6 @@ class Terrain:
     clearance_m: F32
     traversable: Mask
     speed: F32
-
-    @cached_property
-    def parts(self) -> I32:
-        """(r, c) the 4-connected parts of what is traversable, numbered from 1; 0 elsewhere."""
-        _, labels = cv2.connectedComponents(self.traversable.view(np.uint8), connectivity=4)
-        return np.asarray(labels, np.int32)
-
-    def copy(self) -> "Terrain":
-        """Of all of it."""
-        return self._cut(slice(0, self.frame.rows), slice(0, self.frame.cols))
 
     def around(self, pose: Pose, range_m: float) -> "Terrain":
         """A copy of what is so near: for whoever drives by it while the map goes on."""

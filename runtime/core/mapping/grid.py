@@ -20,6 +20,7 @@ from runtime.core.mapping.windows import (
     disc_window,
     inside,
     joined,
+    padded,
     polygon_patch,
     widened,
 )
@@ -246,10 +247,10 @@ class NavigationMap:
         top, bottom, left, right = (math.ceil(max(0, n) / block) * block for n in lack)
         if not (top or bottom or left or right):
             return None
-        pad = ((top, bottom), (left, right))
-        self.evidence = np.pad(self.evidence, pad)
-        self.swept, self.bumped = np.pad(self.swept, pad), np.pad(self.bumped, pad)
-        self.driven, self.dead_end = np.pad(self.driven, pad), np.pad(self.dead_end, pad)
+        pad = top, bottom, left, right
+        self.evidence = padded(self.evidence, pad)
+        self.swept, self.bumped = padded(self.swept, pad), padded(self.bumped, pad)
+        self.driven, self.dead_end = padded(self.driven, pad), padded(self.dead_end, pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
             f.y0_m - top * f.resolution_m,

@@ -1,9 +1,11 @@
 """Windows of a grid, and shapes drawn into them: work is done where something changes."""
 
 import math
+from typing import Any
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.types import F64, Mask
@@ -81,3 +83,13 @@ def disc_window(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> tu
     r, c = np.mgrid[window]
     xy = frame.centres(np.stack([r, c], axis=-1).astype(np.int32))
     return np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m, window
+
+
+def padded(array: NDArray[Any], padding: tuple[int, int, int, int]) -> NDArray[Any]:
+    """(..., R, C) -> the same within zeros: so many rows above and below it, and columns to its
+    left and right. Memory that is not written to costs nothing."""
+    top, bottom, left, right = padding
+    *rest, rows, cols = array.shape
+    wider = np.zeros((*rest, top + rows + bottom, left + cols + right), array.dtype)
+    wider[..., top : top + rows, left : left + cols] = array
+    return wider

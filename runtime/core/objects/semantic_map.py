@@ -14,7 +14,7 @@ from runtime.core.geometry import (
     rays,
 )
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.windows import Window, polygon_mask
+from runtime.core.mapping.windows import Window, padded, polygon_mask
 from runtime.core.objects.depth_segments import (
     EDGE_M,
     FLOOR_M,
@@ -85,8 +85,7 @@ class SemanticMap:
 
     def grow(self, padding: tuple[int, int, int, int]) -> None:
         """Follow `NavigationMap.grow`."""
-        top, bottom, left, right = padding
-        self.rooms = np.pad(self.rooms, ((0, 0), (top, bottom), (left, right)))
+        self.rooms = padded(self.rooms, padding)
 
 
 def locate(

@@ -33,6 +33,7 @@ ROOM_RANGE_M = 1.5  # around the frontier, where room evidence is averaged
 ROOM_WEIGHT_MIN = 1.0  # mean evidence, in views, below which no room type is told
 DOORWAY_M = (0.5, 1.4)  # width of a gap that is taken for a doorway
 JAMB_M = 0.25  # from both its ends to something occupied
+LARGEST_M = 4.0  # from an object's middle to its farthest cell
 UNKNOWN_DEPTH_M = 2.0  # how far into the unknown a frontier is credited
 
 
@@ -77,7 +78,7 @@ class SemanticCopy:
         """Of the map within a window."""
         rooms = np.zeros(semantic.rooms.shape, np.float32)
         rooms[:, *window] = semantic.rooms[:, *window]
-        return cls(semantic.room_names, rooms, Things.of(semantic, frame))
+        return cls(semantic.room_names, rooms, Things.of(semantic, frame, window))
 
 
 def compose(
@@ -169,8 +170,14 @@ class Things:
     starts: NDArray[np.intp]
 
     @classmethod
-    def of(cls, semantic: SemanticMap, frame: GridFrame) -> "Things":
-        sure = [i for i in semantic.instances.values() if i.confidence >= OBJECT_CONFIDENCE]
+    def of(cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]) -> "Things":
+        """Those that may lie in a window of the map."""
+        ends = np.array([[part.start for part in window], [part.stop for part in window]], np.int32)
+        low, high = frame.centres(ends)
+        middle, reach_m = (low + high) / 2, float(np.hypot(*(high - low))) / 2 + LARGEST_M
+        ids, _ = semantic.places.within((float(middle[0]), float(middle[1])), reach_m)
+        near = [semantic.instances[id] for id in ids]
+        sure = [i for i in near if i.confidence >= OBJECT_CONFIDENCE]
         cells = [frame.cells(i.cells_xy) for i in sure]
         starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
         flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])

@@ -10,6 +10,7 @@ from runtime.core.mapping.windows import (
     bounds,
     inside,
     joined,
+    padded,
     polygon_mask,
     polygon_patch,
     widened,
@@ -50,3 +51,10 @@ def test_a_window_holds_what_it_bounds_and_is_part_of_a_wider_one(seed: int):
     assert mask[tight][:, -1].any()
     wider = joined(widened(tight, 5, frame), (slice(0, 1), slice(0, 1)))
     assert (mask[wider][inside(tight, wider)] == mask[tight]).all()
+
+
+def test_what_is_padded_keeps_its_place_among_zeros():
+    array = np.arange(1, 13).reshape(2, 2, 3)
+    wider = padded(array, (1, 2, 3, 0))
+    assert (wider == np.pad(array, ((0, 0), (1, 2), (3, 0)))).all()
+    assert wider.dtype == array.dtype
