@@ -5,6 +5,7 @@ Kinds without a special form are JSON on `/loop/KIND`; see `schemas` for what is
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from runtime.core.types import F32, U8, Ballot, Decision
 from runtime.core.voting.explain import in_words
+from runtime.errors import SensorError
 from runtime.recording.exact import as_json, exact
 from runtime.recording.pictures import Picture, compressed, drawn, transforms
 from runtime.robot import wire
@@ -59,7 +61,8 @@ class Encoder:
         stamped = message.kind not in (wire.TWIST, wire.STRING, wire.TF_MESSAGE)
         stamp_ns = wire.peek_stamp(message.payload, message.topic) if stamped else None
         if message.kind in (wire.ODOMETRY, wire.POSE_STAMPED):
-            self.map_frame = peek_frame(message.payload, message.topic)
+            with suppress(SensorError):  # a damaged one is recorded as it came, too
+                self.map_frame = peek_frame(message.payload, message.topic)
         yield Draft(slashed(message.topic), message.kind, stamp_ns, message.payload)
 
     def _frame(self, frame: ConsumedFrame) -> Iterator[Draft]:

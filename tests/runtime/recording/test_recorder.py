@@ -105,6 +105,18 @@ def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
     assert [m.payload for m in read(tmp_path)["/cam/compressed"]] == [jpeg]
 
 
+def test_damaged_odometry_is_kept_and_ends_nothing(tmp_path: Path):
+    recorder, whole = begun(tmp_path), wire.encode_odometry(Pose(1.0, 0.0, 0.0), 9, "floor")
+    for payload in (whole, whole[:13]):  # a stamp, and no frame_id
+        recorder("wire", WireMessage("odom", wire.ODOMETRY, payload))
+    recorder("frame", frame(np.ones((24, 32), np.float32)))
+    recorder.close()
+    found = read(tmp_path)
+    assert [m.payload for m in found["/odom"]] == [whole, whole[:13]]
+    base, _ = wire.decode_transforms(found["/loop/tf"][0].payload, "tf")
+    assert base.parent == "floor"
+
+
 def test_with_privacy_there_is_no_colour(tmp_path: Path):
     recorder = begun(tmp_path, colour=False)
     recorder("frame", frame(np.ones((24, 32), np.float32)))
