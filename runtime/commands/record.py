@@ -71,8 +71,17 @@ def recording(config: Config, options: RecordOptions, lockstep: bool) -> Iterato
     recorder = Recorder(files, Encoder(config.bus.topics, config.camera, colour), told)
     try:
         yield recorder
-    except Exception as error:
-        recorder("fault", str(error))
+    except BaseException as error:
+        if isinstance(error, Exception):
+            recorder("fault", str(error))
+        try:
+            _end(recorder)
+        except Exception as another:  # noqa: BLE001 -- what ended the drive is what is raised
+            error.add_note(f"The recording had ended before: {another!r}")
         raise
-    finally:
-        click.echo(recorder.close().in_words(), err=True)
+    _end(recorder)
+
+
+def _end(recorder: Recorder) -> None:
+    """Write what waits, and say what became of it."""
+    click.echo(recorder.close().in_words(), err=True)

@@ -76,8 +76,10 @@ class McapFile:
     def close(self) -> None:
         """Write the index and close. Idempotent."""
         if not self._file.closed:
-            self._writer.finish()
-            self._file.close()
+            try:
+                self._writer.finish()
+            finally:  # on a full disk, too
+                self._file.close()
 
     def _open(self, topic: str, schema: str) -> int:
         ours = schema in JSON_SCHEMAS

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from runtime.core.world import World
+from runtime.errors import RfNavError
 from runtime.recording.drive_files import DriveFiles
 from runtime.recording.mcap_file import McapFile
 from runtime.recording.messages import Encoder
@@ -118,8 +119,8 @@ class Recorder:
         paths: tuple[Path, ...] = ()
         try:
             paths = self._files.close()
-        except OSError as error:
-            self._error = self._error or str(error.strerror)
+        except (OSError, RfNavError) as error:
+            self._error = self._error or _reason(error)
         if self._bug is not None:
             raise self._bug
         size = sum(_size(path) for path in paths) or self._size
@@ -141,9 +142,9 @@ class Recorder:
         try:
             while self._turn():
                 pass
-        except OSError as error:
-            self._error = f"{error.strerror}"
-            print(f"rfnav: the recording ends: {error.strerror}", file=sys.stderr)
+        except (OSError, RfNavError) as error:
+            self._error = _reason(error)
+            print(f"rfnav: the recording ends: {self._error}", file=sys.stderr)
         except BaseException as error:  # noqa: BLE001 -- raised again by `close`
             self._bug = error
             print(f"rfnav: the recording ends: {error!r}", file=sys.stderr)
@@ -199,6 +200,10 @@ class Recorder:
 
 def _holds(halt: object) -> bool:
     return isinstance(halt, dict) and bool(halt["kind"]) and bool(halt["driving"])
+
+
+def _reason(error: OSError | RfNavError) -> str:
+    return str(error) if isinstance(error, RfNavError) else f"{error.strerror}"
 
 
 def _size(path: Path) -> int:

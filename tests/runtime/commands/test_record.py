@@ -59,3 +59,23 @@ def test_what_ends_the_runtime_is_written_and_keeps_the_ring(
     said = capsys.readouterr().err
     assert "MB a minute" in said
     assert str(kept) in said
+
+
+def test_what_ended_the_drive_is_told_whatever_ended_the_recording(tmp_path: Path):
+    def drive() -> None:
+        with recording(load(None), RecordOptions(tmp_path, 0.0, False), True) as record:
+            record("rest", {"state": object()})
+            raise BusError("the bus is gone")
+
+    with pytest.raises(BusError, match="the bus is gone") as told:
+        drive()
+    assert "TypeError" in told.value.__notes__[0]
+
+
+def test_a_recording_that_a_mistake_of_ours_ended_is_raised_after_the_drive(tmp_path: Path):
+    def drive() -> None:
+        with recording(load(None), RecordOptions(tmp_path, 0.0, False), True) as record:
+            record("rest", {"state": object()})
+
+    with pytest.raises(TypeError, match="not recorded"):
+        drive()

@@ -3,6 +3,7 @@
 import errno
 import json
 import threading
+import time
 from pathlib import Path
 
 import cv2
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.recording import drive_files
 from runtime.recording import recorder as recording
 from runtime.recording.drive_files import WholeDrive
 from runtime.recording.messages import Encoder
@@ -165,6 +167,25 @@ def test_a_full_disk_ends_the_recording_and_not_the_drive(
     summary = recorder.close()
     assert "it ended early: No space left on device" in summary.in_words()
     assert "the recording ends: No space left" in capsys.readouterr().err
+
+
+def test_a_disk_that_is_full_when_a_ring_goes_on_is_no_mistake_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture
+):
+    monkeypatch.setattr(drive_files, "SHORTEST_S", 0.0)
+    ring = drive_files.Ring(tmp_path / "ring", 1e-4, {})
+    recorder = Recorder(ring, Encoder(TopicsConfig(), CameraConfig(), True), FIRST)
+
+    def full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(Path, "open", full)
+    while recorder._thread.is_alive():
+        recorder("rest", {"state": "ready"})
+        time.sleep(0.01)
+    told = "000002.mcap: cannot be written (No space left on device)"
+    assert told in recorder.close().error
+    assert told in capsys.readouterr().err
 
 
 def test_a_mistake_of_ours_is_raised_at_the_end(tmp_path: Path):
