@@ -17,12 +17,16 @@ import os
 import sys
 import threading
 import time
-from collections import Counter, deque
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
+from queue import Empty, SimpleQueue
 from typing import Final, NamedTuple
 
+import numpy as np
+
+from runtime.core.types import Brief, Detections
 from runtime.core.world import World
 from runtime.errors import RfNavError
 from runtime.recording.drive_files import DriveFiles
@@ -35,7 +39,8 @@ BACKLOG_BYTES: Final = 64 * 2**20  # what may wait to be written; what comes on 
 FLUSH_S: Final = 1.0  # how much a crash may lose
 DISK_S: Final = 5.0  # and a power failure
 PICTURE_S: Final = 1.0  # between two drawings of the map
-SMALL_BYTES: Final = 1000  # what is counted for a value without images
+SMALL_BYTES: Final = 1000  # what is counted for a value without images and arrays
+ALWAYS: Final = frozenset({"halt", "fault", "tick", "rest"})  # however much waits
 NICE: Final = 10
 
 
@@ -72,17 +77,21 @@ class RecordingSummary:
 
 class Recorder:
     """Called with a kind and a value by any thread; `close` writes what waits. `first`: the value
-    that every file begins with."""
+    that every file begins with.
+
+    There is no lock: control calls it twice a tick, and would wait for a thread of low priority.
+    What is counted is kept by thread, so that no two write the same number.
+    """
 
     def __init__(self, files: DriveFiles, encoder: Encoder, first: tuple[str, object]) -> None:
         self._files, self._encoder, self._first = files, encoder, first
         self._begun: McapFile | None = None  # the file that has its first value
-        self._changed = threading.Condition()
-        self._queue: deque[_Waiting] = deque()
-        self._backlog = 0  # bytes
-        self._dropped: Counter[str] = Counter()
-        self._told: Counter[str] = Counter()  # of those, what the file says
-        self._closing = False
+        self._queue: SimpleQueue[_Waiting | None] = SimpleQueue()  # None: the last
+        self._came: dict[int, int] = {}  # bytes, by the thread that told them
+        self._went = 0  # of those: written
+        self._dropped: dict[tuple[int, str], int] = {}  # by thread and kind
+        self._told: dict[str, int] = {}  # of those, what the file says
+        self._over = False  # nothing is written any more
         self._drawn_s = 0.0
         self._began_s = time.monotonic()
         self._flushed_s = self._synced_s = self._began_s
@@ -93,27 +102,23 @@ class Recorder:
 
     def __call__(self, kind: str, value: object) -> None:
         """Take a value down; returns at once."""
+        if self._over:
+            return
         if kind == "world":
             self._draw(value)
             return
-        size = SMALL_BYTES
-        if isinstance(value, ConsumedFrame):
-            size += len(value.match.depth.payload) + value.observation.rgb.nbytes
-        elif isinstance(value, WireMessage):
-            size += len(value.payload)
-        with self._changed:
-            if self._backlog + size > BACKLOG_BYTES:
-                self._dropped[kind] += 1
+        thread, size = threading.get_ident(), SMALL_BYTES
+        if kind not in ALWAYS:
+            size = held_bytes(value)
+            if self._backlog() + size > BACKLOG_BYTES:
+                self._dropped[thread, kind] = self._dropped.get((thread, kind), 0) + 1
                 return
-            self._queue.append(_Waiting(time.time_ns(), kind, value, size))
-            self._backlog += size
-            self._changed.notify()
+        self._came[thread] = self._came.get(thread, 0) + size
+        self._queue.put(_Waiting(time.time_ns(), kind, value, size))
 
     def close(self) -> RecordingSummary:
         """Write what waits; how it went."""
-        with self._changed:
-            self._closing = True
-            self._changed.notify()
+        self._queue.put(None)
         self._thread.join()
         seconds = time.monotonic() - self._began_s
         paths: tuple[Path, ...] = ()
@@ -124,8 +129,18 @@ class Recorder:
         if self._bug is not None:
             raise self._bug
         size = sum(_size(path) for path in paths) or self._size
-        dropped = dict(sorted(self._dropped.items()))
-        return RecordingSummary(paths, seconds, size, dropped, self._cpu_s, self._error)
+        return RecordingSummary(paths, seconds, size, self._lost(), self._cpu_s, self._error)
+
+    def _backlog(self) -> int:
+        """Bytes that wait to be written, or are being written. A copy, for threads come and go."""
+        return sum(self._came.copy().values()) - self._went
+
+    def _lost(self) -> dict[str, int]:
+        """By kind."""
+        lost: dict[str, int] = {}
+        for (_, kind), n in sorted(self._dropped.copy().items(), key=lambda item: item[0][1]):
+            lost[kind] = lost.get(kind, 0) + n
+        return lost
 
     def _draw(self, world: object) -> None:
         """In the thread that owns the world."""
@@ -149,22 +164,19 @@ class Recorder:
             self._bug = error
             print(f"rfnav: the recording ends: {error!r}", file=sys.stderr)
         finally:
+            self._over, self._queue = True, SimpleQueue()  # what waits is not kept in memory
             self._cpu_s = time.thread_time()
 
     def _turn(self) -> bool:
         """Write one value; False after the last."""
-        with self._changed:
-            while not self._queue and not self._closing:
-                self._changed.wait(FLUSH_S)
-                if not self._queue:
-                    break
-            waiting = self._queue.popleft() if self._queue else None
-            over = waiting is None and self._closing
+        waiting, over = None, False
+        with suppress(Empty):
+            waiting = self._queue.get(timeout=FLUSH_S)
+            over = waiting is None
         now_s = time.monotonic()
         if waiting is not None:
             self._write(waiting, now_s)
-            with self._changed:
-                self._backlog -= waiting.size
+            self._went += waiting.size
         if over or now_s - self._flushed_s >= FLUSH_S:
             self._flush(now_s)
         return not over
@@ -187,15 +199,41 @@ class Recorder:
 
     def _flush(self, now_s: float) -> None:
         self._flushed_s = now_s
-        with self._changed:
-            dropped, backlog = Counter(self._dropped), self._backlog
+        dropped = self._lost()
         if dropped != self._told:
             self._told = dropped
-            told = {"dropped": dict(sorted(dropped.items())), "backlog_bytes": backlog}
+            told = {"dropped": dropped, "backlog_bytes": self._backlog()}
             self._write(_Waiting(time.time_ns(), "recorder", told, 0), now_s)
         to_disk = now_s - self._synced_s >= DISK_S
         self._synced_s = now_s if to_disk else self._synced_s
         self._files.at(now_s).flush(to_disk)
+
+
+def held_bytes(value: object) -> int:
+    """About what a value keeps in memory: its images and arrays, and SMALL_BYTES for all else."""
+    parts = _parts(value)
+    return SMALL_BYTES + sum(
+        part.nbytes if isinstance(part, np.ndarray) else len(part)
+        for part in parts
+        if isinstance(part, np.ndarray | bytes)
+    )
+
+
+def _parts(value: object) -> Iterable[object]:
+    """Where a value is large. Not all of it is walked through: that would take the loop longer
+    than what it tells."""
+    match value:
+        case ConsumedFrame(match=match, observation=obs):
+            return match.color.payload, match.depth.payload, obs.rgb, obs.depth_m
+        case WireMessage(payload=payload):
+            return (payload,)
+        case Detections() | Picture():
+            return vars(value).values()
+        case {"brief": Brief(frontiers=frontiers)}:
+            return [part for f in frontiers for part in (f.image, f.view)]
+        case {"value": np.ndarray() as array}:
+            return (array,)
+    return ()
 
 
 def _holds(halt: object) -> bool:

@@ -4,19 +4,23 @@ import errno
 import json
 import threading
 import time
+import weakref
 from pathlib import Path
+from types import FrameType
 
 import cv2
 import numpy as np
 import pytest
 
-from runtime.core.types import Intrinsics, Observation, Pose
+from runtime.core.geometry import GridFrame
+from runtime.core.types import Brief, Detections, FrontierBrief, Intrinsics, Observation, Pose
 from runtime.recording import drive_files
 from runtime.recording import recorder as recording
 from runtime.recording.drive_files import WholeDrive
 from runtime.recording.messages import Encoder
+from runtime.recording.pictures import Picture
 from runtime.recording.reader import messages
-from runtime.recording.recorder import Recorder
+from runtime.recording.recorder import Recorder, held_bytes
 from runtime.robot import wire
 from runtime.robot.session import TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
@@ -143,14 +147,95 @@ def test_what_does_not_fit_is_counted_and_told(tmp_path: Path, monkeypatch: pyte
     recorder("rest", {"state": "ready"})
     assert writing.wait(20.0)
     for _ in range(30):
-        recorder("rest", {"state": "ready"})
+        recorder("heard", {"name": "likeness", "value": np.zeros(250, np.float32)})
     recorder("wire", WireMessage("odom", wire.ODOMETRY, bytes(30_000)))
+    for kind in ("rest", "halt", "tick") * 10:  # what is small, and says why the base stood still
+        recorder(kind, {"kind": "", "driving": False})
+    recorder("fault", "the disk is slow")
     go_on.set()
     summary = recorder.close()
-    assert summary.dropped == {"rest": 11, "wire": 1}
-    assert "lost: 11 rest, 1 wire" in summary.in_words()
-    (told,) = read(tmp_path)["/loop/recorder"]
-    assert json.loads(told.payload)["dropped"] == {"rest": 11, "wire": 1}
+    lost = summary.dropped["heard"]
+    assert lost == 30 - (20_000 - 1000) // 2000
+    assert summary.dropped == {"heard": lost, "wire": 1}
+    assert f"lost: {lost} heard, 1 wire" in summary.in_words()
+    found = read(tmp_path)
+    (told,) = found["/loop/recorder"]
+    assert json.loads(told.payload)["dropped"] == {"heard": lost, "wire": 1}
+    counts = {topic: len(found[f"/loop/{topic}"]) for topic in ("heard", "rest", "halt", "tick")}
+    assert counts == {"heard": 30 - lost, "rest": 11, "halt": 11, "tick": 10}
+
+
+def test_what_is_held_is_counted():
+    told = frame(np.ones((48, 64), np.float32))
+    assert 14 < held_bytes(told) / (48 * 64) < 15  # depth of 4 and colour of 3, twice
+    none, few = np.zeros(0, np.int32), np.zeros((10, 512), np.float32)
+    seen = Detections(np.zeros((10, 4), np.float32), np.zeros(10, np.float32), none, few, few[0])
+    assert 22_000 < held_bytes(seen) < 25_000
+    asked = tuple(FrontierBrief(n, 1.0, (), (), few[n], b"an image" * 1000) for n in range(3))
+    assert 30_000 < held_bytes({"why": "", "brief": Brief("toilet", 0, asked)}) < 33_000
+    mask, grid = np.zeros((100, 100), bool), GridFrame(0.0, 0.0, 0.05, 100, 100)
+    assert held_bytes(Picture(0, grid, mask, mask, np.zeros((0, 2)), ())) > 20_000
+
+
+def test_after_the_end_nothing_is_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    writing, go_on = threading.Event(), threading.Event()
+
+    def full(*_: object) -> None:
+        writing.set()
+        assert go_on.wait(20.0)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("runtime.recording.mcap_file.McapFile.write", full)
+    recorder = begun(tmp_path)
+    recorder("rest", {"state": "ready"})
+    assert writing.wait(20.0)
+    waiting = np.zeros(1000)
+    told = weakref.ref(waiting)
+    recorder("heard", {"name": "likeness", "value": waiting})
+    del waiting
+    assert told() is not None
+    go_on.set()
+    recorder._thread.join(20.0)
+    assert told() is None
+    late = np.zeros(1000)
+    told = weakref.ref(late)
+    recorder("heard", {"name": "likeness", "value": late})
+    del late
+    assert told() is None
+    assert recorder.close().dropped == {}
+
+
+def test_who_tells_waits_for_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Wherever the writing thread stands still, a call returns."""
+    stood: set[int] = set()
+    blocked: list[int] = []
+    there = threading.Event()
+
+    def stand_still(frame: FrameType, event: str, _: object):
+        if frame.f_code.co_filename != recording.__file__:
+            return None
+        line = frame.f_lineno
+        if event == "line" and line not in stood and not blocked:
+            stood.add(line)
+            assert there.wait(20.0)
+            teller = threading.Thread(target=recorder, args=("tick", {"sent": None}))
+            teller.start()
+            teller.join(5.0)
+            if teller.is_alive():
+                blocked.append(line)
+        return stand_still
+
+    monkeypatch.setattr(recording, "FLUSH_S", 0.01)
+    before = threading.gettrace()
+    threading.settrace(stand_still)  # of threads that are begun from now on
+    recorder = begun(tmp_path)
+    threading.settrace(before)
+    there.set()
+    recorder("tick", {"sent": None})
+    recorder("heard", {"name": "likeness", "value": np.zeros(100)})
+    recorder.close()
+    assert not blocked
+    assert len(stood) > 20
 
 
 def test_a_full_disk_ends_the_recording_and_not_the_drive(
