@@ -117,10 +117,11 @@ def _in_real_time(
     budgets, models = read_budgets(None), account.models
     assert models is not None
     tracer = Tracer(budgets, clock.now_s)
+    looked = frozenset(account.script.heard("looked"))
     account.control = FilmControl(film, configure(()), tracer, account.differences)
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
-        film.record, FilmDecisions(film), FilmLooks(film, models.again),
+        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again),
     )  # fmt: skip
     loop.run(film.over)
 

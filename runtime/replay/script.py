@@ -86,6 +86,15 @@ class Script:
                 what = f"{name} is {theirs} there, {mine} here"
                 raise RecordingError(f"{self.recording.path}: of another robot: {what}")
 
+    def heard(self, name: str) -> Iterator[Any]:
+        """All that the loop was given of that name; of its own accord, for `turns` tells of a cut
+        only where it comes to it."""
+        for message in Recording(self.recording.path):
+            if message.topic == f"{LOOP}heard":
+                told = json.loads(message.payload)
+                if told["name"] == name:
+                    yield told["value"]
+
     def turns(self) -> Iterator[Turn]:
         """One after the other, each when all of it was read."""
         topics = self.config().bus.topics

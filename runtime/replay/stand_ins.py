@@ -3,10 +3,10 @@ down what the loop makes of it."""
 
 import threading
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 
@@ -38,8 +38,6 @@ from runtime.replay.models_again import ModelsAgain
 from runtime.replay.script import Script, Turn, observed
 from runtime.robot.requests import Request
 from runtime.robot.transforms import FIXED
-
-OFFERED_KEPT: Final = 100  # images that may yet have been looked at
 
 
 class FilmClock:
@@ -226,22 +224,25 @@ class FilmPanel(Panel):
 
 
 class FilmLooks:
-    """Who looks beside the drive: what was seen comes in the turn in which it came."""
+    """Who looks beside the drive: what was seen comes in the turn in which it came. `looked`: the
+    stamps of all images that were looked at then. Those are kept until they are taken, however
+    long that was after they were offered; of no other one is anything wanted."""
 
-    def __init__(self, film: Film, again: ModelsAgain | None = None) -> None:
-        self._film, self._again = film, again
-        self._offered: dict[int, Surveyed] = {}  # by stamp, the oldest first
+    def __init__(
+        self, film: Film, looked: Collection[int], again: ModelsAgain | None = None
+    ) -> None:
+        self._film, self._looked, self._again = film, looked, again
+        self._offered: dict[int, Surveyed] = {}  # by stamp
         self.rest = 0.0
 
     def offer(self, surveyed: Surveyed, view: View, at_once: bool) -> None:
-        self._offered[surveyed.obs.stamp_ns] = surveyed
-        if len(self._offered) > OFFERED_KEPT:
-            del self._offered[next(iter(self._offered))]
+        if surveyed.obs.stamp_ns in self._looked:
+            self._offered[surveyed.obs.stamp_ns] = surveyed
 
     def take(self) -> list[Look]:
         stamps, found = self._film.turn.heard["looked"], []
         while stamps:
-            surveyed = self._offered.get(stamps.popleft())
+            surveyed = self._offered.pop(stamps.popleft(), None)
             if surveyed is None:
                 what = "what was looked at then was not offered"
                 raise RecordingError(f"turn {self._film.turn.number}: {what}")
