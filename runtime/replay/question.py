@@ -6,13 +6,14 @@ import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 from runtime.config import Config
 from runtime.core.objects import candidates
 from runtime.core.objects.verdict import confirmed
 from runtime.core.world import World
 from runtime.errors import RecordingError
-from runtime.loops.search import Search, SearchModels, understand
+from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.replay.script import Script, Turn, observed
 
 
@@ -58,22 +59,42 @@ def asked(
 def _found(script: Script, search: Search, models: SearchModels) -> dict[int, Finding]:
     """By id, what was noticed on the way."""
     found: dict[int, Finding] = {}
-    for turn in _frames(script):
+    elsewhere = search.config.detector.source == "topic"
+    labels = _Labels(script if elsewhere else None)
+    for turn in _frames(script, coloured=not elsewhere):
         obs = search.prepared(observed(turn))
-        world = search.perceive(obs, models.detect(obs.rgb), models)
+        detections = seen(search, obs, models, labels, 0.0)
+        if detections is None:  # labels came too late then
+            search.survey(obs)
+            continue
+        world = search.perceive(obs, detections, models)
         for now in _noticed(world, turn.at_s):
             before = found.get(now.id, now)
-            believed_s = before.believed_s or now.believed_s
+            believed_s = now.believed_s if before.believed_s is None else before.believed_s
             found[now.id] = replace(now, noticed_s=before.noticed_s, believed_s=believed_s)
     return found
 
 
-def _frames(script: Script) -> Iterator[Turn]:
+class _Labels:
+    """What a detector elsewhere said then, by stamp; of no script: nothing."""
+
+    def __init__(self, script: Script | None) -> None:
+        told = script.heard("labels") if script is not None else ()
+        self._told = {labels["stamp_ns"]: labels for labels in told if labels is not None}
+        if script is not None and not self._told:
+            what = "has no labels: nothing was seen elsewhere"
+            raise RecordingError(f"{script.recording.path}: {what}")
+
+    def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
+        return self._told.get(stamp_ns)
+
+
+def _frames(script: Script, coloured: bool) -> Iterator[Turn]:
     looked_at = False
     for turn in script.turns():
         if turn.kind != "frame":
             continue
-        if not turn.color:
+        if coloured and not turn.color:
             raise RecordingError(
                 f"{script.recording.path}: has no colour: nothing can be looked at"
             )
