@@ -20,8 +20,8 @@ DIFFS = 40  # that --diff tells
 
 @click.command(
     "replay",
-    epilog="Exit status: 0 everything is as it was, 1 something differs, 2 an error. "
-    "Examples:  rfnav replay drive.mcap   |   rfnav replay drive.mcap --info",
+    epilog="Exit status: 0 everything is as it was, 1 something differs or nothing was compared, "
+    "2 an error. Examples:  rfnav replay drive.mcap   |   rfnav replay drive.mcap --info",
 )
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option("--info", is_flag=True, help="Only say what is in it.")
@@ -51,6 +51,8 @@ def replay_command(
     if goal is not None:
         sys.exit(0 if _ask(script, goal, path, settings) else 1)
     script.check_robot(path, settings)
+    if models:
+        script.check_colour()
     with ExitStack() as stack:
         again = None
         if models:
@@ -59,12 +61,10 @@ def replay_command(
         replayed = replay(script, path, settings, again)
     for line in told(script, replayed, DIFFS if diff else 1):
         click.echo(line)
-    alike = True
     if again is not None:
         click.echo(again.detections.in_words("detections"))
         click.echo(again.votes.in_words("votes"))
-        alike = again.detections.enough and again.votes.enough
-    sys.exit(0 if replayed.equal and alike else 1)
+    sys.exit(0 if replayed.equal and (again is None or again.alike) else 1)
 
 
 def _ask(script: Script, goal: str, path: Path | None, settings: tuple[str, ...]) -> bool:

@@ -45,6 +45,8 @@ class Agreement:
         return self.same >= ENOUGH * self.of
 
     def in_words(self, what: str) -> str:
+        if not self.of:
+            return f"models: no {what} were compared"
         told = f"models: {self.same} of {self.of} {what} come out alike"
         return f"{told}; first not so: {self.first}" if self.first else told
 
@@ -57,6 +59,12 @@ class ModelsAgain:
     detections: Agreement = field(default_factory=Agreement)
     votes: Agreement = field(default_factory=Agreement)
     _panel: Panel | None = None
+
+    @property
+    def alike(self) -> bool:
+        """False, too, when nothing was compared."""
+        compared = self.detections.of + self.votes.of
+        return compared > 0 and self.detections.enough and self.votes.enough
 
     def accept(self, goal: str, config: Config) -> None:
         """A goal was accepted then."""

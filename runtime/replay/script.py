@@ -86,6 +86,11 @@ class Script:
                 what = f"{name} is {theirs} there, {mine} here"
                 raise RecordingError(f"{self.recording.path}: of another robot: {what}")
 
+    def check_colour(self) -> None:
+        """RecordingError when it was recorded without."""
+        if self.recording.about.get("colour") == "none":
+            raise RecordingError(f"{self.recording.path}: has no colour: nothing can be looked at")
+
     def heard(self, name: str) -> Iterator[Any]:
         """All that the loop was given of that name; of its own accord, for `turns` tells of a cut
         only where it comes to it."""

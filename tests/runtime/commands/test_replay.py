@@ -9,6 +9,9 @@ from recorded_drive import recorded_drive
 
 from runtime.__main__ import cli
 from runtime.errors import RecordingError
+from runtime.recording.mcap_file import McapFile
+from runtime.recording.reader import messages
+from runtime.robot import wire
 
 
 @pytest.fixture(scope="module")
@@ -54,3 +57,16 @@ def test_what_is_no_recording_is_an_error(tmp_path: Path):
     assert isinstance(run(tmp_path / "b.mcap", "--info").exception, RecordingError)
     (tmp_path / "folder").mkdir()
     assert "no .mcap file is in it" in str(run(tmp_path / "folder").exception)
+
+
+def test_models_have_nothing_to_look_at_without_colour(recorded: Path, tmp_path: Path):
+    path = tmp_path / "dark.mcap"
+    file = McapFile(path, {"colour": "none"})
+    for m in messages(recorded):
+        if m.schema != wire.COMPRESSED_IMAGE:
+            file.write(m.topic, m.schema, m.log_time_ns, m.publish_time_ns, m.payload)
+    file.close()
+    told = run(path, "--models").exception
+    assert isinstance(told, RecordingError)
+    assert "dark.mcap: has no colour" in str(told)
+    assert run(path).exit_code == 0

@@ -72,3 +72,15 @@ def test_votes_are_compared_but_for_races():
     assert again.votes.first == "sle in turn 3"
     assert not again.votes.enough
     assert "1 of 2 votes come out alike; first not so: sle" in again.votes.in_words("votes")
+
+
+def test_nothing_compared_is_not_alike():
+    models = FakeModels(home())
+    models.detect = lambda rgb, window=None: SEEN  # type: ignore[method-assign]
+    again = ModelsAgain(models)
+    assert not again.alike
+    assert again.votes.in_words("votes") == "models: no votes were compared"
+    again.look(4, np.zeros((8, 8, 3), np.uint8), lambda: None, SEEN)
+    assert again.alike
+    again.votes.note(0, 3, "o2f in turn 5")
+    assert not again.alike
