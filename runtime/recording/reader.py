@@ -48,11 +48,13 @@ class Recording:
     """A file that was begun by the recorder, or a folder of them, one after the other, as a ring
     leaves it. RecordingError when it is none, or of another format.
 
-    `cut` is known once all messages were read: whether a file ends in the middle.
+    `cut` is known once all messages were read: whether a file ends in the middle. What comes after
+    that is left out, further files too.
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self.cut = path, False
+        self.path = path
+        self._damaged: set[Path] = set()
         self._files = sorted(path.glob(f"*{SUFFIX}")) if path.is_dir() else [path]
         if not self._files:
             raise RecordingError(f"{path}: no {SUFFIX} file is in it")
@@ -65,6 +67,10 @@ class Recording:
                 f"version of rfnav that wrote it ({written})"
             )
 
+    @property
+    def cut(self) -> bool:
+        return bool(self._damaged)
+
     def size_bytes(self) -> int:
         """On disk."""
         return sum(file.stat().st_size for file in self._files)
@@ -72,12 +78,14 @@ class Recording:
     def __iter__(self) -> Iterator[Recorded]:
         for file in self._files:
             yield from self._messages(file)
+            if file in self._damaged:
+                return
 
     def _messages(self, path: Path) -> Iterator[Recorded]:
         schemas: dict[int, Schema] = {}
         channels: dict[int, Channel] = {}
         with path.open("rb") as file:
-            for record in self._records(file):
+            for record in self._records(path, file):
                 if isinstance(record, Schema):
                     schemas[record.id] = record
                 elif isinstance(record, Channel):
@@ -92,7 +100,7 @@ class Recording:
                         schemas[channel.schema_id].name,
                     )
 
-    def _records(self, file: IO[bytes]) -> Iterator[McapRecord]:
+    def _records(self, path: Path, file: IO[bytes]) -> Iterator[McapRecord]:
         """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
         reader = StreamReader(file, emit_chunks=True, record_size_limit=RECORD_BYTES)
         try:
@@ -104,7 +112,7 @@ class Recording:
                 else:
                     yield record
         except _CUT:
-            self.cut = True
+            self._damaged.add(path)
 
 
 def messages(path: Path) -> Iterator[Recorded]:

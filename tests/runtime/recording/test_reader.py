@@ -82,6 +82,20 @@ def test_damage_in_the_middle_ends_it_there(tmp_path: Path):
     assert recording.cut
 
 
+def test_what_follows_a_cut_in_a_folder_is_left_out(tmp_path: Path):
+    for name in "abc":
+        written(tmp_path / f"{name}.mcap")
+    cut = tmp_path / "b.mcap"
+    cut.write_bytes(cut.read_bytes()[: cut.stat().st_size // 4])
+    recording = Recording(tmp_path)
+    early = iter(recording)
+    assert len([next(early) for _ in range(10)]) == 10
+    found = list(recording)
+    assert 10 <= len(found) < 20
+    assert recording.cut
+    assert len([*early]) == len(found) - 10  # whoever had read less by then comes as far
+
+
 def foreign(path: Path) -> None:
     with path.open("wb") as file:
         writer = Writer(file)
