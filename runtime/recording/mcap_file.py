@@ -4,13 +4,13 @@ import json
 import os
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
 
 import zstandard
-from mcap import writer as library
-from mcap.writer import CompressionType, Writer
+from mcap.writer import Writer
 
 from runtime.errors import RecordingError
 from runtime.recording.reader import ABOUT, FORMAT
@@ -24,9 +24,19 @@ def _quick(data: bytes) -> bytes:
     return zstandard.ZstdCompressor(level=ZSTD_LEVEL).compress(data)
 
 
-# The library has no setting for it: it calls `zstandard.compress`, which takes level 3.
-_library: Any = library
-_library.zstandard = SimpleNamespace(compress=_quick)
+def _own_writer() -> Any:
+    """The library's module once more, to ourselves. It has no setting for the level: it calls
+    `zstandard.compress`, which takes 3, and others in this process are to go on so."""
+    spec = find_spec("mcap.writer")
+    assert spec is not None
+    assert spec.loader is not None
+    own: Any = module_from_spec(spec)
+    spec.loader.exec_module(own)
+    own.zstandard = SimpleNamespace(compress=_quick)
+    return own
+
+
+_WRITER: Final = _own_writer()
 
 
 class McapFile:
@@ -46,7 +56,8 @@ class McapFile:
                 told = "is there already: no recording is overwritten"
                 raise RecordingError(f"{path}: {told}") from error
             raise RecordingError(f"{path}: cannot be written ({error.strerror})") from error
-        self._writer = Writer(self._file, CHUNK_BYTES, CompressionType.ZSTD)
+        zstd = _WRITER.CompressionType.ZSTD
+        self._writer: Writer = _WRITER.Writer(self._file, CHUNK_BYTES, zstd)
         self._writer.start(profile="ros2", library="rfnav")
         self._writer.add_metadata(ABOUT, {"format": FORMAT, "version": _version(), **about})
         self._file.flush()
