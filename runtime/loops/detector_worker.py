@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from runtime.clock import Clock
-from runtime.core.mapping.attention import Attention, View
+from runtime.core.mapping.attention import WORTH, Attention, View
 from runtime.core.types import F64, Detections, Observation
 from runtime.loops.decision_worker import lower_priority
 from runtime.tracing.stages import Stage
@@ -27,11 +27,13 @@ class Surveyed:
 
 @dataclass(frozen=True)
 class Look:
-    """What the detectors saw in it; how long that took, s."""
+    """What the detectors saw in it; how long that took, s; whether the image showed something
+    new."""
 
     of: Surveyed
     detections: Detections
     took_s: float
+    new: bool = False
 
 
 class DetectorWorker:
@@ -50,6 +52,7 @@ class DetectorWorker:
         self._attention: Attention[Surveyed] = Attention()
         self._at_once = False  # the newest is wanted, whatever else is new
         self._looking = False
+        self._new = False  # whether what is looked at shows something new
         self._looks: list[Look] = []  # not taken yet
         self._error: BaseException | None = None
         self._closed = False
@@ -74,9 +77,11 @@ class DetectorWorker:
             return looks
 
     def behind(self) -> bool:
-        """Whether something new was not looked at yet, or a look was not taken."""
+        """Whether something new was not looked at yet, or what was seen in it was not taken. Looks
+        at what is known do not count: one is always under way."""
         with self._changed:
-            return self._looking or bool(self._looks) or self._attention.news()
+            looking = self._looking and self._new
+            return looking or any(look.new for look in self._looks) or self._attention.news()
 
     def begin(self, newest_only: bool) -> None:
         """Forget all that waits and what was looked at; when this returns no look is under way."""
@@ -106,7 +111,7 @@ class DetectorWorker:
             with self._changed:
                 self._looking = False
                 if seen is not None:
-                    self._looks.append(Look(surveyed, seen, now_s - began_s))
+                    self._looks.append(Look(surveyed, seen, now_s - began_s, self._new))
                 self._rests_until_s = now_s + self.rest * (now_s - began_s)
                 self._changed.notify_all()
                 if self._error is not None:
@@ -119,9 +124,12 @@ class DetectorWorker:
                 if self._clock.now_s() < self._rests_until_s:
                     self._clock.wait(self._changed, self._rests_until_s)
                     continue
-                surveyed = self._attention.take(self._at_once)
+                attention = self._attention
+                news = [w.item for w in attention.waiting if attention.novelty(w.view) >= WORTH]
+                surveyed = attention.take(self._at_once)
                 if surveyed is not None:
                     self._looking = True
+                    self._new = any(item is surveyed for item in news)
                     return surveyed
                 self._changed.wait()
             return None

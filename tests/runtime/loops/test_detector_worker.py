@@ -77,6 +77,22 @@ def test_what_passes_by_during_a_look_is_looked_at_and_the_newest_after_it():
         assert not worker.behind()
 
 
+def test_a_view_that_is_offered_on_and_on_is_not_waited_for():
+    with working() as (detector, worker):
+        worker.offer(image("first"), shows(0), False)
+        assert detector.began.acquire(timeout=20)
+        assert worker.behind()  # it is looked at for the first time
+        for n in range(5):
+            worker.offer(image(f"the same {n}"), shows(0), False)
+            detector.go.release(1)
+            assert detector.began.acquire(timeout=20)  # a look is under way
+            assert worker.behind() == (n == 0)  # the first was not taken yet
+            worker.take()
+            assert not worker.behind()
+        worker.offer(image("another"), shows(500), False)
+        assert worker.behind()
+
+
 def test_at_once_means_the_newest():
     with working() as (detector, worker):
         worker.offer(image("first"), shows(0), False)

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, farthest
@@ -19,7 +20,7 @@ from hil_sim.driving.link import free_port
 from runtime.clock import Deadline, SystemClock
 from runtime.config import load
 from runtime.core import local_policy
-from runtime.core.types import Brief, Missing, Pose, Twist, Vote
+from runtime.core.types import Brief, Detections, Missing, Pose, Twist, Vote
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.process import Garbage
@@ -139,6 +140,34 @@ def test_a_search_from_goal_to_found(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert meta["stopped_at"] is not None
     assert robot.feedback[-1]["state"] == "found"
     assert robot.feedback[-1]["driven_m"] > 0.3
+
+
+CUPBOARD = """
+##########
+#        #
+#        #
+#        #
+#        #
+#        #
+#        #
+##########
+"""
+
+
+def test_a_search_ends_as_not_found_though_the_detectors_never_rest(tmp_path: Path):
+    class Slow(FakeModels):
+        def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
+            threading.Event().wait(0.3)  # longer than from one frame to the next
+            return super().detect(rgb)
+
+    with running(Slow(Apartment.of(CUPBOARD, Pose(1.2, 1.0, 0.0))), *PATIENT) as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("state") == "not_found" or ended, 100.0)
+        summary = robot.ask("cancel")
+    assert not ended
+    assert summary["state"] == "not_found"
+    end = list(read_journal(tmp_path / "decisions.jsonl"))[-1]
+    assert end["reason"] == "no toilet found and nothing left to explore"
 
 
 def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Path):
