@@ -3,7 +3,8 @@ other, chosen by what it shows that is new; what they saw is placed by the pose 
 own image."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 from runtime.clock import Clock
@@ -55,7 +56,7 @@ class DetectorWorker:
         self._new = False  # whether what is looked at shows something new
         self._looks: list[Look] = []  # not taken yet
         self._error: BaseException | None = None
-        self._closed = False
+        self._closed, self._paused = False, False
         self._rests_until_s = 0.0
         self.rest = 0.0  # after each look, in lengths of it
         self._thread = threading.Thread(target=self._work, name="detector", daemon=True)
@@ -82,6 +83,19 @@ class DetectorWorker:
         with self._changed:
             looking = self._looking and self._new
             return looking or any(look.new for look in self._looks) or self._attention.news()
+
+    @contextmanager
+    def paused(self) -> Iterator[None]:
+        """No look is under way meanwhile; what waits goes on waiting."""
+        with self._changed:
+            self._paused = True
+            self._changed.wait_for(lambda: not self._looking)
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._paused = False
+                self._changed.notify_all()
 
     def begin(self, newest_only: bool) -> None:
         """Forget all that waits and what was looked at; when this returns no look is under way."""
@@ -121,6 +135,9 @@ class DetectorWorker:
         """The image to look at, when it is time and there is one; None at the end."""
         with self._changed:
             while not self._closed:
+                if self._paused:
+                    self._changed.wait()
+                    continue
                 if self._clock.now_s() < self._rests_until_s:
                     self._clock.wait(self._changed, self._rests_until_s)
                     continue

@@ -1,6 +1,7 @@
 """What the loops need of what is around them; a replay has stand-ins for it."""
 
 from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
 from runtime.core.mapping.attention import View
@@ -96,6 +97,8 @@ class LoopDetector(Protocol):
     def take(self) -> list[Look]: ...
 
     def behind(self) -> bool: ...
+
+    def paused(self) -> AbstractContextManager[None]: ...
 
     def begin(self, newest_only: bool) -> None: ...
 

@@ -144,18 +144,18 @@ class RealTime:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         before = self._drive.search if self._drive else self._last[0] if self._last else None
-        try:
-            self._detector.begin(newest_only=False)  # no look while the words change
-            order = understand(body, self._models, self._configure, _default_dir())
-            if self._drive is not None:
-                self._end(SearchState.PREEMPTED, "preempted")
-            search = Search.begin(self._wiser(order), self._record)
-        except RfNavError as error:
-            return {"accepted": False, "error": str(error)}
+        with self._detector.paused():  # no look while the words change
+            try:
+                order = understand(body, self._models, self._configure, _default_dir())
+                if self._drive is not None:
+                    self._end(SearchState.PREEMPTED, "preempted")
+                search = Search.begin(self._wiser(order), self._record)
+            except RfNavError as error:
+                return {"accepted": False, "error": str(error)}
+            # Labels over the bus are of the newest image alone.
+            self._detector.begin(newest_only=order.config.detector.source == "topic")
         if order.config.goal.keep_map and before is not None and before.world is not None:
             search.inherit(before.world, self._models)
-        # Labels over the bus are of the newest image alone.
-        self._detector.begin(newest_only=order.config.detector.source == "topic")
         self._tracer.clear()
         now_s = self._clock.now_s()
         drive = Drive(search, self._means(), Feedback(search, now_s), self._control.halts())

@@ -4,6 +4,7 @@ down what the loop makes of it."""
 import threading
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -256,6 +257,9 @@ class FilmLooks:
 
     def behind(self) -> bool:
         return bool(self._film.heard("behind"))
+
+    def paused(self) -> AbstractContextManager[None]:
+        return nullcontext()
 
     def begin(self, newest_only: bool) -> None:
         self._offered.clear()

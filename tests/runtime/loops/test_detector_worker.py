@@ -127,6 +127,21 @@ def test_a_new_search_begins_when_no_look_is_under_way_and_gets_none_of_the_old(
         assert taken(worker, 1) == ["new"]
 
 
+def test_a_pause_ends_no_look_and_loses_nothing_that_waits():
+    with working() as (detector, worker):
+        worker.offer(image("first"), shows(0), False)
+        assert detector.began.acquire(timeout=20)
+        worker.offer(image("waits"), shows(500), False)
+        threading.Timer(0.2, detector.go.release).start()
+        with worker.paused():
+            assert detector.looked == ["first"]
+            assert not detector.began.acquire(timeout=0.3)  # nothing is looked at meanwhile
+        detector.go.release(1)
+        assert taken(worker, 2) == ["first", "waits"]
+        worker.offer(image("known"), shows(0), False)
+        assert not worker.behind()  # what was looked at is remembered
+
+
 def test_what_goes_wrong_is_raised_to_who_takes():
     with working() as (detector, worker):
         detector.error = KeyError("what the camera saw")

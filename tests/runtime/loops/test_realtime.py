@@ -23,6 +23,7 @@ from runtime.core import local_policy
 from runtime.core.types import Brief, Detections, Missing, Pose, Twist, Vote
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
+from runtime.loops.detector_worker import DetectorWorker
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
 from runtime.robot.bus import Bus
@@ -157,7 +158,7 @@ CUPBOARD = """
 def test_a_search_ends_as_not_found_though_the_detectors_never_rest(tmp_path: Path):
     class Slow(FakeModels):
         def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
-            threading.Event().wait(0.3)  # longer than from one frame to the next
+            threading.Event().wait(1.0)  # some frames pass meanwhile
             return super().detect(rgb)
 
     with running(Slow(Apartment.of(CUPBOARD, Pose(1.2, 1.0, 0.0))), *PATIENT) as (robot, ended):
@@ -168,6 +169,28 @@ def test_a_search_ends_as_not_found_though_the_detectors_never_rest(tmp_path: Pa
     assert summary["state"] == "not_found"
     end = list(read_journal(tmp_path / "decisions.jsonl"))[-1]
     assert end["reason"] == "no toilet found and nothing left to explore"
+
+
+def test_a_refused_goal_takes_nothing_from_the_search_under_way(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    begins, begin_looks = [], DetectorWorker.begin
+
+    def counted(worker: DetectorWorker, newest_only: bool) -> None:
+        begins.append(newest_only)
+        begin_looks(worker, newest_only)
+
+    monkeypatch.setattr(DetectorWorker, "begin", counted)
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT) as (robot, ended):
+        begin(robot, tmp_path / "a")
+        assert not robot.ask("goal", {"goal": "", "log_dir": str(tmp_path / "b")})["accepted"]
+        assert begins == [False]  # what was looked at, what waits and what was seen are kept
+        stages = robot.ask("status")["stages"]
+        looks = stages.get("seen", {}).get("n", 0)
+        robot.until(lambda: robot.ask("status")["stages"].get("seen", {}).get("n", 0) > looks)
+        begin(robot, tmp_path / "b")
+    assert not ended
+    assert begins == [False, False]
 
 
 def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Path):
