@@ -87,7 +87,7 @@ class ControlLoop:
         at_start: Callable[[], None] = lambda: None,
         record: Record = unrecorded,
     ) -> None:
-        self._record, self._plans = record, 0
+        self._record, self._plans, self._rests = record, 0, 0
         self._base, self._clock, self._rates, self._stopping = base, clock, rates, stopping
         self._tracer, self._at_start = tracer, at_start
         self._guard = Guard(safety)
@@ -122,6 +122,7 @@ class ControlLoop:
         """Bring the base to rest and say why; when this returns, zero has been commanded."""
         with self._changed:
             self._plan, self._state, self._report = None, state, dict(report)
+            self._rests += 1
             self._zeros = round(ZEROS_S * self._rates.control_hz)
             self._record("rest", {"state": state})
             self._send(STILL, 0)
@@ -220,6 +221,7 @@ class ControlLoop:
         self._ticked_s = now_s
         with self._changed:
             plan, number = self._plan, self._plans if self._plan is not None else 0
+            rests = self._rests
             if odometry is not None:
                 self._guard.watch(odometry)
             halt = None
@@ -231,9 +233,9 @@ class ControlLoop:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
             twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s)
         with self._changed:
-            withdrawn = plan is not None and self._plan is None
-            if self._plan is None:
-                twist = STILL  # it was taken away meanwhile
+            withdrawn = plan is not None and (self._plan is None or self._rests != rests)
+            if withdrawn:
+                twist = STILL  # whether or not another has come since
             kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
             if kind != (self._halt.kind if self._halt else ""):
                 self._record("halt", {"kind": kind, "reason": reason, "driving": driving})

@@ -12,7 +12,7 @@ from runtime.config import RealtimeConfig
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
-from runtime.core.motion.courses import Along, ControlConfig, Spin
+from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
 from runtime.core.types import Pose
@@ -238,6 +238,32 @@ def test_a_plan_taken_away_during_a_tick_is_not_driven(parts):
     base.frame_arrival_s = cancelled_meanwhile
     control.tick()
     assert base.twists[-1] == (0.0, 0.0)
+
+
+def test_a_plan_taken_away_for_another_during_a_tick_is_not_driven():
+    clock = ManualClock(100.0)
+    base, told = FakeBase(clock), []
+
+    def record(kind, value):
+        if kind == "tick":
+            told.append(value)
+
+    def replaced_meanwhile():  # asked when the plan was read, and its velocity is not sent yet
+        if len(told) == 20:
+            control.rest("preempted", {})
+            control.follow(plan(clock, Spin(0.6)))
+        return False
+
+    rates = SafetyConfig(), RATES
+    control = ControlLoop(base, clock, *rates, traced(clock), replaced_meanwhile, record=record)
+    control.follow(plan(clock))
+    ticks(clock, control, 21)
+    assert base.twists[19][0] > 0.2
+    assert base.twists[20:] == [(0.0, 0.0), (0.0, 0.0)]  # by `rest`, and by the tick
+    assert (told[20].plan, told[20].withdrawn, told[20].sent) == (1, True, STILL)
+    ticks(clock, control, 1)
+    assert base.twists[-1][1] > 0.0  # the other is followed
+    assert (told[21].plan, told[21].withdrawn) == (2, False)
 
 
 def test_the_state_is_told_five_times_a_second_and_at_changes(parts):
