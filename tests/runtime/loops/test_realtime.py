@@ -155,7 +155,11 @@ CUPBOARD = """
 """
 
 
-def test_a_search_ends_as_not_found_though_the_detectors_never_rest(tmp_path: Path):
+def test_a_search_ends_as_not_found_though_the_detectors_never_rest(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr("runtime.loops.shedding.RESTS", (0.0,))
+
     class Slow(FakeModels):
         def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
             threading.Event().wait(1.0)  # some frames pass meanwhile
