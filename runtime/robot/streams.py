@@ -10,6 +10,7 @@ from runtime.core.types import Intrinsics, Mount, Observation, Pose
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
+from runtime.robot.labels import read_labels
 from runtime.robot.session import BusConfig
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
@@ -127,11 +128,12 @@ class SensorStreams:
         self._transforms.file(topic, payload)
 
     def file_labels(self, topic: str, payload: bytes) -> None:
-        """What a detector elsewhere has seen: the newest is kept."""
+        """What a detector elsewhere has seen: the newest is kept, of those that can be read."""
         with self._changed:
             self._health.setdefault(topic, StreamHealth())
         try:
             labels = wire.decode_json(payload, topic)
+            read_labels(labels, (), ())
         except SensorError as error:
             self._count(topic, error)
             return

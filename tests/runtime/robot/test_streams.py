@@ -78,3 +78,19 @@ def test_a_jump_of_5_m_is_no_place_between():
     after = camera.show(depth(2.0, 5.2), 5.2, Pose(5.0, 0.0, 0.0))
     assert after is not None
     assert after.pose.x_m == 5.0
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"boxes": "none"}, {"scores": [0.5, 0.4]}, {"scores": [7.0]}, {"boxes": [[0, 0, 1e9, 1]]}],
+)
+def test_labels_that_cannot_be_read_are_counted_and_those_before_stay(wrong: dict):
+    camera = Camera()
+    good = {"stamp_ns": 5, "boxes": [[0, 0, 4, 4]], "names": ["bed"], "scores": [0.5], "room": None}
+    for message in (good, good | wrong):
+        camera.streams.file_labels("detections", wire.encode_json(message))
+    at_once = Deadline.after(0.0, camera.clock)
+    assert camera.streams.labels(5, at_once) == good
+    health = camera.streams.health()["detections"]
+    assert (health.received, health.bad) == (1, 1)
+    assert health.last_error.startswith("detections: ")
