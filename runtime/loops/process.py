@@ -72,8 +72,9 @@ def _may_lock_all() -> bool:
 
 
 class Garbage:
-    """Python's garbage collection, by hand: what was loaded is never looked at again, what a drive
-    leaves is collected every few seconds, after a frame."""
+    """Python's garbage collection, by hand: what was loaded is never looked at again, what a frame
+    leaves is collected every few seconds, what a search leaves when it is over. All that lives is
+    looked at only then: it holds up control, and the base is at rest."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock, self._collected_s = clock, clock.now_s()
@@ -89,10 +90,11 @@ class Garbage:
         return self._clock.now_s() - self._collected_s >= COLLECT_S
 
     def collect(self) -> None:
-        gc.collect()
+        """What came since the last time, on the road."""
+        gc.collect(1)
         self._collected_s = self._clock.now_s()
 
-    def end(self) -> None:
-        """As it was before."""
-        gc.enable()
-        gc.unfreeze()
+    def collect_all(self) -> None:
+        """When the base is at rest."""
+        gc.collect()
+        self._collected_s = self._clock.now_s()

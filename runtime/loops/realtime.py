@@ -223,6 +223,7 @@ class RealTime:
                 self._models.finish()
         summary["elapsed_s"] = round(self._clock.now_s() - drive.feedback.began_s, 3)
         self._last = drive.search, summary
+        self._garbage.collect_all()
         return summary
 
 

@@ -3,6 +3,7 @@
 import gc
 import os
 import threading
+from collections.abc import Iterator
 
 import pytest
 from manual_clock import ManualClock
@@ -42,29 +43,54 @@ def test_memory_that_may_not_be_locked_whole_is_not_locked_at_all(monkeypatch: p
     assert process.lock_memory().startswith("memory: not locked (RLIMIT_MEMLOCK is limited)")
 
 
-def test_garbage_is_collected_every_few_seconds_and_what_was_loaded_never():
-    class Node:
-        me: "Node"
+class Node:
+    me: "Node"
 
-    def cycle() -> None:
-        node = Node()
-        node.me = node
 
+def cycle() -> Node:
+    node = Node()
+    node.me = node
+    return node
+
+
+def nodes() -> int:
+    return sum(isinstance(o, Node) for o in gc.get_objects())
+
+
+@pytest.fixture
+def collecting() -> Iterator[tuple[ManualClock, Garbage]]:
     clock = ManualClock()
     garbage = Garbage(clock)
     garbage.begin()
-    try:
-        assert not gc.isenabled()
-        assert gc.get_freeze_count() > 0
-        cycle()
-        assert not garbage.due()
-        clock.advance(COLLECT_S)
-        assert garbage.due()
-        assert any(isinstance(o, Node) for o in gc.get_objects())
-        garbage.collect()
-        assert not garbage.due()
-        assert not any(isinstance(o, Node) for o in gc.get_objects())
-    finally:
-        garbage.end()
-    assert gc.isenabled()
-    assert gc.get_freeze_count() == 0
+    yield clock, garbage
+    gc.enable()
+    gc.unfreeze()
+
+
+def test_garbage_is_collected_every_few_seconds_and_what_was_loaded_never(
+    collecting: tuple[ManualClock, Garbage],
+):
+    clock, garbage = collecting
+    assert not gc.isenabled()
+    assert gc.get_freeze_count() > 0
+    cycle()
+    assert not garbage.due()
+    clock.advance(COLLECT_S)
+    assert garbage.due()
+    assert nodes() == 1
+    garbage.collect()
+    assert not garbage.due()
+    assert nodes() == 0
+
+
+def test_on_the_road_only_what_is_new_is_looked_at_and_all_of_it_after(
+    collecting: tuple[ManualClock, Garbage],
+):
+    _, garbage = collecting
+    old = cycle()
+    garbage.collect()
+    del old  # it has lived through a collection
+    garbage.collect()
+    assert nodes() == 1
+    garbage.collect_all()
+    assert nodes() == 0
