@@ -9,9 +9,10 @@ import sys
 import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -64,14 +65,12 @@ def measured(
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
         endpoint = f"tcp/127.0.0.1:{_free_port()}"
         session: Any = open_session(BusConfig(listen=(endpoint,)))
-        began_s = time.monotonic()
-        child = _spawned(subject, endpoint)
+        began_s, said = time.monotonic(), Path(folder) / "said.txt"
+        child = _spawned(subject, endpoint, said)
         try:
-            robot = _Robot(session, topics, child)
+            robot = _Robot(session, topics, child, said)
             ready_s = robot.ready() - began_s
-            with ThreadPoolExecutor(1) as pool:
-                played = pool.submit(robot.play, drive)
-                robot.began.wait(READY_S)
+            with robot.playing(drive) as played:
                 time.sleep(LEAD_S)
                 _write(sleeper, "clear\n")
                 asked_s = time.monotonic()
@@ -101,9 +100,10 @@ def measured(
 class _Robot:
     """The other end of the wire."""
 
-    def __init__(self, session: Any, topics: TopicsConfig, child: subprocess.Popen[str]) -> None:
-        self._session, self._child = session, child
-        self.began = threading.Event()  # the drive
+    def __init__(
+        self, session: Any, topics: TopicsConfig, child: subprocess.Popen[str], said: Path
+    ) -> None:
+        self._session, self._child, self._said = session, child, said
         self.moved_s: float | None = None  # when the first command came that moves the base
         self._hears = session.declare_subscriber(topics.cmd_vel, self._hear)
         self._publishers: dict[str, Any] = {}
@@ -123,16 +123,28 @@ class _Robot:
             raise BenchError(f"{query}: {(answer or {}).get('error', 'no answer')}")
         return answer
 
-    def play(self, drive: Iterable[Published]) -> float:
-        """Publish each message at its time; returns the runtime's memory at half of the drive,
-        MB."""
-        began_s, first_ns, sizes = time.monotonic(), None, [(0.0, _resident_mb(self._child))]
+    @contextmanager
+    def playing(self, drive: Iterable[Published]) -> Iterator[Future[float]]:
+        """A drive under way: its first message is there. In the end comes the runtime's memory at
+        half of it, MB. What goes wrong meanwhile ends it."""
+        messages = iter(drive)
+        first = next(messages, None)  # a drive may take a while to begin
+        if first is None:
+            raise BenchError("there is nothing to play")
+        stopping = threading.Event()
+        with ThreadPoolExecutor(1) as pool:
+            try:
+                yield pool.submit(self._play, chain((first,), messages), first.at_ns, stopping)
+            finally:
+                stopping.set()
+
+    def _play(self, drive: Iterable[Published], first_ns: int, stopping: threading.Event) -> float:
+        """Publish each message at its time."""
+        began_s, sizes = time.monotonic(), [(0.0, _resident_mb(self._child))]
         for message in drive:
-            if first_ns is None:  # a drive may take a while to begin
-                began_s, first_ns = time.monotonic(), message.at_ns
-                self.began.set()
             at_s = (message.at_ns - first_ns) / 1e9
-            time.sleep(max(0.0, began_s + at_s - time.monotonic()))
+            if stopping.wait(max(0.0, began_s + at_s - time.monotonic())):
+                break
             self._publish(message)
             if at_s >= sizes[-1][0] + 1.0:
                 sizes.append((at_s, _resident_mb(self._child)))
@@ -150,8 +162,8 @@ class _Robot:
 
     def _try(self, query: str, body: dict[str, object]) -> dict[str, Any] | None:
         if self._child.poll() is not None:
-            assert self._child.stderr is not None
-            said = self._child.stderr.read().strip().splitlines()[-1:] or ["nothing"]
+            text = self._said.read_text(encoding="utf-8", errors="replace")
+            said = text.strip().splitlines()[-1:] or ["nothing"]
             raise BenchError(f"the runtime ended and said: {said[0]}")
         for reply in self._session.get(query, payload=json.dumps(body), timeout=ASK_S):
             if reply.ok is not None:
@@ -163,21 +175,23 @@ class _Robot:
             self.moved_s = time.monotonic()
 
 
-def _spawned(subject: Subject, endpoint: str) -> subprocess.Popen[str]:
+def _spawned(subject: Subject, endpoint: str, said: Path) -> subprocess.Popen[str]:
+    """What it says goes to a file: nobody reads a pipe while it runs, and a full one stops it."""
     bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
     command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
     path = {"PYTHONPATH": str(subject.root)} if subject.root else {}
-    return subprocess.Popen(
-        command, env={**os.environ, **path}, cwd=subject.root, stderr=subprocess.PIPE, text=True
-    )
+    with said.open("w", encoding="utf-8") as file:
+        return subprocess.Popen(
+            command, env={**os.environ, **path}, cwd=subject.root, stderr=file, text=True
+        )
 
 
 def _ended(child: subprocess.Popen[str]) -> None:
     try:
-        child.communicate(timeout=ENDS_S)
+        child.wait(ENDS_S)
     except subprocess.TimeoutExpired:
         child.kill()
-        child.communicate()
+        child.wait()
 
 
 @contextmanager

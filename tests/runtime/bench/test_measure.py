@@ -1,10 +1,17 @@
 """A run of the bench."""
 
+import os
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 
 from runtime.bench import measure, synthetic
 from runtime.bench.measure import BenchError, Subject
+from runtime.bench.synthetic import Published
 from runtime.config import load
+from runtime.errors import RecordingError
 from runtime.tracing.stages import Stage
 
 
@@ -26,3 +33,64 @@ def test_a_runtime_that_ends_is_told_of_in_a_line_with_what_it_said():
     wrong = Subject(("--set", "camera.hight_m=1"))
     with pytest.raises(BenchError, match=r"the runtime ended and said: rfnav: .*hight_m"):
         measure.measured(wrong, "toilet", iter(()), config.bus.topics, 20.0)
+
+
+def test_a_runtime_that_says_much_is_not_held_up_by_it(tmp_path: Path):
+    package = tmp_path / "runtime"
+    package.mkdir()
+    (package / "__init__.py").touch()
+    said = "import sys\nsys.stderr.write('much\\n' * 200_000 + 'the last\\n')\n"
+    (package / "__main__.py").write_text(said)
+    config = load(None, ())
+    with pytest.raises(BenchError, match="the runtime ended and said: the last"):
+        measure.measured(Subject((), tmp_path), "toilet", iter(()), config.bus.topics, 20.0)
+
+
+class Wire:
+    """A session that nobody hears."""
+
+    def declare_subscriber(self, *_: object) -> None:
+        pass
+
+    def declare_publisher(self, *_: object, **__: object) -> "Wire":
+        return self
+
+    def put(self, payload: bytes) -> None:
+        pass
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> measure._Robot:
+    alive = SimpleNamespace(pid=os.getpid(), poll=lambda: None)
+    return measure._Robot(Wire(), load(None, ()).bus.topics, alive, tmp_path / "said.txt")
+
+
+def test_a_drive_ends_when_what_is_done_beside_it_fails(robot: measure._Robot):
+    hours = [Published("odom", hour * 3600 * 10**9, b"") for hour in range(3)]
+    began_s = time.monotonic()
+    with pytest.raises(BenchError, match="refused"), robot.playing(hours) as played:
+        raise BenchError("the goal was refused")
+    assert time.monotonic() - began_s < 60
+    assert played.done()
+
+
+def test_a_drive_that_cannot_begin_is_told_at_once(robot: measure._Robot):
+    def broken():
+        raise RecordingError("no colour")
+        yield
+
+    with pytest.raises(RecordingError, match="no colour"), robot.playing(broken()):
+        pytest.fail("it began")
+    with pytest.raises(BenchError, match="nothing to play"), robot.playing(()):
+        pytest.fail("it began")
+
+
+def test_a_drive_tells_the_memory_at_its_half_and_what_went_wrong_in_it(robot: measure._Robot):
+    def breaks():
+        yield Published("odom", 0, b"")
+        raise RecordingError("cut off")
+
+    with robot.playing([Published("odom", n * 10**8, b"") for n in range(3)]) as played:
+        assert played.result(60) > 1
+    with robot.playing(breaks()) as played, pytest.raises(RecordingError, match="cut off"):
+        played.result(60)
