@@ -123,6 +123,7 @@ class Panel:
         self._seats = [_Seat(name, experts[name], self._answers) for name in sorted(experts)]
         self._appeals = [_Seat(name, appeals[name], self._second) for name in sorted(appeals)]
         self._number = 0
+        self._nudges = 0
         self._open = False  # is the current round still collecting?
         self._closed = False
         self._threads = [
@@ -155,17 +156,25 @@ class Panel:
 
     def rehearse(self, brief: Brief, by: Deadline, wanted: Callable[[], bool]) -> Ballot | None:
         """Ask everyone, without appeals, and wait for everyone until `by`; None once it is not
-        `wanted` any more, which is looked at when somebody answers and at every `nudge`."""
+        `wanted` any more, which is looked at when somebody answers and at every `nudge`: without
+        the lock, as that may take long."""
         with self._condition:
             now = self._begin(brief, by, rehearsal=True)
-            while not by.passed() and wanted() and any(n not in self._answers for n in now.asked):
-                self._clock.wait(self._condition, by.at_s)
-            self._end()
-            return self._ballot(now, Absence.LATE) if wanted() else None
+        while True:
+            with self._condition:
+                nudges = self._nudges
+            wants = wanted()
+            with self._condition:
+                if not wants or by.passed() or all(n in self._answers for n in now.asked):
+                    self._end()
+                    return self._ballot(now, Absence.LATE) if wants else None
+                if nudges == self._nudges:
+                    self._clock.wait(self._condition, by.at_s)
 
     def nudge(self) -> None:
         """Have a rehearsal look again whether it is wanted."""
         with self._condition:
+            self._nudges += 1
             self._condition.notify_all()
 
     def _begin(self, brief: Brief, by: Deadline, rehearsal: bool = False) -> _Round:

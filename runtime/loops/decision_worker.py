@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from runtime import navigate
 from runtime.clock import Deadline
 from runtime.core.outlook import Outlook
-from runtime.core.types import Ballot, Decision
+from runtime.core.types import Ballot, Brief, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting import rehearsal as rehearsing
 from runtime.core.world import Snapshot
@@ -28,6 +28,12 @@ class DecisionRequest:
     by: Deadline
     cfg: NavigateConfig
     without: int | None = None  # of a rehearsal: the frontier that is taken to be explored
+
+    @property
+    def brief(self) -> Brief:
+        """What the experts are told; worked out when it is asked for first, which takes a while."""
+        brief = self.snapshot.brief
+        return brief if self.without is None else rehearsing.expected(brief, self.without)
 
 
 @dataclass(frozen=True)
@@ -48,8 +54,8 @@ class DecisionWorker:
         self._changed = threading.Condition()
         self._question: DecisionRequest | None = None
         self._answer: DecisionReply | None = None
-        self._rehearsal: DecisionRequest | None = None  # to come, under way, or done
-        self._rehearsed: Ballot | None = None  # what it brought
+        self._rehearsal: DecisionRequest | None = None  # to come, or under way
+        self._prepared: tuple[DecisionRequest, Ballot] | None = None  # one that is done
         self._error: BaseException | None = None
         self._closed = False
         self._nice = nice
@@ -69,7 +75,7 @@ class DecisionWorker:
         """Whether there is nothing to do, not even to rehearse."""
         with self._changed:
             busy = self._question is not None or self._answer is not None
-            return not busy and (self._rehearsal is None or self._rehearsed is not None)
+            return not busy and self._rehearsal is None
 
     def ask(self, question: DecisionRequest) -> None:
         """Begin to decide; must not be busy. A rehearsal of something else ends."""
@@ -84,10 +90,7 @@ class DecisionWorker:
     def rehearse(self, question: DecisionRequest) -> None:
         """Prepare for a question that may come; must be idle. What is prepared already is kept."""
         with self._changed:
-            before, ballot = self._rehearsal, self._rehearsed
-            if before and ballot and not _apart(before, question) and not _unfit(ballot, question):
-                return
-            self._rehearsal, self._rehearsed = question, None
+            self._rehearsal = question
             self._changed.notify_all()
 
     def take(self) -> DecisionReply | None:
@@ -119,7 +122,7 @@ class DecisionWorker:
                     return
                 question, rehearsal = self._question, self._rehearsal
             try:
-                if rehearsal is not None and self._rehearsed is None:
+                if rehearsal is not None:
                     self._try_out(rehearsal)
                 elif question is not None:
                     self._decide(question)
@@ -129,32 +132,37 @@ class DecisionWorker:
                 return
 
     def _something_to_do(self) -> bool:
-        waiting = self._rehearsal is not None and self._rehearsed is None
-        return self._closed or self._question is not None or waiting
+        return self._closed or self._question is not None or self._rehearsal is not None
 
     def _try_out(self, rehearsal: DecisionRequest) -> None:
+        prepared = self._prepared
+        if prepared is not None and (
+            _apart(prepared[0], rehearsal) or _unfit(prepared[1], rehearsal)
+        ):
+            prepared = None
+
         def wanted() -> bool:
             """Nothing is asked yet, or just this."""
             with self._changed:
                 question, closed = self._question, self._closed
             return not closed and (question is None or not _apart(rehearsal, question))
 
-        ballot = rehearsal.panel.rehearse(rehearsal.snapshot.brief, rehearsal.by, wanted)
+        if prepared is None and len(rehearsal.brief.frontiers) > 1:  # else nothing to choose
+            ballot = rehearsal.panel.rehearse(rehearsal.brief, rehearsal.by, wanted)
+            prepared = (rehearsal, ballot) if ballot is not None else None
         with self._changed:
-            self._rehearsed = ballot
-            if ballot is None:
-                self._rehearsal = None
+            self._rehearsal, self._prepared = None, prepared
             self._changed.notify_all()
 
     def _decide(self, question: DecisionRequest) -> None:
-        rehearsal, ballot, told = self._rehearsal, self._rehearsed, ""
-        early = rehearsal is not None and _early(rehearsal, question)
-        if rehearsal is not None and ballot is not None and not early:
-            told = _apart(rehearsal, question) or _unfit(ballot, question)
-        if ballot is not None and not early and not told:
+        prepared, told = self._prepared, ""
+        early = prepared is not None and _early(prepared[0], question)
+        if prepared is not None and not early:
+            told = _apart(prepared[0], question) or _unfit(prepared[1], question)
+        if prepared is not None and not early and not told:
             told, snap = "used", question.snapshot
             decision = consensus.elect(
-                ballot,
+                prepared[1],
                 snap.frontiers,
                 question.cfg.consensus,
                 snap.stamp_ns,
@@ -165,13 +173,13 @@ class DecisionWorker:
             decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)
         with self._changed:
             if not early:
-                self._rehearsal = self._rehearsed = None
+                self._prepared = None
             self._question, self._answer = None, DecisionReply(question, decision, told)
 
 
 def _early(rehearsal: DecisionRequest, question: DecisionRequest) -> bool:
     """Whether the frontier that the rehearsal is without is still there: its time may come."""
-    there = rehearsal.without in {f.id for f in question.snapshot.brief.frontiers}
+    there = rehearsal.without in {f.id for f in question.brief.frontiers}
     return there and rehearsal.asker is question.asker
 
 
@@ -179,8 +187,7 @@ def _apart(rehearsal: DecisionRequest, question: DecisionRequest) -> str:
     """Why a rehearsal was not of this question; "" when it was."""
     if rehearsal.asker is not question.asker or rehearsal.panel is not question.panel:
         return "another search"
-    prepared, now = rehearsal.snapshot.brief, question.snapshot.brief
-    return rehearsing.differs(prepared, now)
+    return rehearsing.differs(rehearsal.brief, question.brief)
 
 
 def _unfit(ballot: Ballot, question: DecisionRequest) -> str:

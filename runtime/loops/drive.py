@@ -12,7 +12,7 @@ from runtime.clock import Clock, Deadline
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
-from runtime.core.types import Ballot, Brief, Observation, SearchState
+from runtime.core.types import Ballot, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
 from runtime.loops.control_loop import Plan
@@ -27,13 +27,6 @@ from runtime.tracing.tracer import Tracer
 
 FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 AT_ONCE = (Mode.TARGET, Mode.FACE)  # what lies ahead is what matters
-
-
-class _Nobody:
-    """The panel before any expert was asked: the fallback decides."""
-
-    def ask(self, brief: Brief, by: None) -> Ballot:
-        return Ballot()
 
 
 @dataclass(frozen=True)
@@ -142,7 +135,7 @@ class Drive:
 
     def _decide(self, world: World) -> None:
         """Adopt what was decided meanwhile, and begin to decide when that is due. The robot does
-        not wait for the first vote: the fallback's choice is followed until it comes."""
+        not wait for the first vote: it makes for the closest frontier until it comes."""
         means, search = self.means, self.search
         cfg, worker = search.config, means.decisions
         answer = worker.take()
@@ -151,17 +144,19 @@ class Drive:
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
             means.bus.publish_decision(report)
             search.billed(means.models)
-        means.tracer.note("decisions", "vote" if worker.busy else "")
-        why = "" if worker.busy else navigate.due(world, cfg.navigate)
+        busy = worker.busy
+        means.tracer.note("decisions", "vote" if busy else "")
+        why = "" if busy else navigate.due(world, cfg.navigate)
         if not why:
             self._rehearse(world)
             return
-        snap = navigate.outlook(world, why, cfg.navigate)
+        seen = navigate.outlook(world, why, cfg.navigate)
         if world.standing.decision is None:
-            first = navigate.decide(snap, _Nobody(), None, cfg.navigate)
+            rule, at_ns = cfg.navigate.consensus, seen.stamp_ns
+            first = consensus.elect(Ballot(), seen.candidates, rule, at_ns, why)
             navigate.adopt(world, first)
         by = Deadline.after(cfg.panel.votes_s, means.clock)
-        worker.ask(DecisionRequest(search, snap, search.order.panel, by, cfg.navigate))
+        worker.ask(DecisionRequest(search, seen, search.order.panel, by, cfg.navigate))
 
     def _rehearse(self, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
@@ -177,13 +172,9 @@ class Drive:
         if aim is None:
             return
         self.rehearsed_s = now_s
-        snap = navigate.snapshot(world, "rehearsal", cfg.navigate)
-        brief = rehearsal.expected(snap.brief, aim)
-        if len(brief.frontiers) < 2:
-            return  # nothing to choose
         by = Deadline.after(cfg.panel.votes_s, means.clock)
-        panel, snap = self.search.order.panel, replace(snap, brief=brief)
-        question = DecisionRequest(self.search, snap, panel, by, cfg.navigate, without=aim)
+        seen, panel = navigate.outlook(world, "rehearsal", cfg.navigate), self.search.order.panel
+        question = DecisionRequest(self.search, seen, panel, by, cfg.navigate, without=aim)
         means.tracer.note("decisions", "rehearsal")
         means.decisions.rehearse(question)
 

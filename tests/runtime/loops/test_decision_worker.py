@@ -8,7 +8,6 @@ from manual_clock import ManualClock
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing, Vote
-from runtime.core.voting.rehearsal import expected
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest, DecisionWorker
@@ -61,10 +60,8 @@ class Table:
         self.panel.close()
 
     def question(self, distances: dict[int, float], without: int | None = None) -> DecisionRequest:
-        snap = snapshot(distances)
-        if without is not None:
-            snap = Snapshot(expected(snap.brief, without), snap.frontiers, 0, snap.why)
         by = Deadline.after(2.0, self.clock)
+        snap = snapshot(distances)
         return DecisionRequest(self.asker, snap, self.panel, by, CFG, without=without)
 
     def answer(self) -> DecisionReply:
@@ -78,9 +75,8 @@ class Table:
 
     def rehearsed(self) -> None:
         with self.worker._changed:
-            assert self.worker._changed.wait_for(
-                lambda: self.worker._rehearsed is not None, PATIENCE_S
-            )
+            done = self.worker._changed.wait_for(lambda: self.worker._rehearsal is None, PATIENCE_S)
+        assert done
 
 
 def test_a_rehearsal_that_fits_is_used_at_the_distances_of_now() -> None:
@@ -185,3 +181,50 @@ def test_an_appeal_is_not_rehearsed() -> None:
     assert ballot is not None
     assert [vote.expert for vote in ballot.votes] == ["o2f"]
     assert asked == []
+
+
+def test_what_the_experts_are_told_is_worked_out_in_the_worker_and_holds_up_no_panel() -> None:
+    class Seen:
+        """An outlook; its brief takes until `ready`."""
+
+        def __init__(self, distances: dict[int, float]) -> None:
+            self.made = snapshot(distances)
+            self.ready, self.threads = threading.Event(), []
+
+        def __getattr__(self, name: str) -> object:
+            self.threads.append(threading.current_thread().name)
+            assert self.ready.wait(PATIENCE_S)
+            return getattr(self.made, name)
+
+    def request(table: Table, seen: Seen, without: int | None = None) -> DecisionRequest:
+        by = Deadline.after(2.0, table.clock)
+        return DecisionRequest(table.asker, seen, table.panel, by, CFG, without)
+
+    before, now = Seen({1: 1.0, 2: 2.0, 3: 3.0}), Seen({2: 2.0, 3: 3.0})
+    with Table(waits=True) as table:
+        table.worker.rehearse(request(table, before, without=1))
+        table.worker.rehearse(request(table, before, without=1))  # compared by the worker, too
+        before.ready.set()
+        assert table.slow.begun.acquire(timeout=PATIENCE_S)
+        table.worker.ask(request(table, now))
+        for _ in range(1000):
+            if now.threads:
+                break
+            threading.Event().wait(0.005)
+        assert table.panel._condition.acquire(timeout=PATIENCE_S)  # while it is worked out
+        table.panel._condition.release()
+        now.ready.set()
+        table.slow.go.set()
+        assert table.answer().rehearsal == "used"
+    assert set(before.threads) == {"decisions"}
+    assert now.threads[0] == "decisions"
+
+
+def test_nothing_is_rehearsed_where_there_is_nothing_to_choose() -> None:
+    with Table() as table:
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0}, without=1))
+        table.rehearsed()
+        assert table.worker.idle
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}))
+        assert table.answer().rehearsal == ""
+        assert len(table.quick.briefs) == 1
