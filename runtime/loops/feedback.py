@@ -1,10 +1,11 @@
 """What is said of a search to whoever asked for it: on `rfnav/feedback`, at changes and every now
 and then."""
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import islice, pairwise
 from typing import Protocol
-
-import numpy as np
 
 from runtime.core.types import SearchState
 from runtime.loops.search import Search
@@ -26,6 +27,8 @@ class Feedback:
     began_s: float
     told_s: float = -1e9  # when something was published last
     told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
+    driven_m: float = 0.0
+    counted: int = 0  # poses of the track that are in it
 
     def tell(
         self,
@@ -42,8 +45,7 @@ class Feedback:
         if not (always or now_s - self.told_s >= FEEDBACK_S or told != self.told):
             return
         self.told, self.told_s = told, now_s
-        track = np.array(world.body.visited_xy) if world else np.zeros((0, 2))
-        driven_m = float(np.hypot(*np.diff(track, axis=0).T).sum()) if len(track) > 1 else 0.0
+        self._drive_on(world.body.visited_xy if world else [])
         listener.publish_feedback(
             {
                 "goal": self.search.goal.text,
@@ -52,7 +54,13 @@ class Feedback:
                 "reason": reason,
                 "toward_xy": command.toward_xy if command else None,
                 "elapsed_s": round(now_s - self.began_s, 3),
-                "driven_m": round(driven_m, 3),
+                "driven_m": round(self.driven_m, 3),
                 "decisions": self.search.decisions,
             }
         )
+
+    def _drive_on(self, track: Sequence[tuple[float, float]]) -> None:
+        """Add what is new of the way; the track only grows."""
+        new = islice(track, max(0, self.counted - 1), None)
+        self.driven_m += sum(math.dist(a, b) for a, b in pairwise(new))
+        self.counted = len(track)
