@@ -126,10 +126,11 @@ class Drive:
     def _place(self) -> None:
         """What the detectors saw meanwhile, by the pose and the depth of its own image."""
         means, search = self.means, self.search
+        ahead = not means.shedding.experts
         for look in means.detector.take():
             if look.of.asker is not search:
                 continue
-            search.place(look.of.obs, look.detections, look.of.outline, means.models)
+            search.place(look.of.obs, look.detections, look.of.outline, means.models, ahead)
             search.seconds["detect"] = search.seconds.get("detect", 0.0) + look.took_s
             means.tracer.book(Stage.SEEN, means.clock.now_s() - look.of.frame_s)
 

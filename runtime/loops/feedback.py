@@ -4,7 +4,7 @@ and then."""
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import islice, pairwise
+from itertools import pairwise
 from typing import Protocol
 
 from runtime.core.types import SearchState
@@ -61,6 +61,6 @@ class Feedback:
 
     def _drive_on(self, track: Sequence[tuple[float, float]]) -> None:
         """Add what is new of the way; the track only grows."""
-        new = islice(track, max(0, self.counted - 1), None)
+        new = track[max(0, self.counted - 1) :]
         self.driven_m += sum(math.dist(a, b) for a, b in pairwise(new))
         self.counted = len(track)

@@ -169,17 +169,22 @@ class Search:
         return navigate.survey(self.world, obs, obs.mount or self.config.camera, cfg)
 
     def place(
-        self, obs: Observation, detections: Detections, outline: F64, models: SearchModels
+        self,
+        obs: Observation,
+        detections: Detections,
+        outline: F64,
+        models: SearchModels,
+        ahead: bool = True,
     ) -> World:
-        """Add what the detector tells of an observation that was surveyed; experts hear early of
-        objects that are new."""
+        """Add what the detector tells of an observation that was surveyed; where there is time
+        `ahead`, experts hear early of objects that are new."""
         world, cfg = self.world, self.config.navigate
         assert world is not None  # it was surveyed
         self.record("heard", {"name": "looked", "value": obs.stamp_ns})
         self.record("detections", detections)
         known = len(world.semantic.instances)
         navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
-        if len(world.semantic.instances) != known:
+        if ahead and len(world.semantic.instances) != known:
             names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
         return world

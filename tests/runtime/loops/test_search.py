@@ -98,6 +98,23 @@ def test_a_closer_look_is_offered_where_the_table_is(tmp_path: Path) -> None:
     assert offered[1] is None
 
 
+def test_experts_hear_of_new_objects_only_where_there_is_time_ahead(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(5.2, 2.3, 0.0))
+    home.things = {"bed": (7.4, 2.2, 0.3)}
+    with search_for(home, "bed", tmp_path) as (search, models):
+        noticed = []
+        models.notice = lambda goal, names: noticed.append(names)  # type: ignore[method-assign]
+        obs = search.prepared(home.observe())
+        outline = search.survey(obs)
+        search.place(obs, models.detect(obs.rgb), outline, models, ahead=False)
+        assert search.world is not None
+        assert search.world.semantic.instances
+        assert noticed == []
+        search.world.semantic.instances.clear()
+        search.place(obs, models.detect(obs.rgb), outline, models)
+        assert noticed == [("bed",)]
+
+
 @pytest.mark.parametrize("key", ["mount='tf'", "mount='fixed'"])
 def test_frames_of_tf_do_not_change_with_a_goal(tmp_path: Path, key: str) -> None:
     models = FakeModels(Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0)))
