@@ -10,6 +10,7 @@ from runtime.bench.measure import Measured
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
 
+GROWN_S = 240.0  # in less, growth is that of what comes and goes
 FEW = 20  # with fewer the 99th percentile says nothing
 DRAWS = 4000  # of a bootstrap
 
@@ -56,6 +57,10 @@ def rows(run: Measured, budgets: Budgets) -> list[BudgetLine]:
         BudgetLine("goal to first command", run.first_command_s, loop.first_command_s, "s")
     )
     found.append(BudgetLine("memory", run.memory_mb, loop.memory_mb, "MB"))
+    half_s = run.seconds / 2
+    if half_s >= GROWN_S:
+        grown = run.grown_mb / half_s * 3600
+        found.append(BudgetLine("growth in an hour", grown, loop.growth_mb_h, "MB"))
     return found
 
 

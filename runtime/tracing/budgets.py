@@ -42,6 +42,7 @@ class LoopBudget:
     ready_s: float  # from the start until goals are taken
     first_command_s: float  # from the goal
     memory_mb: float
+    growth_mb_h: float  # of memory, in an hour of driving
 
 
 @dataclass(frozen=True)

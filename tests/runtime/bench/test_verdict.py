@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from runtime.bench.measure import Measured
-from runtime.bench.verdict import ratios, rows, table
+from runtime.bench.verdict import GROWN_S, ratios, rows, table
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.histogram import Histogram
 from runtime.tracing.stages import Stage
@@ -60,6 +60,17 @@ def test_each_figure_of_the_loop_breaks_its_own(change, name):
         if "BROKEN" in line
     )
     assert line.startswith(name)
+
+
+def test_growth_is_judged_in_long_runs_by_the_hour():
+    def grown(seconds: float, mb: float) -> set[str]:
+        looks = GOOD.stages["detect"] | {"n": seconds * BUDGETS.loop.detector_hz}
+        stages = GOOD.stages | {"detect": looks}
+        return broken(replace(GOOD, stages=stages, seconds=seconds, grown_mb=mb))
+
+    assert grown(600.0, 1.5) == set()  # 18 MB an hour
+    assert grown(600.0, 2.0) == {"growth in an hour"}
+    assert grown(GROWN_S, 50.0) == set()  # half of it is too short
 
 
 def test_a_slow_stage_breaks_its_own_and_few_of_it_say_nothing_of_the_99th():

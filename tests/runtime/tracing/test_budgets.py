@@ -18,6 +18,7 @@ detector_hz = 5
 ready_s = 5
 first_command_s = 0.5
 memory_mb = 700
+growth_mb_h = 20
 """
 
 
