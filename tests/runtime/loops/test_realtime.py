@@ -21,6 +21,7 @@ from runtime.clock import Deadline, SystemClock
 from runtime.config import load
 from runtime.core import local_policy
 from runtime.core.types import Brief, Detections, Missing, Pose, Twist, Vote
+from runtime.core.voting import brief
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.detector_worker import DetectorWorker
@@ -197,12 +198,20 @@ def test_a_refused_goal_takes_nothing_from_the_search_under_way(
     assert begins == [False, False]
 
 
-def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Path):
-    release = threading.Event()
+def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    release, compose, threads = threading.Event(), brief.compose, []
 
-    def slow(brief: Brief, by: Deadline) -> Vote | Missing:
+    def composed(*told: object) -> Brief:
+        threads.append(threading.current_thread().name)
+        return compose(*told)
+
+    monkeypatch.setattr(brief, "compose", composed)
+
+    def slow(told: Brief, by: Deadline) -> Vote | Missing:
         release.wait(60.0)
-        return farthest(brief, by)
+        return farthest(told, by)
 
     there = home(4.0, 3.0)
     models = FakeModels(there, o2f=slow, r2f=farthest)
@@ -216,6 +225,7 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(tmp_path: Pa
         robot.ask("cancel")
     assert not ended
     assert robot.decisions[0]["rule"] == "all"
+    assert set(threads) == {"decisions"}  # what experts are told is not for the loop to work out
 
 
 @pytest.mark.slow
