@@ -160,13 +160,17 @@ def _rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float
 
 @dataclass(frozen=True)
 class GridFrame:
-    """Where a grid lies: cell (row, col) covers [x0 + col * r, y0 + row * r] and r further."""
+    """Where a grid lies: cell (row, col) covers [x0 + col * r, y0 + row * r] and r further. A part
+    of a grid counts its cells from `first_row`, `first_col` of the whole: the same numbers come
+    out, to the last bit."""
 
     x0_m: float
     y0_m: float
     resolution_m: float
     rows: int
     cols: int
+    first_row: int = 0
+    first_col: int = 0
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -176,19 +180,21 @@ class GridFrame:
     def cells(self, xy: F64) -> I32:
         """(..., 2) m in the map frame -> (..., 2) row, col; may lie outside."""
         scaled = (np.asarray(xy) - (self.x0_m, self.y0_m)) / self.resolution_m
-        return np.floor(scaled[..., ::-1]).astype(np.int32)
+        first = np.array([self.first_row, self.first_col], np.int32)
+        return np.floor(scaled[..., ::-1]).astype(np.int32) - first
 
     def cell(self, x_m: float, y_m: float) -> tuple[int, int]:
         """One point, m -> (row, col)."""
         return (
-            math.floor((y_m - self.y0_m) / self.resolution_m),
-            math.floor((x_m - self.x0_m) / self.resolution_m),
+            math.floor((y_m - self.y0_m) / self.resolution_m) - self.first_row,
+            math.floor((x_m - self.x0_m) / self.resolution_m) - self.first_col,
         )
 
     def centres(self, cells: I32) -> F64:
         """(..., 2) row, col -> (..., 2) m, the cells' centres in the map frame."""
         origin = np.array([self.x0_m, self.y0_m])
-        xy: F64 = (np.asarray(cells, np.float64)[..., ::-1] + 0.5) * self.resolution_m + origin
+        ahead = np.array([self.first_col + 0.5, self.first_row + 0.5])
+        xy: F64 = (np.asarray(cells, np.float64)[..., ::-1] + ahead) * self.resolution_m + origin
         return xy
 
     def contains(self, row: int, col: int) -> bool:

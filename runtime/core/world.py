@@ -291,34 +291,35 @@ class World:
 
 def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
     """Turn identified cells into frontiers: goal point and walking distance from the robot."""
-    frame, arrival = world.terrain.frame, world.reach.arrival_m
-    reach = round(snap_m / frame.resolution_m)
+    reach, frame = world.reach, world.reach.frame
+    snap = round(snap_m / frame.resolution_m)
     found = []
     every = frame.cells(np.concatenate([np.zeros((0, 2)), *cells_by_id.values()]))
+    away = reach.of(every)
     ends = np.cumsum([len(cells) for cells in cells_by_id.values()])
     for (id, cells_xy), end in zip(cells_by_id.items(), ends, strict=True):
-        cells = every[end - len(cells_xy) : end]  # in scan order: ties go to the first
-        near = arrival[cells[:, 0], cells[:, 1]]
+        part = slice(end - len(cells_xy), end)
+        cells, near = every[part], away[part]  # in scan order: ties go to the first
         best = int(near.argmin())
         cell, distance_m = cells[best], float(near[best])
         if math.isinf(distance_m):  # the body does not fit onto it: stand close by
-            cell, distance_m = _close_by(cells, arrival, reach)
+            cell, distance_m = _close_by(cells, reach, snap)
         x, y = frame.centres(cell)
         found.append(Frontier(id, cells_xy, (float(x), float(y)), distance_m))
     world.frontiers = tuple(found)
 
 
-def _close_by(cells: I32, arrival: F64, reach: int) -> tuple[I32, float]:
-    """The cell within a square of `reach` cells around (N, 2) cells that is nearest on foot, the
+def _close_by(cells: I32, reach: Field, snap: int) -> tuple[I32, float]:
+    """The cell within a square of `snap` cells around (N, 2) cells that is nearest on foot, the
     first in scan order of equals, and how far it is."""
-    low = np.maximum(cells.min(axis=0) - reach, 0)
-    high = np.minimum(cells.max(axis=0) + reach + 1, arrival.shape)
-    window = arrival[low[0] : high[0], low[1] : high[1]]
-    mask = np.zeros(window.shape, np.uint8)
+    known = -reach.frame.first_row, -reach.frame.first_col  # what lies before is no cell
+    low = np.maximum(cells.min(axis=0) - snap, known)
+    (top, left), (bottom, right) = low.tolist(), (cells.max(axis=0) + snap + 1).tolist()
+    mask = np.zeros((bottom - top, right - left), np.uint8)
     mask[tuple((cells - low).T)] = 1
-    size = 2 * reach + 1
+    size = 2 * snap + 1
     wider = cv2.dilate(mask, np.ones((size, size), np.uint8)) > 0
-    near = np.where(wider, window, np.inf)
+    near = np.where(wider, reach.part((slice(top, bottom), slice(left, right))), np.inf)
     best = int(near.argmin())
     if math.isinf(near.flat[best]):
         best = int(wider.argmax())

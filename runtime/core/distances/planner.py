@@ -6,17 +6,19 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 import skfmm
+from numpy.typing import NDArray
 
 from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.windows import Window, joined
+from runtime.core.mapping.windows import Window, inside, joined, widened
 from runtime.core.types import F64, I32, Mask, Pose
 
 _FILL = 4 | cv2.FLOODFILL_MASK_ONLY | (1 << 8)  # four neighbours; ones in the mask
 _BEYOND_M = 0.75  # of arrival beyond the robot's own, that choosing its next step may look at
 _WINDING = 1.25  # arrival for distance, as it mostly is
-
+AROUND_M = 3.5  # told beyond what can be reached: more than a course takes along
+FIRST_CELLS = 128  # to each side of the robot, where what it can reach is looked for first
 
 POCKET_M2 = 1.5  # a robot that can reach no more than this is wedged
 SQUEEZE_M = (0.7, 1.2)  # around a wedged robot, the second where the first does not help:
@@ -36,25 +38,69 @@ class Field:
         row, col = self.frame.cell(x_m, y_m)
         return float(self.arrival_m[row, col]) if self.frame.contains(row, col) else math.inf
 
+    def of(self, cells: I32) -> F64:
+        """(..., 2) row, col -> (...) arrival times; inf outside."""
+        inside = ((cells >= 0) & (cells < self.frame.shape)).all(axis=-1)
+        found = np.full(inside.shape, np.inf)
+        found[inside] = self.arrival_m[cells[inside, 0], cells[inside, 1]]
+        return found
+
+    def part(self, window: Window) -> F64:
+        """The arrival times of a window, which may reach beyond; inf there."""
+        (rows, cols), known = window, widened(window, 0, self.frame)
+        found = np.full((rows.stop - rows.start, cols.stop - cols.start), np.inf)
+        found[inside(known, window)] = self.arrival_m[known]
+        return found
+
 
 def look_around(
     grid: NavigationMap, pose: Pose, radius_m: float, tight: bool = False,
     known: TerrainSurvey | None = None,
 ) -> tuple[Terrain, Field]:  # fmt: skip
-    """The terrain, and the geodesic distance from the robot. A wedged robot, to which nearly
-    nothing is reachable, is let through gaps close to it that look a little too tight; with `tight`
-    through such gaps everywhere. `known` is what was surveyed of this map before."""
+    """The terrain as far as the robot can get, and AROUND_M about it, and the geodesic distance
+    from the robot. A wedged robot, to which nearly nothing is reachable, is let through gaps close
+    to it that look a little too tight; with `tight` through such gaps everywhere. `known` is what
+    was surveyed of this map before."""
     survey, everywhere = known or TerrainSurvey(), Squeeze(math.inf, RESORT_SLACK_M)
     terrain = survey.update(grid, pose, radius_m, everywhere if tight else NO_SQUEEZE)
-    reach = march_from(terrain, pose.xy, unhurried=False)
+    near, reach = _reach(terrain, pose)
     for squeeze_m in SQUEEZE_M:
         cells = int(np.isfinite(reach.arrival_m).sum())
         small = cells * terrain.frame.resolution_m**2 < POCKET_M2
         if not small or 3 * cells > int(terrain.traversable.sum()):
             break
         terrain = survey.update(grid, pose, radius_m, Squeeze(squeeze_m, SQUEEZE_SLACK_M))
-        reach = march_from(terrain, pose.xy, unhurried=False)
-    return terrain, reach
+        near, reach = _reach(terrain, pose)
+    return near, reach
+
+
+def _reach(terrain: Terrain, pose: Pose) -> tuple[Terrain, Field]:
+    """The part of the terrain that is reachable, and AROUND_M about it, with the distances from the
+    robot; all of it where the robot stands on no cell that its body fits."""
+    frame, start = terrain.frame, terrain.frame.cell(pose.x_m, pose.y_m)
+    if frame.contains(*start) and terrain.traversable[start]:
+        held = _reachable(terrain, start)
+        terrain = terrain.within(widened(held, round(AROUND_M / frame.resolution_m), frame))
+    return terrain, march_from(terrain, pose.xy, unhurried=False)
+
+
+def _reachable(terrain: Terrain, start: tuple[int, int]) -> Window:
+    """The window of all that a traversable cell is connected with. Looked for near by first, in
+    ever larger squares: to fill a mask writes along all its edges."""
+    (row, col), frame, side = start, terrain.frame, FIRST_CELLS
+    here = slice(row, row + 1), slice(col, col + 1)
+    while True:
+        near = widened(here, side, frame)
+        seeds = np.array([[row - near[0].start, col - near[1].start]])
+        _, (rows, cols) = _connected(terrain.traversable[near], seeds)
+        top, left = near[0].start, near[1].start
+        held = (
+            slice(rows.start + top, rows.stop + top),
+            slice(cols.start + left, cols.stop + left),
+        )
+        if joined(near, widened(held, 1, frame)) == near:  # it goes on nowhere beyond
+            return held
+        side *= 2
 
 
 def march(terrain: Terrain, sources: Mask, unhurried: bool = True, limit_m: float = 0.0) -> Field:
@@ -64,7 +110,7 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True, limit_m: floa
     seeds = sources & terrain.traversable
     if not seeds.any():
         return Field(terrain.frame, arrival)
-    inside, (rows, cols) = _connected(terrain.traversable, seeds)
+    inside, (rows, cols) = _connected(terrain.traversable, np.argwhere(seeds))
     if (inside & ~seeds[rows, cols]).any():
         # skfmm reads the arrays' memory: a view of a larger array would be misread
         phi = np.ma.MaskedArray(
@@ -134,13 +180,13 @@ def descend(field: Field, start_xy: tuple[float, float], limit: int = 4000) -> F
     return frame.centres(cells)
 
 
-def _connected(traversable: Mask, seeds: Mask) -> tuple[Mask, Window]:
-    """The 4-connected parts of what is traversable that hold a seed: the window that holds them,
-    and the cells of it that are theirs. As costly as they are large, whatever lies elsewhere."""
+def _connected(traversable: Mask, left: NDArray[np.intp]) -> tuple[Mask, Window]:
+    """The 4-connected parts of what is traversable that hold a seed, of (N, 2) traversable cells:
+    the window that holds them, and the cells of it that are theirs. As costly as they are large,
+    whatever lies elsewhere."""
     rows, cols = traversable.shape
     filled = np.zeros((rows + 2, cols + 2), np.uint8)
-    passable, left = traversable.view(np.uint8), np.argwhere(seeds)
-    window: Window | None = None
+    passable, window = traversable.view(np.uint8), None
     while len(left):
         row, col = left[0].tolist()
         _, _, _, (x, y, w, h) = cv2.floodFill(passable, filled, (col, row), 1, flags=_FILL)

@@ -1,7 +1,7 @@
 """What the planner sees of the map: how far obstacles are, and where the body fits."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -49,15 +49,26 @@ class Terrain:
         n = math.ceil(range_m / self.frame.resolution_m)
         row, col = self.frame.cell(pose.x_m, pose.y_m)
         held = slice(row - n, row + n + 1), slice(col - n, col + n + 1)
-        return self._cut(*widened(held, 0, self.frame))
-
-    def _cut(self, *window: slice) -> "Terrain":
-        rows, cols = window
+        window = widened(held, 0, self.frame)
         return Terrain(
-            part_of(self.frame, (rows, cols)),
-            self.clearance_m[rows, cols].copy(),
-            self.traversable[rows, cols].copy(),
-            self.speed[rows, cols].copy(),
+            part_of(self.frame, window),
+            self.clearance_m[window].copy(),
+            self.traversable[window].copy(),
+            self.speed[window].copy(),
+        )
+
+    def within(self, window: Window) -> "Terrain":
+        """A view of a window of it, in the numbers of the whole."""
+        (rows, cols), whole = window, self.frame
+        frame = replace(
+            whole,
+            rows=rows.stop - rows.start,
+            cols=cols.stop - cols.start,
+            first_row=whole.first_row + rows.start,
+            first_col=whole.first_col + cols.start,
+        )
+        return Terrain(
+            frame, self.clearance_m[window], self.traversable[window], self.speed[window]
         )
 
 
@@ -175,8 +186,8 @@ def part_of(frame: GridFrame, window: Window) -> GridFrame:
     """The frame of a window of a grid."""
     (rows, cols), r = window, frame.resolution_m
     return GridFrame(
-        frame.x0_m + cols.start * r,
-        frame.y0_m + rows.start * r,
+        frame.x0_m + (frame.first_col + cols.start) * r,
+        frame.y0_m + (frame.first_row + rows.start) * r,
         r,
         rows.stop - rows.start,
         cols.stop - cols.start,
@@ -202,7 +213,8 @@ def clearance_between(terrain: Terrain, points_xy: F64) -> F64:
     u = (points_xy - (frame.x0_m, frame.y0_m)) / frame.resolution_m - 0.5
     low = np.floor(u).astype(np.int32)
     part = u - low
-    cols, rows, x, y = low[..., 0], low[..., 1], part[..., 0], part[..., 1]
+    x, y = part[..., 0], part[..., 1]
+    cols, rows = low[..., 0] - frame.first_col, low[..., 1] - frame.first_row
     grid = terrain.clearance_m
     bottom = grid[rows, cols] * (1 - x) + grid[rows, cols + 1] * x
     top = grid[rows + 1, cols] * (1 - x) + grid[rows + 1, cols + 1] * x

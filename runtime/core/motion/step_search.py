@@ -44,7 +44,7 @@ def through(terrain: Terrain, field: Field, pose: Pose, radius_m: float, best_m:
     for _ in range(STEPS):
         facing = heading[:, None] + turns
         ends, free = _steps(terrain, xy, pose.yaw_rad + facing * TURN_RAD, radius_m)
-        arrival = np.where(free, _arrival(field, ends), np.inf)
+        arrival = np.where(free, field.of(field.frame.cells(ends)), np.inf)
         arrival[np.hypot(*(ends - pose.xy).transpose(2, 0, 1)) > REACH_M] = np.inf
         node, turn = np.nonzero(np.isfinite(arrival))
         if not node.size:
@@ -113,15 +113,6 @@ def _steps(terrain: Terrain, xy: F64, heading_rad: F64, radius_m: float) -> tupl
     needed = np.minimum(radius_m + MARGIN_M, np.maximum.accumulate(clearance, axis=2))
     short = (clearance[..., 1:] < needed[..., 1:] - 1e-6).any(axis=2)
     return points[:, :, -1], np.asarray(inside & ~short, bool)
-
-
-def _arrival(field: Field, xy: F64) -> F64:
-    """(N, H, 2) m -> (N, H) arrival, inf outside."""
-    cells = field.frame.cells(xy)
-    inside = ((cells >= 0) & (cells < field.frame.shape)).all(axis=-1)
-    out = np.full(inside.shape, np.inf)
-    out[inside] = field.arrival_m[cells[inside, 0], cells[inside, 1]]
-    return out
 
 
 def _point(xy: F64) -> tuple[float, float]:

@@ -103,10 +103,11 @@ def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
 
 def _seen_side(terrain: Terrain, instance: Instance, views: list[Pose], cone_rad: float) -> Mask:
     """(r, c) cells that see the target from within `cone_rad` of the direction of some view."""
-    rows, cols = np.ogrid[: terrain.frame.rows, : terrain.frame.cols]
-    r = terrain.frame.resolution_m
-    x = (terrain.frame.x0_m + (cols + 0.5) * r - instance.xy[0]).astype(np.float32)
-    y = (terrain.frame.y0_m + (rows + 0.5) * r - instance.xy[1]).astype(np.float32)
+    frame, r = terrain.frame, terrain.frame.resolution_m
+    rows, cols = np.ogrid[: frame.rows, : frame.cols]
+    x = frame.x0_m + (cols + (frame.first_col + 0.5)) * r - instance.xy[0]
+    y = frame.y0_m + (rows + (frame.first_row + 0.5)) * r - instance.xy[1]
+    x, y = x.astype(np.float32), y.astype(np.float32)
     least = np.float32(math.cos(cone_rad)) * np.hypot(x, y)
     side = np.zeros(terrain.frame.shape, bool)
     for view in views:
@@ -127,9 +128,13 @@ def _line_of_sight(
     line = start[:, None] * (1 - t) + end[:, None] * t
     frame = grid.frame
     rc = frame.cells(line)
-    own = np.zeros(frame.shape, np.uint8)
     mine = frame.cells(instance.cells_xy)
-    own[tuple(mine.T)] = 1
+    low = mine.min(axis=0) - 1
+    own = np.zeros(np.ptp(mine, axis=0) + 3, np.uint8)
+    own[tuple((mine - low).T)] = 1
     near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
-    blocked = grid.occupied[rc[..., 0], rc[..., 1]] & ~near[rc[..., 0], rc[..., 1]]
+    blocked = grid.occupied[rc[..., 0], rc[..., 1]]
+    beside = blocked & ((rc >= low) & (rc < low + own.shape)).all(axis=-1)
+    at = rc[beside] - low
+    blocked[beside] = ~near[at[:, 0], at[:, 1]]
     return np.asarray(~blocked.any(axis=1), bool)

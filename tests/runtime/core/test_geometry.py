@@ -118,6 +118,17 @@ def test_containment(cell: tuple[int, int], inside: bool):
     assert GridFrame(0.0, 0.0, 0.05, 160, 160).contains(*cell) is inside
 
 
+@given(st.floats(-3.9, 3.9), st.floats(-3.9, 3.9), st.integers(0, 99), st.integers(0, 99))
+def test_a_part_of_a_grid_has_the_numbers_of_the_whole(x: float, y: float, row: int, col: int):
+    whole = GridFrame(-4.0, -4.1, 0.05, 160, 170)
+    part = replace(whole, rows=60, cols=50, first_row=row, first_col=col)
+    first = np.array([row, col])
+    cells = whole.cells(np.array([x, y]))
+    assert (part.cells(np.array([x, y])) + first == cells).all()
+    assert (part.cell(x, y) + first == cells).all()
+    assert (part.centres(cells - first.astype(np.int32)) == whole.centres(cells)).all()
+
+
 def test_how_far_away_a_thing_is_in_the_image():
     lens = Intrinsics(fx=240.0, fy=240.0, cx=320.0, cy=240.0, width=640, height=480)
     ahead = replace(MOUNT, x_m=0.1, z_m=0.9)  # its lowest ray falls by 45 degrees

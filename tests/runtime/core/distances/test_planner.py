@@ -7,8 +7,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core.distances.planner import approach, cells_at, descend, march, march_from
+from runtime.core.distances.planner import (
+    AROUND_M,
+    Field,
+    approach,
+    cells_at,
+    descend,
+    look_around,
+    march,
+    march_from,
+)
 from runtime.core.distances.terrain import Terrain, survey
+from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD, face, follow
 from runtime.core.types import Action, Pose
@@ -166,6 +176,51 @@ def test_an_approach_is_the_march_as_far_as_the_robot_can_step(x: float, y: floa
     if math.isfinite(here):
         assert known[whole.arrival_m <= here + 0.5].all()  # what a step may end on
     assert follow(t, near, START, RADIUS) == follow(t, whole, START, RADIUS)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.55, 1.0), st.sampled_from([1, 3, 128]))
+def test_what_can_be_reached_has_the_distances_of_the_whole_map(seed: int, free: float, first: int):
+    rng, grid = np.random.default_rng(seed), NavigationMap.around(Pose(0, 0, 0), RADIUS)
+    grid.grow(np.array([9.0, -7.0]), 3.0)
+    blocks = rng.choice([-5, 9, 0], (18, 18), p=[free, 0.7 * (1 - free), 0.3 * (1 - free)])
+    rows, cols = grid.frame.shape
+    grid.evidence[:] = np.kron(blocks, np.ones((rows // 18 + 1, cols // 18 + 1)))[:rows, :cols]
+    grid.changed()
+    pose = Pose(*rng.uniform(-3, 3, 2).tolist(), 0.0)
+    grid.drive_over(pose, RADIUS)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("runtime.core.distances.planner.FIRST_CELLS", first)
+        patch.setattr("runtime.core.distances.planner.POCKET_M2", 0.0)
+        near, reach = look_around(grid, pose, RADIUS)
+    whole = survey(grid, pose, RADIUS)
+    field = march_from(whole, pose.xy, unhurried=False)
+    reached = np.argwhere(np.isfinite(field.arrival_m)).astype(np.int32)
+    assert np.isfinite(reach.arrival_m).sum() == len(reached) > 0
+    places = whole.frame.centres(reached)
+    here = reach.frame.cells(places)
+    assert (reach.of(here) == field.of(reached)).all()
+    assert (reach.frame.centres(here) == places).all()
+    assert (near.clearance_m[tuple(here.T)] == whole.clearance_m[tuple(reached.T)]).all()
+    n = math.ceil(AROUND_M / 0.05)
+    ends = whole.frame.cells(places) + np.array([[-n], [n]]).repeat(2, axis=1)[:, None]
+    ends = np.clip(ends.reshape(-1, 2), 0, np.array(whole.frame.shape) - 1)
+    assert near.frame.shape == tuple(np.ptp(ends, axis=0) + 1)
+
+
+@given(st.tuples(*[st.integers(-9, 14)] * 2), st.tuples(*[st.integers(0, 9)] * 2))
+def test_a_part_of_a_field_is_that_of_its_cells(low: tuple[int, int], size: tuple[int, int]):
+    field = Field(GridFrame(0, 0, 0.05, 5, 7), np.arange(35.0).reshape(5, 7))
+    window = slice(low[0], low[0] + size[0]), slice(low[1], low[1] + size[1])
+    cells = np.stack(np.mgrid[window], axis=-1).astype(np.int32)
+    assert (field.part(window) == field.of(cells)).all()
+
+
+def test_where_the_robot_can_reach_nothing_all_that_is_known_is_told():
+    grid, pose = NavigationMap.around(Pose(0, 0, 0), RADIUS), Pose(3.0, 3.0, 0.0)
+    terrain, reach = look_around(grid, pose, RADIUS)
+    assert terrain.frame == survey(grid, pose, RADIUS).frame
+    assert not np.isfinite(reach.arrival_m).any()
 
 
 def test_no_cell_lies_outside():

@@ -1,0 +1,50 @@
+"""Frontiers are as far on foot as the distances over the whole map say."""
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from runtime.core.distances.planner import look_around, march_from
+from runtime.core.distances.terrain import survey
+from runtime.core.types import Pose
+from runtime.core.world import World, with_distances
+
+RADIUS_M = 0.18
+POSE = Pose(-6.0, 4.0, 0.0)
+
+
+def rooms(wall_m: float) -> World:
+    """A room of 3 m around the robot, and free ground from `wall_m` beyond its wall on."""
+    world = World.begin("chair", ("chair",), (), POSE, RADIUS_M)
+    frame, evidence = world.map.frame, world.map.evidence
+    row, col = frame.cell(POSE.x_m, POSE.y_m)
+    beyond = 30 + round(wall_m / frame.resolution_m)
+    evidence[row - 60 : row + 150, col + beyond : col + 200] = -5
+    evidence[row - 32 : row + 33, col - 32 : col + 33] = 9
+    evidence[row - 30 : row + 31, col - 30 : col + 31] = -5
+    world.map.changed()
+    return world
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.1, 6.0))
+def test_frontiers_have_the_distances_of_the_whole_map(seed: int, wall_m: float):
+    rng, world = np.random.default_rng(seed), rooms(wall_m)
+    known = np.argwhere(~world.map.unknown).astype(np.int32)
+    named = {}
+    for n in range(12):
+        start = known[rng.integers(len(known))]
+        cells = known[np.abs(known - start).max(axis=1) <= rng.integers(0, 4)]
+        named[n] = world.map.frame.centres(cells)
+    world.seen = look_around(world.map, POSE, RADIUS_M)
+    with_distances(world, named)
+    found = world.frontiers
+    whole = survey(world.map, POSE, RADIUS_M)
+    assert world.reach.frame.shape < whole.frame.shape
+    world.seen = whole, march_from(whole, POSE.xy, unhurried=False)
+    with_distances(world, named)
+    for near, far in zip(found, world.frontiers, strict=True):
+        assert (near.id, near.goal_xy, near.distance_m) == (far.id, far.goal_xy, far.distance_m)
+    assert any(math.isinf(f.distance_m) for f in found)
