@@ -1,14 +1,14 @@
 """What the planner sees of the map: how far obstacles are, and where the body fits."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.windows import Window, inside, joined, widened
+from runtime.core.mapping.windows import Window, inside, joined, part_frame, widened
 from runtime.core.types import F32, F64, Mask, Pose
 
 MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
@@ -59,16 +59,11 @@ class Terrain:
 
     def within(self, window: Window) -> "Terrain":
         """A view of a window of it, in the numbers of the whole."""
-        (rows, cols), whole = window, self.frame
-        frame = replace(
-            whole,
-            rows=rows.stop - rows.start,
-            cols=cols.stop - cols.start,
-            first_row=whole.first_row + rows.start,
-            first_col=whole.first_col + cols.start,
-        )
         return Terrain(
-            frame, self.clearance_m[window], self.traversable[window], self.speed[window]
+            part_frame(self.frame, window),
+            self.clearance_m[window],
+            self.traversable[window],
+            self.speed[window],
         )
 
 

@@ -21,6 +21,7 @@ from runtime.core.mapping.windows import (
     inside,
     joined,
     padded,
+    part_frame,
     polygon_patch,
     widened,
 )
@@ -50,8 +51,7 @@ class MapConfig:
 
 @dataclass(frozen=True)
 class MapCopy:
-    """The masks of a map as they were at one moment, (R, C), within a window of it; beyond it they
-    are empty."""
+    """The masks of a window of a map as they were at one moment, (r, c)."""
 
     frame: GridFrame
     occupied: Mask
@@ -182,12 +182,8 @@ class NavigationMap:
 
     def copied(self, window: Window) -> MapCopy:
         """The masks within a window, which nobody changes any more."""
-        masks = []
-        for name in ("occupied", "free", "unknown"):
-            mask = np.zeros(self.frame.shape, bool)  # memory that is not written costs nothing
-            mask[window] = self._view(name)[window]
-            masks.append(mask)
-        return MapCopy(self.frame, *masks)
+        masks = (self._view(name)[window].copy() for name in ("occupied", "free", "unknown"))
+        return MapCopy(part_frame(self.frame, window), *masks)
 
     def drive_over(self, pose: Pose, radius_m: float) -> None:
         """The cells under the body are free: it stands there."""

@@ -1,6 +1,7 @@
 """Windows of a grid, and shapes drawn into them: work is done where something changes."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import cv2
@@ -54,6 +55,18 @@ def joined(a: Window | None, b: Window) -> Window:
         return b
     rows = slice(min(a[0].start, b[0].start), max(a[0].stop, b[0].stop))
     return rows, slice(min(a[1].start, b[1].start), max(a[1].stop, b[1].stop))
+
+
+def part_frame(frame: GridFrame, window: Window) -> GridFrame:
+    """The frame of an array of the window's size, in the numbers of the whole."""
+    rows, cols = window
+    return replace(
+        frame,
+        rows=rows.stop - rows.start,
+        cols=cols.stop - cols.start,
+        first_row=frame.first_row + rows.start,
+        first_col=frame.first_col + cols.start,
+    )
 
 
 def inside(window: Window, outer: Window) -> Window:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.mapping.keyframes import KeyframeView
+from runtime.core.mapping.windows import part_frame
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F32,
@@ -64,8 +65,8 @@ def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
 
 @dataclass(frozen=True)
 class SemanticCopy:
-    """What is told of a semantic map as it was at one moment: room evidence (R, rows, cols) over
-    the map's frame, within a window, and the objects that are sure."""
+    """What is told of a window of a semantic map as it was at one moment: room evidence (R, rows,
+    cols) and the objects that are sure, in the window's own rows and columns."""
 
     room_names: tuple[str, ...]
     rooms: F32
@@ -76,8 +77,7 @@ class SemanticCopy:
         cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]
     ) -> "SemanticCopy":
         """Of the map within a window."""
-        rooms = np.zeros(semantic.rooms.shape, np.float32)
-        rooms[:, *window] = semantic.rooms[:, *window]
+        rooms = semantic.rooms[:, *window].copy()
         return cls(semantic.room_names, rooms, Things.of(semantic, frame, window))
 
 
@@ -171,14 +171,15 @@ class Things:
 
     @classmethod
     def of(cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]) -> "Things":
-        """Those that may lie in a window of the map."""
+        """Those that may lie in a window of the map; their cells are counted from its first."""
         ends = np.array([[part.start for part in window], [part.stop for part in window]], np.int32)
         low, high = frame.centres(ends)
         middle, reach_m = (low + high) / 2, float(np.hypot(*(high - low))) / 2 + LARGEST_M
         ids, _ = semantic.places.within((float(middle[0]), float(middle[1])), reach_m)
         near = [semantic.instances[id] for id in ids]
         sure = [i for i in near if i.confidence >= OBJECT_CONFIDENCE]
-        cells = [frame.cells(i.cells_xy) for i in sure]
+        inner = part_frame(frame, window)
+        cells = [inner.cells(i.cells_xy) for i in sure]
         starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
         flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])
         return cls(tuple((i.name, i.confidence) for i in sure), flat, starts)

@@ -6,6 +6,7 @@ import numpy as np
 from apartment import MOUNT, TWO_ROOMS, Apartment
 
 from runtime import navigate
+from runtime.core.exploration import with_frontiers
 from runtime.core.mapping import keyframes
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.types import Pose
@@ -46,6 +47,20 @@ def test_it_tells_what_the_world_itself_would():
     assert any(f.objects for f in seen.brief.frontiers)
     assert any(f.unknown_m2 > 1 for f in seen.brief.frontiers)
     assert [f.id for f in seen.frontiers] == [f.id for f in seen.brief.frontiers]
+
+
+def test_it_copies_what_is_told_of_and_no_more():
+    world, _ = looked_around(5)
+    small = navigate.outlook(world, "test", CFG)
+    here, world.pose = world.pose, Pose(60.0, 50.0, 0.0)
+    world.grow(10.0)
+    world.pose = here
+    with_frontiers(world, CFG)
+    large = navigate.outlook(world, "test", CFG)
+    assert large.map.frame.shape == large.map.free.shape
+    assert large.semantic.rooms.shape[1:] == large.map.frame.shape
+    assert max(large.map.frame.shape) < min(world.map.frame.shape) / 2
+    assert large.brief == small.brief
 
 
 def test_worked_out_later_it_tells_what_was_known_when_it_was_taken():
