@@ -20,7 +20,7 @@ from runtime.config import Config
 from runtime.core.distances import planner
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
-from runtime.core.types import F32
+from runtime.core.types import Pose
 from runtime.core.world import World
 from runtime.errors import RfNavError
 
@@ -74,13 +74,16 @@ def _tell(world: World, config: Config, times: StageTimes) -> None:
 
 
 def across(side: int = FREE_CELLS, times: int = 5) -> StageTimes:
-    """A plan from one corner of an open floor to the other, from scratch."""
+    """A plan from one corner of an open floor to the other, from scratch; how far what can be
+    reached is, is known, as `look_around` leaves it."""
     watch = StageTimes()
     whole, clear = np.ones((side, side), bool), np.ones((side, side), np.float32)
     terrain = Terrain(GridFrame(0.0, 0.0, 0.05, side, side), clear, whole, clear)
-    corner: F32 = np.array([[0.1, 0.1]], np.float32)
+    robot = Pose(side * 0.05 - 0.1, side * 0.05 - 0.1, 0.0)
+    reach = planner.march_from(terrain, robot.xy, unhurried=False)
+    goal = planner.cells_at(terrain, (0.1, 0.1))
     for _ in range(times):
-        watch.timed("across", planner.march_from)(terrain, corner.astype(np.float64))
+        watch.timed("across", planner.approach)(terrain, goal, reach, robot)
         watch.next_frame()
     return watch
 
