@@ -57,10 +57,17 @@ def mount_of(rotation: F64, offset_m: F64, digits: int) -> Mount:
 
 
 def base_to_map(points: F64, pose: Pose) -> F64:
-    """(N, 3) m in the base frame -> (N, 3) m in the map frame."""
+    """(N, 3) m in the base frame -> (N, 3) m in the map frame, each coordinate in one piece."""
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     x, y, z = points.T
-    return np.stack([c * x - s * y + pose.x_m, s * x + c * y + pose.y_m, z], axis=1)
+    found = np.empty((3, len(points)))
+    np.multiply(c, x, out=found[0])
+    np.multiply(s, x, out=found[1])
+    found[0] -= s * y
+    found[1] += c * y
+    found[:2] += ((pose.x_m,), (pose.y_m,))
+    found[2] = z
+    return found.T
 
 
 def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:

@@ -9,7 +9,7 @@ import numpy as np
 
 from runtime.core.geometry import GridFrame, wrap_angle
 from runtime.core.mapping.grid import RESOLUTION_M
-from runtime.core.objects.footprints import footprint, middle, without_strays
+from runtime.core.objects.footprints import footprint, footprints, middle, without_strays
 from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F32, F64, Pose
 
@@ -18,6 +18,7 @@ _NO_EMBEDDING = np.zeros(0, np.float32)
 
 ASSOCIATE_M = 0.6  # between a detection and the instance it is another view of
 OTHER_NAME_M = 0.3  # that much nearer, when it was never called that before,
+FAR_M = 4.0  # between the middles of two views of one thing, at most
 SAME_COSINE = 0.7
 """Of their embeddings, for two things that are joined to one: of one thing's views that were given
 two names a third are so alike, of different things less than a metre apart 2 %."""
@@ -84,6 +85,8 @@ class Instance:
     _embedding: tuple[F32, F32] | None = field(default=None, repr=False, compare=False)
     _sides: tuple[F64, tuple[float, float]] | None = field(default=None, repr=False, compare=False)
     """Of the sum, and of the cells, that they were computed of."""
+    _settled: F64 | None = field(default=None, repr=False, compare=False)
+    """The cells, where they were joined of views and none of them is a stray."""
 
     @property
     def name(self) -> str:
@@ -116,8 +119,8 @@ class Instance:
     def embedding(self) -> F32:
         """(D,) unit: the views' mean by score; (0,) for a detector without embeddings."""
         if self._embedding is None or self._embedding[0] is not self.embedding_sum:
-            norm = float(np.linalg.norm(self.embedding_sum))
-            unit = self.embedding_sum / np.float32(norm) if norm > 0 else _NO_EMBEDDING
+            norm = np.sqrt(self.embedding_sum.dot(self.embedding_sum))
+            unit = self.embedding_sum / norm if norm > 0 else _NO_EMBEDDING
             self._embedding = self.embedding_sum, unit
         return self._embedding[1]
 
@@ -177,35 +180,49 @@ def reject(instance: Instance, name: str, odds_each: float) -> None:
 
 def fuse(
     instances: dict[int, Instance],
-    new_id: int,
+    seen: Instance,
     frame: GridFrame,
     sighting: Sighting,
     pose: Pose,
-    places: InstancePlaces | None = None,
+    near: Sequence[tuple[float, int]] | None = None,
 ) -> Instance:
-    """Join a sighting to the instance that it is another view of, or to a new one. What it says for
-    names is left to `called` and `uncalled`: one place may have two names in one image. `places`
-    are those of the instances, where they are kept."""
-    points, cut = sighting.points, len(sighting.points) // 20  # strays at the rim
-    x, y, z_m = middle(points).tolist()
-    xy, last = (x, y), len(points) - 1 - cut
-    low_m, high_m = np.partition(points[:, 2], (cut, last))[[cut, last]].tolist()
-    cells = without_strays(footprint(frame, sighting.points[:, :2]))
-    seen = Instance(new_id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m)
-    seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    places = InstancePlaces.of(instances) if places is None else places
-    instance = same(instances, seen, places)
+    """Join a sighting, of `first_views`, to the instance that it is another view of, or to a new
+    one. What it says for names is left to `called` and `uncalled`: one place may have two names in
+    one image. `near` are the instances that it may be of, where that is known (`places.Nearby`)."""
+    if near is None:
+        near = InstancePlaces.of(instances).near([seen.xy], [seen.cells_xy], ASSOCIATE_M)[0]
+    instance = same(instances, seen, near)
     if instance is None:
-        instance = instances[new_id] = seen
+        instance = instances[seen.id] = seen
     else:
         _widen(instance, seen, sighting.range_m, frame)
-        instance.embedding_sum = _joined(instance.embedding_sum, seen.embedding_sum)
-    places.put([instance])
+        total, one = instance.embedding_sum, seen.embedding_sum
+        if one.size:  # not every detector, nor every frame, has one
+            instance.embedding_sum = total + one if total.shape == one.shape else one
     instance.range_m = min(instance.range_m, sighting.range_m)
     instance.best_score = max(instance.best_score, sighting.score)
     if _is_new(instance, pose, instance.views_as(sighting.name)):
         instance.views.append(pose)
     return instance
+
+
+def first_views(frame: GridFrame, sightings: Sequence[Sighting], id: int) -> list[Instance]:
+    """What each sighting alone tells of a thing, each with that id."""
+    cells = footprints(frame, [sighting.points[:, :2] for sighting in sightings])
+    return [
+        _first_view(id, sighting, without_strays(own))
+        for sighting, own in zip(sightings, cells, strict=True)
+    ]
+
+
+def _first_view(id: int, sighting: Sighting, cells: F64) -> Instance:
+    points, last = sighting.points, len(sighting.points) - 1
+    cut = len(points) // 20  # strays at the rim
+    x, y, z_m = middle(points).tolist()
+    low_m, high_m = np.partition(points[:, 2], (cut, last - cut))[[cut, last - cut]].tolist()
+    seen = Instance(id, {sighting.name: Evidence()}, (x, y), z_m, cells, low_m, high_m)
+    seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
+    return seen
 
 
 def called(instance: Instance, sighting: Sighting, pose: Pose) -> None:
@@ -232,49 +249,51 @@ def _widen(instance: Instance, seen: Instance, range_m: float, frame: GridFrame)
     cells, low_m, high_m = seen.cells_xy, seen.low_m, seen.high_m
     if range_m > NEARER * instance.range_m:
         cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
-        cells = without_strays(cells)
+        if instance._settled is instance.cells_xy and np.array_equal(cells, instance.cells_xy):
+            cells = instance.cells_xy
+        else:
+            joined, cells = cells, without_strays(cells)
+            instance._settled = cells if len(cells) == len(joined) else None
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
-    instance.cells_xy, instance.low_m, instance.high_m = cells, low_m, high_m
-    x, y = middle(cells).tolist()
-    instance.xy, instance.z_m = (x, y), 0.7 * instance.z_m + 0.3 * seen.z_m
-
-
-def _joined(total: F32, one: F32) -> F32:
-    """A sum of embeddings; not every detector, nor every frame, has one."""
-    if not one.size:
-        return total
-    return total + one if total.shape == one.shape else one
+    instance.low_m, instance.high_m = low_m, high_m
+    instance.z_m = 0.7 * instance.z_m + 0.3 * seen.z_m
+    if cells is not instance.cells_xy:
+        x, y = middle(cells).tolist()
+        instance.cells_xy, instance.xy = cells, (x, y)
 
 
 def same(
-    instances: Mapping[int, Instance], seen: Instance, places: InstancePlaces
+    instances: Mapping[int, Instance], seen: Instance, near: Sequence[tuple[float, int]]
 ) -> Instance | None:
     """The instance that a first view `seen` is another view of: the nearest that was called that
     before, or that is alike in place, size and embedding whatever it was called. A name that is
     new to it costs as much as OTHER_NAME_M."""
     (name,) = seen.evidence
-    best: tuple[float, int] | None = None
-    for least, id in places.near(seen.xy, seen.cells_xy, ASSOCIATE_M):
-        instance = instances[id]
-        known = name in instance.evidence
-        if not known and not seen.embedding_sum.size:
-            continue
-        if least + (0.0 if known else OTHER_NAME_M) > (best[0] if best else ASSOCIATE_M):
-            continue
-        if math.dist(instance.xy, seen.xy) > 4.0:
-            continue
-        gap = min(
-            math.dist(instance.xy, seen.xy),
-            float(np.hypot(*(instance.cells_xy - seen.xy).T).min()),
-            float(np.hypot(*(seen.cells_xy - instance.xy).T).min()),
-        )
-        if not known:
-            gap += OTHER_NAME_M
-        if gap > ASSOCIATE_M or (best is not None and (gap, instance.id) >= best):
-            continue
-        if known or same_thing(instance, seen, ONE_THING):
-            best = gap, instance.id
-    return instances[best[1]] if best else None
+    alike = bool(seen.embedding_sum.size)
+    mine = [one for one in near if name in instances[one[1]].evidence]
+    others = [one for one in near if alike and name not in instances[one[1]].evidence]
+    best = ASSOCIATE_M, math.inf
+    for dearer_m, those in ((0.0, mine), (OTHER_NAME_M, others)):
+        for least, id in those:
+            if least + dearer_m > best[0]:
+                continue
+            if dearer_m and not same_thing(instances[id], seen, ONE_THING):
+                continue
+            best = min(best, (_gap_m(instances[id], seen) + dearer_m, id))
+    return instances[int(best[1])] if best[1] < math.inf else None
+
+
+def _gap_m(a: Instance, b: Instance) -> float:
+    """From the middle of either to the middle or a cell of the other, m; inf for what is far."""
+    apart = math.dist(a.xy, b.xy)
+    if apart > FAR_M:
+        return math.inf
+    theirs, mine = a.cells_xy - b.xy, b.cells_xy - a.xy
+    return min(
+        apart,
+        float(np.hypot(theirs[:, 0], theirs[:, 1]).min()),
+        float(np.hypot(mine[:, 0], mine[:, 1]).min()),
+    )
 
 
 def same_thing(a: Instance, b: Instance, bar: Likeness) -> bool:
@@ -283,11 +302,12 @@ def same_thing(a: Instance, b: Instance, bar: Likeness) -> bool:
     not tell how things look, their size has to do: a clock is no nightstand."""
     if not at_one_height(a, b):
         return False
-    lengths = size_m(a, RESOLUTION_M)[0], size_m(b, RESOLUTION_M)[0]
     one, other = a.embedding, b.embedding
-    if one.size and one.shape == other.shape:
-        return float(one @ other) >= bar.cosine and min(lengths) >= bar.size * max(lengths)
-    return min(lengths) >= bar.size_unseen * max(lengths)
+    told = bool(one.size) and one.shape == other.shape
+    if told and not float(one @ other) >= bar.cosine:
+        return False
+    lengths = a.sides[0] + RESOLUTION_M, b.sides[0] + RESOLUTION_M
+    return min(lengths) >= (bar.size if told else bar.size_unseen) * max(lengths)
 
 
 def at_one_height(a: Instance, b: Instance) -> bool:
@@ -301,8 +321,8 @@ def weigh(instance: Instance, name: str, step: float, pose: Pose) -> None:
     new place or direction, little for one more of the kind from where there was one."""
     known = instance.evidence_of(name)
     mine = known.backing if step > 0 else known.doubts
-    earlier = mine if step > 0 else [*known.backing, *known.doubts]
-    if _is_new(instance, pose, earlier):
+    others = () if step > 0 else known.backing
+    if _is_new(instance, pose, mine) and _is_new(instance, pose, others):
         mine.append(pose)
     else:
         step *= REPEAT_WEIGHT
@@ -311,12 +331,14 @@ def weigh(instance: Instance, name: str, step: float, pose: Pose) -> None:
 
 def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose]) -> bool:
     """Whether a view is from another place, or in another direction, than all earlier ones."""
-    bearing = math.atan2(instance.xy[1] - pose.y_m, instance.xy[0] - pose.x_m)
-    for view in earlier:
-        if math.hypot(view.x_m - pose.x_m, view.y_m - pose.y_m) >= NEW_VIEW_M:
+    x, y = pose.x_m, pose.y_m
+    to_x, to_y = instance.xy
+    for view in reversed(earlier):  # the latest are the likeliest to be near
+        dx, dy = view.x_m - x, view.y_m - y
+        if abs(dx) >= NEW_VIEW_M or abs(dy) >= NEW_VIEW_M or math.hypot(dx, dy) >= NEW_VIEW_M:
             continue
-        before = math.atan2(instance.xy[1] - view.y_m, instance.xy[0] - view.x_m)
-        if abs(wrap_angle(bearing - before)) < NEW_VIEW_RAD:
+        turned = math.atan2(to_y - y, to_x - x) - math.atan2(to_y - view.y_m, to_x - view.x_m)
+        if abs(wrap_angle(turned)) < NEW_VIEW_RAD:
             return False
     return True
 

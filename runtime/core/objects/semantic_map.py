@@ -3,8 +3,10 @@
 import math
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from runtime.core.geometry import (
     GridFrame,
@@ -24,14 +26,16 @@ from runtime.core.objects.depth_segments import (
     segment,
 )
 from runtime.core.objects.instances import (
+    ASSOCIATE_M,
     Instance,
     Sighting,
     called,
+    first_views,
     fuse,
     uncalled,
 )
-from runtime.core.objects.places import InstancePlaces
-from runtime.core.types import F32, F64, Detections, Intrinsics, Mask, Mount, Observation, Pose
+from runtime.core.objects.places import InstancePlaces, Nearby
+from runtime.core.types import F32, F64, Detections, Intrinsics, Mount, Observation, Pose
 
 STRIDE = 4  # every n-th pixel of a box is projected
 CLUSTER_M = 0.35  # points this close in depth to the core belong to the object
@@ -95,21 +99,22 @@ def locate(
     mount: Mount,
 ) -> list[Sighting]:
     """Project each box through depth. A box without usable depth gives none."""
-    view, focal_px = _View.of(obs, mount), obs.intrinsics.fx
+    view, boxes = _View.of(obs, mount), detections.boxes_px
+    scaled = (boxes - STRIDE // 2) / STRIDE
+    corner = np.maximum(np.floor(scaled[:, :2]).astype(np.int64), 0).tolist()
+    end = (np.maximum(np.ceil(scaled[:, 2:]).astype(np.int64), 0) + 1).tolist()
+    wide = ((boxes[:, 2] - boxes[:, 0]).astype(np.float64) / obs.intrinsics.fx).tolist()
+    cut = (boxes[:, 0] < EDGE_PX) | (boxes[:, 2] > obs.depth_m.shape[1] - EDGE_PX)
     found = []
-    for i in np.argsort(-detections.scores, kind="stable"):
-        box_px = detections.boxes_px[i]
-        box = (box_px - STRIDE // 2) / STRIDE
-        x0, y0, x1, y1 = (int(v) for v in (*np.floor(box[:2]), *np.ceil(box[2:])))
-        window = slice(max(0, y0), max(0, y1) + 1), slice(max(0, x0), max(0, x1) + 1)
+    for i in np.argsort(-detections.scores, kind="stable").tolist():
+        (left, top), (right, bottom) = corner[i], end[i]
         known = float(detections.depths_m[i]) if detections.depths_m.size else None
-        width_px = float(box_px[2] - box_px[0])
-        near, points = view.object_in(window, known, width_px / focal_px)
+        near, points = view.object_in((slice(top, bottom), slice(left, right)), known, wide[i])
         if len(points) < MIN_POINTS:
             continue
         name, score = names[int(detections.labels[i])], float(detections.scores[i])
-        cut = _cut(box_px, obs.depth_m.shape[1])
-        found.append(Sighting(name, score, detections.embeddings[i], points, near, cut))
+        embedding = detections.embeddings[i]
+        found.append(Sighting(name, score, embedding, points, near, bool(cut[i])))
     return found
 
 
@@ -118,39 +123,50 @@ class _View:
     """A depth image, every STRIDE-th pixel of it: where its points are, and what hangs together."""
 
     depth: F32  # (h, w) m, 0 for unknown
-    points: F64  # (h, w, 3) m in the map frame
-    standing: Mask  # (h, w) whether a thing may be there, neither floor nor ceiling
+    standing: F32  # (h, w) the same where a thing may be, neither floor nor ceiling; else -inf
+    points: F64  # (3, h * w) m in the map frame
+    number: NDArray[np.intp]  # (h, w) of the point
     surfaces: Surfaces
 
     @classmethod
     def of(cls, obs: Observation, mount: Mount) -> "_View":
         table, offset = rays(obs.intrinsics, mount, STRIDE), STRIDE // 2
-        depth = np.nan_to_num(obs.depth_m[offset::STRIDE, offset::STRIDE], posinf=0.0)
-        axes = (table.forward, table.left, table.up)
-        offset_m = np.array([mount.x_m, mount.y_m, mount.z_m])
-        base = np.stack([depth.astype(np.float64) * axis for axis in axes], axis=-1) + offset_m
-        points = base_to_map(base.reshape(-1, 3), obs.pose).reshape(base.shape)
-        standing = (points[..., 2] > FLOOR_M) & (points[..., 2] < CEILING_M)
+        depth = obs.depth_m[offset::STRIDE, offset::STRIDE]
+        depth = np.where(np.isfinite(depth), depth, np.float32(0))
+        base = _axes(obs.intrinsics, mount) * depth.astype(np.float64).ravel()
+        base += ((mount.x_m,), (mount.y_m,), (mount.z_m,))
+        points = base_to_map(base.T, obs.pose).T
+        up = points[2].reshape(depth.shape)
+        thing = (up > FLOOR_M) & (up < CEILING_M) & (depth > 0)
+        standing = np.where(thing, depth, np.float32(-np.inf))
         surfaces = segment(depth, depth * table.up + np.float32(mount.z_m))
-        return cls(depth, points, standing, surfaces)
+        number = np.arange(depth.size).reshape(depth.shape)
+        return cls(depth, standing, points, number, surfaces)
 
     def object_in(self, window: Window, known_m: float | None, wide: float) -> tuple[float, F64]:
         """How far away the object in a box is, m, unless that is known, and its points (N, 3);
         `wide` is the box, per metre of distance."""
-        patch, own = self.depth[window], self.surfaces.label[window]
-        near = distance_m(patch, own, self.surfaces.size) if known_m is None else known_m
+        surfaces, near = self.surfaces, known_m
+        patch, own = np.ascontiguousarray(self.depth[window]), surfaces.label[window]
+        if near is None:
+            near = distance_m(patch, own, surfaces.size, surfaces.span)
         before_m = min(CLUSTER_M, max(BEFORE_M, BEFORE_SHARE * wide * near))
-        keep = (patch > 0) & (patch > near - before_m) & (patch < near + CLUSTER_M)
-        keep &= (patch > near - EDGE_M) | attached(patch, own, near)
-        if np.count_nonzero(keep) < MIN_POINTS:
-            return near, self.points[:0, 0]
-        return near, self.points[window][keep & self.standing[window]]
+        standing = self.standing[window]
+        keep = (standing > near - before_m) & (standing < near + CLUSTER_M)
+        at, depth = self.number[window][keep], standing[keep]
+        behind = depth > near - EDGE_M
+        if not behind.all():
+            behind |= attached(patch, own, near)[own[keep]]
+            at = at[behind]
+        return near, self.points.take(at, axis=1).T
 
 
-def _cut(box_px: F32, width_px: int) -> bool:
-    """Whether a box ends at the left or right edge of the image; at the bottom most things that are
-    near do."""
-    return bool(box_px[0] < EDGE_PX or box_px[2] > width_px - EDGE_PX)
+@lru_cache(maxsize=8)
+def _axes(intrinsics: Intrinsics, mount: Mount) -> F64:
+    """(3, h * w): forward, left, up of the rays, shared. Products with a table of single precision
+    are the same, and slower."""
+    table = rays(intrinsics, mount, STRIDE)
+    return np.stack([table.forward, table.left, table.up]).astype(np.float64).reshape(3, -1)
 
 
 def place(
@@ -164,10 +180,14 @@ def place(
     """Fuse one image's detections and its room type into the map."""
     names: dict[int, set[str]] = {}
     whole: set[int] = set()
-    for sighting in locate(obs, detections, semantic.names, mount):
-        new_id = semantic.next_id
-        instance = fuse(semantic.instances, new_id, grid.frame, sighting, obs.pose, semantic.places)
-        semantic.next_id += instance.id == new_id
+    sightings = locate(obs, detections, semantic.names, mount)
+    views = first_views(grid.frame, sightings, semantic.next_id)
+    near = Nearby(semantic.places, [v.xy for v in views], [v.cells_xy for v in views], ASSOCIATE_M)
+    for n, (sighting, view) in enumerate(zip(sightings, views, strict=True)):
+        view.id = semantic.next_id
+        instance = fuse(semantic.instances, view, grid.frame, sighting, obs.pose, near.of(n))
+        near.put(instance)
+        semantic.next_id += instance is view
         if instance.id not in names:  # the surest of an image comes first, and speaks alone
             called(instance, sighting, obs.pose)
         names.setdefault(instance.id, set()).add(sighting.name)
@@ -195,14 +215,25 @@ def _miss(
     close = np.flatnonzero((z >= MISS_RANGE_M[0]) & (z <= MISS_RANGE_M[1]))
     u, v = project(optical[close], obs.intrinsics).T
     inside = (0.12 * w < u) & (u < 0.88 * w) & (0.08 * h < v) & (v < 0.92 * h)
-    for n, col, row in zip(close[inside], u[inside], v[inside], strict=True):
-        if unseen[n].id in seen:
-            continue
-        patch = obs.depth_m[int(row) - 4 : int(row) + 5, int(col) - 4 : int(col) + 5]
-        patch = patch[patch > 0]
-        if patch.size == 0 or float(np.median(patch)) < z[n] - 0.6:
-            continue  # hidden
-        uncalled(unseen[n], (), obs.pose)
+    close, u, v = close[inside], u[inside], v[inside]
+    visible = _depths_at(obs.depth_m, v.astype(np.int64), u.astype(np.int64)) >= z[close] - 0.6
+    for n in close[visible].tolist():
+        if unseen[n].id not in seen:
+            uncalled(unseen[n], (), obs.pose)
+
+
+def _depths_at(depth_m: F32, rows: NDArray[np.int64], cols: NDArray[np.int64]) -> F32:
+    """(N,) m: medians of what is known round pixels of a depth image; -inf where nothing is."""
+    around = np.arange(-4, 5)
+    rows = np.clip(rows[:, None] + around, 0, depth_m.shape[0] - 1)
+    cols = np.clip(cols[:, None] + around, 0, depth_m.shape[1] - 1)
+    patches = depth_m[rows[:, :, None], cols[:, None]].reshape(len(rows), around.size**2)
+    known = patches > 0
+    count = np.count_nonzero(known, axis=1)
+    ordered = np.sort(np.where(known, patches, np.float32(np.inf)), axis=1)
+    each = np.arange(len(rows))
+    low, high = ordered[each, (count - 1) // 2], ordered[each, count // 2]
+    return np.where(count > 0, (low + high) / np.float32(2), np.float32(-np.inf))
 
 
 def _widest(intrinsics: Intrinsics) -> float:
@@ -235,4 +266,6 @@ def _credit_room(
         int(high[0] - low[0]),
         int(high[1] - low[1]),
     )
-    semantic.rooms[:, *window] += rooms[:, None, None] * polygon_mask(patch, near)
+    inside = polygon_mask(patch, near).astype(np.float32)
+    for kind in rooms.nonzero()[0].tolist():
+        semantic.rooms[kind, *window] += rooms[kind] * inside

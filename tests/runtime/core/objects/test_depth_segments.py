@@ -27,8 +27,8 @@ def picture(*things: tuple[slice, slice, float]) -> np.ndarray:
 
 
 def found_m(depth: np.ndarray, high_m: float = 1.0) -> float:
-    label, size = segment(depth, np.full(SHAPE, high_m, np.float32))
-    return distance_m(depth[BOX], label[BOX], size)
+    label, size, span = segment(depth, np.full(SHAPE, high_m, np.float32))
+    return distance_m(depth[BOX], label[BOX], size, span)
 
 
 def test_what_hides_a_part_and_goes_on_beyond_the_box_is_not_the_object():
@@ -67,8 +67,8 @@ def test_what_hangs_together_with_the_object_is_of_it_and_what_stands_before_it_
     depth = picture((slice(10, 30), slice(20, 60), 3.0))
     depth[30:40, 20:60] = np.linspace(2.98, 2.6, 10)[:, None]
     depth[26:38, 30:50] = 2.2
-    label, _ = segment(depth, np.full(SHAPE, 1.0, np.float32))
-    own = attached(depth[BOX], label[BOX], 3.0)
+    label = segment(depth, np.full(SHAPE, 1.0, np.float32)).label[BOX]
+    own = attached(depth[BOX], label, 3.0)[label]
     seat, table, edge = (25, 5), (22, 20), (16, 20)
     assert own[seat]
     assert not own[table]
@@ -80,11 +80,11 @@ def test_the_floor_joins_nothing_that_stands_on_it():
     high = np.full(SHAPE, 1.0, np.float32)
     high[35:] = 0.0
     depth[35:] = 2.0  # as deep there as what stands on it
-    label, size = segment(depth, high)
+    label, size, span = segment(depth, high)
     assert (label[35:] == 0).all()
     own = label[20, 40]
     assert size[own] == np.count_nonzero(label == own) < 25 * 40
-    assert distance_m(depth[BOX], label[BOX], size) == pytest.approx(2.0)
+    assert distance_m(depth[BOX], label[BOX], size, span) == pytest.approx(2.0)
 
 
 def test_without_known_depth_there_is_no_distance():
@@ -96,10 +96,10 @@ def test_without_known_depth_there_is_no_distance():
     st.integers(0, 9), st.integers(0, 13), st.integers(2, 9), st.integers(2, 9),
 )  # fmt: skip
 def test_any_box_of_any_picture_has_a_depth_that_occurs_in_it(depth, top, left, height, width):
-    label, size = segment(depth, np.ones((12, 16), np.float32))
+    label, size, span = segment(depth, np.ones((12, 16), np.float32))
     box = slice(top, top + height), slice(left, left + width)
     patch = depth[box]
-    distance = distance_m(patch, label[box], size)
+    distance = distance_m(patch, label[box], size, span)
     known = patch[patch > 0]
     if distance:
         assert known.min() <= distance <= known.max()

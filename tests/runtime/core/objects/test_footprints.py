@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
 from runtime.core.geometry import GridFrame
-from runtime.core.objects.footprints import footprint, middle, without_strays
+from runtime.core.objects.footprints import footprint, footprints, middle, without_strays
 
 
 def reach(some_xy: np.ndarray, all_xy: np.ndarray) -> float:
@@ -40,3 +40,14 @@ def test_all_of_a_rectangle_is_kept_and_a_spill_is_not(length: float, width: flo
                      elements=st.floats(-9, 9)))  # fmt: skip
 def test_the_middle_is_the_median(points: np.ndarray):
     assert (middle(points) == np.median(points, axis=0)).all()
+
+
+@given(st.lists(arrays.arrays(np.float64, st.tuples(st.integers(1, 40), st.just(2)),
+                              elements=st.floats(-9, 9)), max_size=6))  # fmt: skip
+def test_many_at_once_are_as_one_by_one(many: list[np.ndarray]):
+    frame = GridFrame(-6.0, -5.0, 0.05, 240, 200)
+    at_once = footprints(frame, many)
+    assert len(at_once) == len(many)
+    for cells, xy in zip(at_once, many, strict=True):
+        assert (cells == footprint(frame, xy)).all()
+        assert (frame.cells(cells) == np.unique(frame.cells(xy), axis=0)).all()

@@ -18,6 +18,7 @@ from runtime.core.objects.instances import (
     Instance,
     Sighting,
     called,
+    first_views,
     fuse,
     logit,
     reject,
@@ -64,7 +65,8 @@ def seen(*sightings: tuple[Sighting, Pose]) -> dict[int, Instance]:
 
 def look(instances: dict[int, Instance], id: int, sighting: Sighting, pose: Pose) -> Instance:
     """What one image with one sighting does."""
-    instance = fuse(instances, id, FRAME, sighting, pose)
+    (view,) = first_views(FRAME, [sighting], id)
+    instance = fuse(instances, view, FRAME, sighting, pose)
     called(instance, sighting, pose)
     uncalled(instance, (sighting.name,), pose, cut=sighting.cut)
     return instance
