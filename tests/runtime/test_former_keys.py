@@ -63,7 +63,7 @@ def test_a_key_that_went_away_names_its_constant(tmp_path: Path) -> None:
         load(path)
     assert str(caught.value) == (
         f"{path}: planner.margin_m: cannot be set any more; it is the constant MARGIN_M in "
-        "runtime/core/distances/planner.py"
+        "runtime/core/distances/terrain.py"
     )
 
 

@@ -10,6 +10,7 @@ from mmproj import write_mmproj
 from models.checksum import sha256
 from models.detection.second_look import SecondLook
 from models.store import manifest
+from models.words.row_file import RowFile
 from models.words.text_encoder import TextEncoder
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
@@ -103,6 +104,8 @@ def test_the_vocabulary_is_embedded_before_a_goal_waits_for_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     embedded: list[str] = []
+    monkeypatch.setattr(RowFile, "load", lambda self: {})  # of the start before nothing is kept
+    monkeypatch.setattr(RowFile, "keep", lambda self, rows: None)
     alone = TextEncoder._embedded
     monkeypatch.setattr(
         TextEncoder, "_embedded", lambda self, text: embedded.append(text) or alone(self, text)
