@@ -1,17 +1,15 @@
 """`rfnav bench`: how late the loop is, measured against its budgets."""
 
 import itertools
-import subprocess
 import sys
-import tempfile
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 
 from runtime import config as configuration
 from runtime.bench import measure, recorded, synthetic, verdict
+from runtime.bench.checkout import checkout
 from runtime.bench.measure import BenchError, Measured, Subject
 from runtime.recording.messages import color_topic
 from runtime.tracing.budgets import read_budgets
@@ -97,7 +95,7 @@ def _compare(run: Callable[[Path | None], Measured], against: str, pairs: int) -
     """This code and another commit's in turns, and what the medians are of each other."""
     ours: list[Measured] = []
     theirs: list[Measured] = []
-    with _checkout(against) as root:
+    with checkout(Path(__file__).resolve().parents[2], against) as root:
         for n in range(pairs):
             for other in (n % 2 == 0, n % 2 == 1):
                 (theirs if other else ours).append(run(root if other else None))
@@ -114,23 +112,3 @@ def _said(found: Measured) -> str:
         f"{found.seconds:.0f} s; decisions {found.decisions}; halts: {halts}; memory grew by "
         f"{found.grown_mb:.1f} MB in the second half"
     )
-
-
-@contextmanager
-def _checkout(rev: str) -> Iterator[Path]:
-    """A commit of this checkout in a folder of its own."""
-    here = Path(__file__).resolve().parents[2]
-    with tempfile.TemporaryDirectory() as folder:
-        root = Path(folder) / "against"
-        _git(here, "worktree", "add", "--detach", str(root), rev)
-        try:
-            yield root
-        finally:
-            _git(here, "worktree", "remove", "--force", str(root))
-
-
-def _git(root: Path, *arguments: str) -> None:
-    done = subprocess.run(["git", "-C", str(root), *arguments], capture_output=True, text=True)
-    if done.returncode:
-        said = (done.stderr.strip().splitlines() or ["git failed"])[-1]
-        raise BenchError(f"--against: {said}")

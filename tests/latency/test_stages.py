@@ -5,15 +5,16 @@ A stage counts as slow when it is over LIMIT in each of several comparisons: on 
 alone may be.
 """
 
-import io
 import subprocess
-import tarfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from places import ROOT
 from turns import Version, drive, observations, versions
 from workload import MOUNT, keep
+
+from runtime.bench.checkout import checkout
 
 LIMIT = 1.13
 SLOWED = 0.3
@@ -30,20 +31,14 @@ def images(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def accepted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def accepted() -> Iterator[Path]:
     """The code of the commit that last changed baseline.md."""
-    rev = git("log", "-1", "--format=%H", "--", BASELINE).decode().strip()
+    command = ["git", "-C", str(ROOT), "log", "-1", "--format=%H", "--", BASELINE]
+    rev = subprocess.run(command, capture_output=True, text=True).stdout.strip()
     if not rev:
         pytest.skip("the history does not go back to the times that were accepted")
-    folder = tmp_path_factory.mktemp("accepted")
-    with tarfile.open(fileobj=io.BytesIO(git("archive", rev, "runtime"))) as file:
-        file.extractall(folder, filter="data")
-    return folder
-
-
-def git(*arguments: str) -> bytes:
-    done = subprocess.run(["git", "-C", str(ROOT), *arguments], capture_output=True)
-    return done.stdout if done.returncode == 0 else b""
+    with checkout(ROOT, rev) as root:
+        yield root
 
 
 def slow(ours: Version, theirs: Version, comparisons: int) -> set[str]:

@@ -1,0 +1,253 @@
+/* Fast marching: the arrival times of a front that starts at some cells and moves at each cell's
+ * speed, by the first-order upwind scheme of the eikonal equation.
+ *
+ * Cells wait in buckets by arrival, half a cell's fastest crossing wide, and not in order within
+ * one; a cell is computed again whenever a neighbour comes nearer. So what comes out is the scheme's
+ * one solution, whatever the order: a front that goes on from known arrivals ends at the same bits
+ * as one from the start. */
+#include "kernels.h"
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct {
+    int32_t *cells;
+    size_t count, room;
+} Bucket;
+
+typedef struct {
+    double *arrival;    /* padded by a cell on each side, inf there */
+    double *crossing;   /* time to cross a cell, 0 where nothing moves */
+    Py_ssize_t width;   /* of a padded row */
+    double limit, per_bucket;
+    Bucket *ring;
+    int64_t ring_size;  /* a power of two */
+    int64_t waiting;    /* entries in all buckets */
+} Front;
+
+typedef struct {
+    int64_t bucket;
+    int32_t cell;
+} Seed;
+
+static int push(Front *front, int64_t bucket, int32_t cell)
+{
+    Bucket *into = &front->ring[bucket & (front->ring_size - 1)];
+    if (into->count == into->room) {
+        size_t room = into->room ? 2 * into->room : 256;
+        int32_t *cells = realloc(into->cells, room * sizeof *cells);
+        if (!cells)
+            return -1;
+        into->cells = cells;
+        into->room = room;
+    }
+    into->cells[into->count++] = cell;
+    front->waiting++;
+    return 0;
+}
+
+static inline double nearer(double a, double b) { return a < b ? a : b; }
+
+/* The arrival that a cell's neighbours give it. */
+static inline double upwind(const Front *front, Py_ssize_t cell, double crossing)
+{
+    const double *t = front->arrival + cell;
+    double a = nearer(t[-1], t[1]), b = nearer(t[-front->width], t[front->width]);
+    double gap = a - b;
+    if (fabs(gap) >= crossing || isnan(gap))
+        return nearer(a, b) + crossing;
+    return 0.5 * (a + b + sqrt(2.0 * crossing * crossing - gap * gap));
+}
+
+static int pass_on(Front *front, Py_ssize_t from)
+{
+    const Py_ssize_t beside[4] = {-front->width, -1, 1, front->width};
+    const double here = front->arrival[from];
+    for (int n = 0; n < 4; n++) {
+        const Py_ssize_t cell = from + beside[n];
+        const double crossing = front->crossing[cell];
+        if (crossing == 0.0 || front->arrival[cell] <= here)
+            continue;
+        const double time = upwind(front, cell, crossing);
+        if (time >= front->arrival[cell] || time > front->limit)
+            continue;
+        front->arrival[cell] = time;
+        if (push(front, (int64_t)(time * front->per_bucket), (int32_t)cell) < 0)
+            return -1;
+    }
+    return 0;
+}
+
+/* Marches from the seeds, which are in order. */
+static int run(Front *front, const Seed *seeds, size_t count)
+{
+    size_t next = 0;
+    int64_t now = count ? seeds[0].bucket : 0;
+    while (front->waiting || next < count) {
+        if (!front->waiting && seeds[next].bucket > now)
+            now = seeds[next].bucket;
+        for (; next < count && seeds[next].bucket == now; next++)
+            if (push(front, now, seeds[next].cell) < 0)
+                return -1;
+        Bucket *bucket = &front->ring[now & (front->ring_size - 1)];
+        for (size_t n = 0; n < bucket->count; n++) { /* it may grow meanwhile */
+            const int32_t cell = bucket->cells[n];
+            if ((int64_t)(front->arrival[cell] * front->per_bucket) == now)
+                if (pass_on(front, cell) < 0)
+                    return -1;
+        }
+        front->waiting -= (int64_t)bucket->count;
+        bucket->count = 0;
+        now++;
+    }
+    return 0;
+}
+
+static int by_bucket(const void *a, const void *b)
+{
+    const Seed *one = a, *other = b;
+    if (one->bucket != other->bucket)
+        return one->bucket < other->bucket ? -1 : 1;
+    return (one->cell > other->cell) - (one->cell < other->cell);
+}
+
+/* The cells that are known and have a neighbour that is not, in order of arrival. */
+static Seed *find_seeds(const Front *front, Py_ssize_t rows, Py_ssize_t cols, size_t *count)
+{
+    size_t room = 64;
+    int64_t last = 0;
+    int ordered = 1;
+    Seed *seeds = malloc(room * sizeof *seeds);
+    *count = 0;
+    for (Py_ssize_t row = 1; row <= rows && seeds; row++) {
+        for (Py_ssize_t cell = row * front->width + 1; cell <= row * front->width + cols; cell++) {
+            const double *t = front->arrival + cell, *c = front->crossing + cell;
+            const Py_ssize_t w = front->width;
+            if (isinf(*t) || !((isinf(t[-1]) && c[-1] > 0) || (isinf(t[1]) && c[1] > 0) ||
+                               (isinf(t[-w]) && c[-w] > 0) || (isinf(t[w]) && c[w] > 0)))
+                continue;
+            if (*count == room) {
+                Seed *more = realloc(seeds, (room *= 2) * sizeof *seeds);
+                if (!more) {
+                    free(seeds);
+                    return NULL;
+                }
+                seeds = more;
+            }
+            const int64_t bucket = (int64_t)(*t * front->per_bucket);
+            ordered &= !*count || last <= bucket;
+            seeds[(*count)++] = (Seed){last = bucket, (int32_t)cell};
+        }
+    }
+    if (seeds && !ordered)
+        qsort(seeds, *count, sizeof *seeds, by_bucket);
+    return seeds;
+}
+
+/* Fills the padded arrays; the slowest crossing, or -1 for a speed or arrival that cannot be. */
+static double fill(Front *front, const Grid *arrival, const Grid *speed, double cell_m)
+{
+    double slowest = 0.0;
+    const int by_byte = speed->view.itemsize == 1;
+    const Py_ssize_t padded = front->width * (arrival->rows + 2);
+    for (Py_ssize_t n = 0; n < padded; n++)
+        front->arrival[n] = INFINITY;
+    for (Py_ssize_t row = 0; row < arrival->rows; row++) {
+        double *t = front->arrival + (row + 1) * front->width + 1;
+        double *c = front->crossing + (row + 1) * front->width + 1;
+        const double *known = GRID_ROW(*arrival, double, row);
+        for (Py_ssize_t col = 0; col < arrival->cols; col++) {
+            if (!(known[col] >= 0.0))
+                return -1.0;
+            t[col] = known[col];
+        }
+        if (by_byte) {
+            const uint8_t *open = GRID_ROW(*speed, uint8_t, row);
+            for (Py_ssize_t col = 0; col < arrival->cols; col++)
+                c[col] = open[col] ? cell_m : 0.0;
+            slowest = cell_m;
+        } else {
+            const float *fast = GRID_ROW(*speed, float, row);
+            for (Py_ssize_t col = 0; col < arrival->cols; col++) {
+                if (!(fast[col] >= 0.0f && fast[col] <= 1.0f))
+                    return -1.0;
+                c[col] = fast[col] > 0.0f ? cell_m / fast[col] : 0.0;
+                slowest = c[col] > slowest ? c[col] : slowest;
+            }
+        }
+    }
+    return slowest;
+}
+
+static const char *march(Grid *arrival, const Grid *speed, double cell_m, double limit)
+{
+    const char *problem = "out of memory";
+    Front front = {.width = arrival->cols + 2, .limit = limit, .per_bucket = 2.0 / cell_m};
+    const size_t cells = (size_t)front.width * (size_t)(arrival->rows + 2);
+    Seed *seeds = NULL;
+    size_t count = 0;
+    front.arrival = malloc(cells * sizeof *front.arrival);
+    front.crossing = calloc(cells, sizeof *front.crossing);
+    if (!front.arrival || !front.crossing)
+        goto end;
+    const double slowest = fill(&front, arrival, speed, cell_m);
+    if (slowest < 0.0) {
+        problem = "an arrival below 0 or not a number, or a speed outside 0 to 1";
+        goto end;
+    }
+    const double most = slowest * front.per_bucket + 2.0;
+    if (most > 1 << 20) {
+        problem = "a speed so small that it is none";
+        goto end;
+    }
+    for (front.ring_size = 8; (double)front.ring_size < most;)
+        front.ring_size *= 2;
+    front.ring = calloc((size_t)front.ring_size, sizeof *front.ring);
+    seeds = find_seeds(&front, arrival->rows, arrival->cols, &count);
+    if (!front.ring || !seeds || run(&front, seeds, count) < 0)
+        goto end;
+    for (Py_ssize_t row = 0; row < arrival->rows; row++)
+        memcpy(GRID_ROW(*arrival, double, row), front.arrival + (row + 1) * front.width + 1,
+               (size_t)arrival->cols * sizeof(double));
+    problem = NULL;
+end:
+    for (int64_t n = 0; front.ring && n < front.ring_size; n++)
+        free(front.ring[n].cells);
+    free(front.ring);
+    free(seeds);
+    free(front.crossing);
+    free(front.arrival);
+    return problem;
+}
+
+PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    Grid arrival, speed;
+    if (count != 4)
+        return PyErr_Format(PyExc_TypeError, "march takes 4 arguments, not %zd", count);
+    const double cell_m = PyFloat_AsDouble(args[2]), limit = PyFloat_AsDouble(args[3]);
+    if (PyErr_Occurred())
+        return NULL;
+    if (!(cell_m > 0.0) || isnan(limit))
+        return PyErr_Format(PyExc_ValueError, "march: cells of no size, or no limit");
+    if (grid_open(&arrival, args[0], 'd', 1, "arrival") < 0)
+        return NULL;
+    if (grid_open(&speed, args[1], 0, 0, "speed") < 0) {
+        PyErr_Clear();
+        if (grid_open(&speed, args[1], 'f', 0, "speed") < 0) {
+            grid_close(&arrival);
+            return NULL;
+        }
+    }
+    const char *problem = "arrival and speed are not of one shape";
+    if (arrival.rows == speed.rows && arrival.cols == speed.cols) {
+        Py_BEGIN_ALLOW_THREADS
+        problem = march(&arrival, &speed, cell_m, limit);
+        Py_END_ALLOW_THREADS
+    }
+    grid_close(&speed);
+    grid_close(&arrival);
+    if (problem)
+        return PyErr_Format(PyExc_ValueError, "march: %s", problem);
+    Py_RETURN_NONE;
+}
