@@ -4,8 +4,8 @@ import ast
 from collections.abc import Mapping
 from functools import cache
 
-# What the core may import: arrays, images, fast marching, itself, and modules that only compute.
-CORE_PACKAGES = frozenset({"numpy", "cv2", "skfmm"})
+# What the core may import: arrays, images, itself, and modules that only compute.
+CORE_PACKAGES = frozenset({"numpy", "cv2"})
 CORE_MODULES = frozenset(
     {"base64", "collections", "collections.abc", "dataclasses", "enum", "functools", "itertools"}
     | {"json", "math", "random", "re", "statistics", "typing"}

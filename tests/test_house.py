@@ -156,7 +156,7 @@ def test_an_import_that_the_core_may_not_have_is_told(line: str) -> None:
 
 def test_what_only_computes_may_be_imported() -> None:
     lines = (
-        "import json\nimport cv2\nimport numpy as np\nimport numpy.typing as npt\nimport skfmm\n"
+        "import json\nimport cv2\nimport numpy as np\nimport numpy.typing as npt\n"
         "from collections.abc import Iterable\nfrom runtime import core\n"
         "from runtime.core.types import Pose\n"
     )

@@ -18,6 +18,7 @@ from hil_sim.benchmarks.stopwatch import STAGES, ReferenceWork, StageTimes
 from runtime import navigate
 from runtime.config import Config
 from runtime.core.distances import planner
+from runtime.core.distances.kept_plan import KeptPlan
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Pose
@@ -74,16 +75,14 @@ def _tell(world: World, config: Config, times: StageTimes) -> None:
 
 
 def across(side: int = FREE_CELLS, times: int = 5) -> StageTimes:
-    """A plan from one corner of an open floor to the other, from scratch; how far what can be
-    reached is, is known, as `look_around` leaves it."""
+    """A plan from one corner of an open floor to the other, from scratch."""
     watch = StageTimes()
     whole, clear = np.ones((side, side), bool), np.ones((side, side), np.float32)
     terrain = Terrain(GridFrame(0.0, 0.0, 0.05, side, side), clear, whole, clear)
     robot = Pose(side * 0.05 - 0.1, side * 0.05 - 0.1, 0.0)
-    reach = planner.march_from(terrain, robot.xy, unhurried=False)
     goal = planner.cells_at(terrain, (0.1, 0.1))
     for _ in range(times):
-        watch.timed("across", planner.approach)(terrain, goal, reach, robot)
+        watch.timed("across", KeptPlan().toward)(terrain, goal, robot)
         watch.next_frame()
     return watch
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from runtime.core import progress
-from runtime.core.distances import planner
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
@@ -74,7 +73,7 @@ def _toward(
     if not candidate.stands.any():
         return Reached.NO_OTHER_SIDE, None
     what = _named(thing, world.goal)
-    field = planner.approach(world.terrain, candidate.stands, world.reach, world.pose)
+    field = world.plan.toward(world.terrain, candidate.stands, world.pose)
     if policy.arrived(world, field):
         turn, face = policy.turn(world, thing.xy), Aim(AimKind.FACE, thing.id)
         if turn is None and not _looked_from_here(world):

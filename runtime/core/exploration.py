@@ -55,7 +55,7 @@ def _to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Comma
         facing = Toward(frontier.centre_xy)
         return Command(turn, Mode.FRONTIER, goal_xy, f"face {label}", course=facing)
     cells = planner.cells_at(world.terrain, goal_xy)
-    field = planner.approach(world.terrain, cells, world.reach, world.pose)
+    field = world.plan.toward(world.terrain, cells, world.pose)
     if progress.stalled(world, aim, field, cfg):
         world.give_up(frontier.cells_xy)
         return None

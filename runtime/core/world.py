@@ -8,6 +8,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
+from runtime.core.distances.kept_plan import KeptPlan
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, TerrainSurvey
 from runtime.core.geometry import seen_from_m
@@ -198,6 +199,7 @@ class World:
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     survey: TerrainSurvey = field(default_factory=TerrainSurvey, repr=False)  # behind that view
+    plan: KeptPlan = field(default_factory=KeptPlan, repr=False)  # to the aim
     frontiers: tuple[Frontier, ...] = ()
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)

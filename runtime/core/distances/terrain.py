@@ -2,18 +2,14 @@
 
 import math
 from dataclasses import dataclass
-from typing import TypeVar
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, inside, joined, part_frame, widened
 from runtime.core.types import F32, F64, Mask, Pose
-
-Cells = TypeVar("Cells", F32, NDArray[np.uint8])
 
 MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
 COMFORT_M = 0.20  # further clearance that planning pays for, without insisting on it
@@ -203,21 +199,6 @@ def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
     y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
     near: Mask = np.hypot(x, y) <= radius_m
     return window, near
-
-
-def coarser(frame: GridFrame, times: int) -> GridFrame:
-    """The frame whose cells hold `times` of a grid's to each side, as many as hold any."""
-    whole = slice(0, frame.rows), slice(0, frame.cols)
-    size = (-(-n // times) for n in frame.shape)
-    corner = part_of(frame, whole)
-    return GridFrame(corner.x0_m, corner.y0_m, times * frame.resolution_m, *size)
-
-
-def pooled(array: Cells, times: int) -> Cells:
-    """(r, c) -> the most that each of `coarser`'s cells holds."""
-    ahead = np.ones((times, times), np.uint8)
-    most = cv2.dilate(array, ahead, anchor=(0, 0), borderType=cv2.BORDER_REPLICATE)
-    return np.ascontiguousarray(most[::times, ::times])
 
 
 def clearance_between(terrain: Terrain, points_xy: F64) -> F64:

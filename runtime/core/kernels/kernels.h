@@ -19,10 +19,11 @@ typedef struct {
 int grid_open(Grid *grid, PyObject *array, char kind, int writable, const char *name);
 void grid_close(Grid *grid);
 
-/* The same for several, closed again if one fails. */
+/* A row of it. */
 #define GRID_ROW(grid, type, row) ((type *)((grid).at + (row) * (grid).stride))
 
 /* The rows of the method table. */
 PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_descend(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

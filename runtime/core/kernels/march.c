@@ -8,7 +8,6 @@
 #include "kernels.h"
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 typedef struct {
     int32_t *cells;
@@ -20,6 +19,8 @@ typedef struct {
     double *crossing;   /* time to cross a cell, 0 where nothing moves */
     Py_ssize_t width;   /* of a padded row */
     double limit, per_bucket;
+    Py_ssize_t until;   /* the cell at whose arrival the limit is known, 0 for none */
+    double beyond;      /* it is so much later */
     Bucket *ring;
     int64_t ring_size;  /* a power of two */
     int64_t waiting;    /* entries in all buckets */
@@ -29,6 +30,12 @@ typedef struct {
     int64_t bucket;
     int32_t cell;
 } Seed;
+
+/* How far to march: `limit`, and no more than `beyond` later than at a cell, if that is inside. */
+typedef struct {
+    double limit, beyond;
+    Py_ssize_t row, col;
+} Ending;
 
 static int push(Front *front, int64_t bucket, int32_t cell)
 {
@@ -78,11 +85,21 @@ static int pass_on(Front *front, Py_ssize_t from)
     return 0;
 }
 
+/* The limit, once the cell that it goes by is settled: it lies before the bucket `now`. */
+static void limit_by(Front *front, int64_t now)
+{
+    if (!front->until || !(front->arrival[front->until] * front->per_bucket < (double)now))
+        return; /* inf never is */
+    front->limit = nearer(front->limit, front->arrival[front->until] + front->beyond);
+    front->until = 0;
+}
+
 /* Marches from the seeds, which are in order. */
 static int run(Front *front, const Seed *seeds, size_t count)
 {
     size_t next = 0;
     int64_t now = count ? seeds[0].bucket : 0;
+    limit_by(front, now);
     while (front->waiting || next < count) {
         if (!front->waiting && seeds[next].bucket > now)
             now = seeds[next].bucket;
@@ -92,14 +109,18 @@ static int run(Front *front, const Seed *seeds, size_t count)
         Bucket *bucket = &front->ring[now & (front->ring_size - 1)];
         for (size_t n = 0; n < bucket->count; n++) { /* it may grow meanwhile */
             const int32_t cell = bucket->cells[n];
-            if ((int64_t)(front->arrival[cell] * front->per_bucket) == now)
-                if (pass_on(front, cell) < 0)
-                    return -1;
+            const double here = front->arrival[cell];
+            if (here > front->limit || (int64_t)(here * front->per_bucket) != now)
+                continue; /* too late, or it was passed on when it was earlier than this */
+            if (pass_on(front, cell) < 0)
+                return -1;
         }
         front->waiting -= (int64_t)bucket->count;
         bucket->count = 0;
         now++;
+        limit_by(front, now);
     }
+    limit_by(front, INT64_MAX);
     return 0;
 }
 
@@ -179,10 +200,22 @@ static double fill(Front *front, const Grid *arrival, const Grid *speed, double 
     return slowest;
 }
 
-static const char *march(Grid *arrival, const Grid *speed, double cell_m, double limit)
+/* What the front came to by the limit; what was known stays. */
+static void take(const Front *front, Grid *arrival)
+{
+    for (Py_ssize_t row = 0; row < arrival->rows; row++) {
+        double *into = GRID_ROW(*arrival, double, row);
+        const double *t = front->arrival + (row + 1) * front->width + 1;
+        for (Py_ssize_t col = 0; col < arrival->cols; col++)
+            if (t[col] <= front->limit)
+                into[col] = t[col];
+    }
+}
+
+static const char *march(Grid *arrival, const Grid *speed, double cell_m, Ending *ending)
 {
     const char *problem = "out of memory";
-    Front front = {.width = arrival->cols + 2, .limit = limit, .per_bucket = 2.0 / cell_m};
+    Front front = {.width = arrival->cols + 2, .limit = ending->limit, .per_bucket = 2.0 / cell_m};
     const size_t cells = (size_t)front.width * (size_t)(arrival->rows + 2);
     Seed *seeds = NULL;
     size_t count = 0;
@@ -204,11 +237,14 @@ static const char *march(Grid *arrival, const Grid *speed, double cell_m, double
         front.ring_size *= 2;
     front.ring = calloc((size_t)front.ring_size, sizeof *front.ring);
     seeds = find_seeds(&front, arrival->rows, arrival->cols, &count);
+    if (ending->row >= 0 && ending->row < arrival->rows && ending->col >= 0 &&
+        ending->col < arrival->cols)
+        front.until = (ending->row + 1) * front.width + ending->col + 1;
+    front.beyond = ending->beyond;
     if (!front.ring || !seeds || run(&front, seeds, count) < 0)
         goto end;
-    for (Py_ssize_t row = 0; row < arrival->rows; row++)
-        memcpy(GRID_ROW(*arrival, double, row), front.arrival + (row + 1) * front.width + 1,
-               (size_t)arrival->cols * sizeof(double));
+    take(&front, arrival);
+    ending->limit = front.limit;
     problem = NULL;
 end:
     for (int64_t n = 0; front.ring && n < front.ring_size; n++)
@@ -222,13 +258,16 @@ end:
 
 PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
+    (void)module;
     Grid arrival, speed;
-    if (count != 4)
-        return PyErr_Format(PyExc_TypeError, "march takes 4 arguments, not %zd", count);
-    const double cell_m = PyFloat_AsDouble(args[2]), limit = PyFloat_AsDouble(args[3]);
+    if (count != 7)
+        return PyErr_Format(PyExc_TypeError, "march takes 7 arguments, not %zd", count);
+    const double cell_m = PyFloat_AsDouble(args[2]);
+    Ending ending = {PyFloat_AsDouble(args[3]), PyFloat_AsDouble(args[6]),
+                     PyNumber_AsSsize_t(args[4], PyExc_OverflowError), PyNumber_AsSsize_t(args[5], PyExc_OverflowError)};
     if (PyErr_Occurred())
         return NULL;
-    if (!(cell_m > 0.0) || isnan(limit))
+    if (!(cell_m > 0.0) || isnan(ending.limit) || !(ending.beyond >= 0.0))
         return PyErr_Format(PyExc_ValueError, "march: cells of no size, or no limit");
     if (grid_open(&arrival, args[0], 'd', 1, "arrival") < 0)
         return NULL;
@@ -242,12 +281,69 @@ PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count
     const char *problem = "arrival and speed are not of one shape";
     if (arrival.rows == speed.rows && arrival.cols == speed.cols) {
         Py_BEGIN_ALLOW_THREADS
-        problem = march(&arrival, &speed, cell_m, limit);
+        problem = march(&arrival, &speed, cell_m, &ending);
         Py_END_ALLOW_THREADS
     }
     grid_close(&speed);
     grid_close(&arrival);
     if (problem)
         return PyErr_Format(PyExc_ValueError, "march: %s", problem);
-    Py_RETURN_NONE;
+    return PyFloat_FromDouble(ending.limit);
+}
+
+/* Whether a neighbour lies lower: the steepest of the eight, the first in scan order of equals. */
+static int lower(const Grid *arrival, Py_ssize_t *row, Py_ssize_t *col)
+{
+    const Py_ssize_t at_row = *row, at_col = *col;
+    const double here = GRID_ROW(*arrival, double, at_row)[at_col];
+    double steepest = 0.0;
+    for (Py_ssize_t r = at_row - 1; r <= at_row + 1; r++) {
+        for (Py_ssize_t c = at_col - 1; c <= at_col + 1; c++) {
+            if (r < 0 || c < 0 || r >= arrival->rows || c >= arrival->cols)
+                continue;
+            double falls = here - GRID_ROW(*arrival, double, r)[c];
+            if (r != at_row && c != at_col)
+                falls *= 0.70710678118654752; /* a step is longer by the root of 2 */
+            if (falls > steepest) {
+                steepest = falls;
+                *row = r;
+                *col = c;
+            }
+        }
+    }
+    return steepest > 0.0;
+}
+
+PyObject *kernel_descend(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    (void)module;
+    Grid arrival;
+    if (count != 4)
+        return PyErr_Format(PyExc_TypeError, "descend takes 4 arguments, not %zd", count);
+    Py_ssize_t row = PyNumber_AsSsize_t(args[1], PyExc_OverflowError), col = PyNumber_AsSsize_t(args[2], PyExc_OverflowError);
+    const Py_ssize_t limit = PyNumber_AsSsize_t(args[3], PyExc_OverflowError);
+    if (PyErr_Occurred() || grid_open(&arrival, args[0], 'd', 0, "arrival") < 0)
+        return NULL;
+    const int starts = row >= 0 && col >= 0 && row < arrival.rows && col < arrival.cols &&
+                       isfinite(GRID_ROW(arrival, double, row)[col]);
+    const Py_ssize_t most = starts ? limit + 1 : 0;
+    int32_t *cells = malloc((size_t)(2 * most + 2) * sizeof *cells);
+    Py_ssize_t found = 0;
+    if (cells) {
+        Py_BEGIN_ALLOW_THREADS
+        while (found < most) {
+            cells[2 * found] = (int32_t)row;
+            cells[2 * found + 1] = (int32_t)col;
+            found++;
+            if (GRID_ROW(arrival, double, row)[col] <= 0.0 || !lower(&arrival, &row, &col))
+                break;
+        }
+        Py_END_ALLOW_THREADS
+    }
+    grid_close(&arrival);
+    if (!cells)
+        return PyErr_NoMemory();
+    PyObject *path = PyBytes_FromStringAndSize((char *)cells, 2 * found * (Py_ssize_t)sizeof *cells);
+    free(cells);
+    return path;
 }

@@ -38,6 +38,7 @@ void grid_close(Grid *grid) { PyBuffer_Release(&grid->view); }
 
 static PyMethodDef methods[] = {
     {"march", (PyCFunction)(void (*)(void))kernel_march, METH_FASTCALL, NULL},
+    {"descend", (PyCFunction)(void (*)(void))kernel_descend, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

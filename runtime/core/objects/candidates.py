@@ -48,7 +48,8 @@ def ranked(
     candidates = [
         i
         for i in semantic.instances.values()
-        if i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
+        if goal in i.evidence
+        and i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
         and i.views_as(goal)
         and worth(i)
         and not _outdone(i, goal, semantic)
@@ -82,9 +83,8 @@ def _outdone(instance: Instance, goal: str, semantic: SemanticMap) -> bool:
     """Whether another in the same place is more surely something else."""
     rivals = [
         other
-        for other in semantic.instances.values()
-        if math.dist(other.xy, instance.xy) <= BESIDE_M
-        and other.name != goal
+        for other in _beside(instance, semantic)
+        if other.name != goal
         and other.log_odds > instance.log_odds
         and same_thing(instance, other, RIVAL)
     ]
@@ -101,11 +101,10 @@ def apart(instance: Instance, semantic: SemanticMap) -> Instance:
     larger: the coffee table in a sofa's box. The instance itself where nothing would be left."""
     largest = APART_SIZE * len(instance.cells_xy)
     theirs: set[tuple[float, float]] = set()
-    for other in semantic.instances.values():
+    for other in _beside(instance, semantic):
         if (
             other.name != instance.name
             and other.confidence >= APART_CONFIDENCE
-            and math.dist(other.xy, instance.xy) <= BESIDE_M
             and len(other.cells_xy) <= largest
             and at_one_height(instance, other)
         ):
@@ -114,6 +113,13 @@ def apart(instance: Instance, semantic: SemanticMap) -> Instance:
     if all(own) or not any(own):
         return instance
     return replace(instance, cells_xy=instance.cells_xy[own])
+
+
+def _beside(instance: Instance, semantic: SemanticMap) -> list[Instance]:
+    """What may share its place."""
+    ids, _ = semantic.places.within(instance.xy, BESIDE_M)
+    near = (semantic.instances[id] for id in ids)
+    return [i for i in near if math.dist(i.xy, instance.xy) <= BESIDE_M]
 
 
 def _places(instance: Instance) -> frozenset[tuple[float, float]]:

@@ -89,6 +89,55 @@ def test_a_front_that_goes_on_ends_as_one_from_the_start(world, known_m):
     assert np.array_equal(again, whole)
 
 
+@given(worlds(), st.integers(-1, 24), st.integers(-1, 24), st.sampled_from([0.0, 0.2, 0.7]))
+def test_march_ends_so_much_beyond_a_cell(world, row, col, beyond):
+    arrival, speed = world
+    whole = arrival.copy()
+    kernels.march(whole, speed, CELL_M)
+    inside = 0 <= row < arrival.shape[0] and 0 <= col < arrival.shape[1]
+    at = whole[row, col] if inside else math.inf
+    told = kernels.march(arrival, speed, CELL_M, until=(row, col), beyond=beyond)
+    assert told == at + beyond
+    assert np.array_equal(arrival, np.where(whole <= at + beyond, whole, np.inf))
+
+
+@given(worlds(), st.integers(0, 23), st.integers(0, 23), st.floats(0.05, 1.0))
+def test_a_front_that_goes_on_ends_so_much_beyond_a_cell(world, row, col, known_m):
+    arrival, speed = world
+    kernels.march(arrival, speed, CELL_M)
+    again = np.where(arrival <= known_m, arrival, np.inf)
+    told = kernels.march(again, speed, CELL_M, until=(row, col), beyond=0.2)
+    assert np.array_equal(again, np.where(arrival <= max(told, known_m), arrival, np.inf))
+
+
+def plain_descent(arrival, start, limit):
+    path = [start]
+    for _ in range(limit):
+        row, col = path[-1]
+        around = [
+            ((arrival[row, col] - arrival[y, x]) * (1.0 if y == row or x == col else 2**-0.5), y, x)
+            for y in range(max(0, row - 1), min(arrival.shape[0], row + 2))
+            for x in range(max(0, col - 1), min(arrival.shape[1], col + 2))
+        ]
+        falls, y, x = max(around, key=lambda one: one[0])  # of equals the first
+        if arrival[row, col] <= 0 or falls <= 0:
+            break
+        path.append((y, x))
+    return path
+
+
+@given(worlds(), st.integers(0, 23), st.integers(0, 23), st.sampled_from([0, 3, 4000]))
+def test_a_descent_goes_where_it_is_steepest(world, row, col, limit):
+    arrival, speed = world
+    kernels.march(arrival, speed, CELL_M)
+    inside = row < arrival.shape[0] and col < arrival.shape[1]
+    path = kernels.descend(arrival, (row, col), limit)
+    if inside and math.isfinite(arrival[row, col]):
+        assert path.tolist() == [list(cell) for cell in plain_descent(arrival, (row, col), limit)]
+    else:
+        assert path.shape == (0, 2)
+
+
 def test_distances_on_open_floor_are_nearly_straight():
     arrival = np.full((201, 201), np.inf)
     arrival[100, 100] = 0.0

@@ -10,11 +10,9 @@ from hypothesis import strategies as st
 from runtime.core.distances.planner import (
     AROUND_M,
     Field,
-    approach,
     cells_at,
     descend,
     look_around,
-    march,
     march_from,
 )
 from runtime.core.distances.terrain import Terrain, survey
@@ -160,22 +158,6 @@ def test_facing_ends_within_half_a_turn_step(yaw: float, toward: float):
             break
         yaw += TURN_RAD if turn is Action.TURN_LEFT else -TURN_RAD
     assert abs(math.remainder(toward - yaw, math.tau)) <= TURN_RAD / 2 + 1e-5
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.floats(-2.4, 2.4), st.floats(-2.4, 2.4), st.floats(-1.2, 1.6))
-def test_an_approach_is_the_march_as_far_as_the_robot_can_step(x: float, y: float, door: float):
-    t = terrain([(-0.1, -3, 0.1, door - 0.4), (-0.1, door + 0.4, 0.1, 3)], START)
-    reach = march_from(t, START.xy, unhurried=False)
-    goal = cells_at(t, (x, y))
-    near, whole = approach(t, goal, reach, START), march(t, goal)
-    known = np.isfinite(near.arrival_m)
-    assert (near.arrival_m[known] == whole.arrival_m[known]).all()
-    here = whole.at(START.x_m, START.y_m)
-    assert near.at(START.x_m, START.y_m) == here
-    if math.isfinite(here):
-        assert known[whole.arrival_m <= here + 0.5].all()  # what a step may end on
-    assert follow(t, near, START, RADIUS) == follow(t, whole, START, RADIUS)
 
 
 @settings(max_examples=25, deadline=None)
