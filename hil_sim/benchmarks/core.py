@@ -2,7 +2,8 @@
 grows with the map."""
 
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import click
@@ -19,6 +20,7 @@ from runtime import navigate
 from runtime.config import Config
 from runtime.core.distances import planner
 from runtime.core.distances.kept_plan import KeptPlan
+from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Pose
@@ -26,6 +28,7 @@ from runtime.core.world import World
 from runtime.errors import RfNavError
 
 REFERENCE, PERCEIVE, ACT = "reference", "perceive", "act"
+VALID, TOUCHED = "plan, nothing touched it", "plan, touched or to another aim"
 TAKEN, TOLD = "outlook taken", "what the experts are told"
 TOLD_EVERY = 10  # frames
 SIDES = (240, 480, 960, 1920, 3840)
@@ -40,7 +43,9 @@ GOALS: Mapping[str, tuple[float, float] | None] = {
     "semantic layer": (2.0, 5.0),
     "keyframe": None,
     PERCEIVE: None,
-    ACT: (1.0, 5.0),
+    ACT: None,
+    VALID: (0.1, 5.0),
+    TOUCHED: (1.0, 5.0),
     "perceive + act": (7.0, 15.0),
     TAKEN: None,
     TOLD: (10.0, 25.0),
@@ -53,7 +58,7 @@ def timed(recorded: RecordedDrive, world: World, config: Config, frames: int) ->
     times, reference = StageTimes(), ReferenceWork()
     work, cfg = times.timed(REFERENCE, reference), config.navigate
     perceive, act = times.timed(PERCEIVE, navigate.perceive), times.timed(ACT, navigate.act)
-    with times.watching():
+    with times.watching(), watching_plans(times):
         for n, (obs, seen) in enumerate(recorded.frames()):
             if n == frames:
                 break
@@ -67,6 +72,23 @@ def timed(recorded: RecordedDrive, world: World, config: Config, frames: int) ->
     whole = zip(times.seconds[PERCEIVE], times.seconds[ACT], strict=True)
     times.seconds["perceive + act"] = [a + b for a, b in whole]
     return times
+
+
+@contextmanager
+def watching_plans(times: StageTimes) -> Iterator[None]:
+    """Whether a plan was kept is told by its field: the same as the last, or another."""
+    toward = KeptPlan.toward
+    last: list[Field | None] = [None]
+
+    def stage_of(field: Field) -> str:
+        kept, last[0] = field is last[0], field
+        return VALID if kept else TOUCHED
+
+    KeptPlan.toward = times.timed_by(stage_of, toward)  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        KeptPlan.toward = toward  # type: ignore[method-assign]
 
 
 def _tell(world: World, config: Config, times: StageTimes) -> None:

@@ -41,7 +41,7 @@ class KeptPlan:
         """Arrival times from the source cells, (r, c), at the robot and before it, and BEYOND_M
         beyond it; what is later may be inf. All that can be reached, where the robot cannot."""
         frame = terrain.frame
-        rows, cols = np.nonzero(sources & terrain.traversable)
+        rows, cols = np.divmod(np.flatnonzero(sources & terrain.traversable), frame.cols)
         at = np.stack([rows + frame.first_row, cols + frame.first_col], axis=1)
         arrival, limit_m = self._known(terrain, at)
         here = frame.cell(pose.x_m, pose.y_m)
@@ -51,8 +51,10 @@ class KeptPlan:
             cell_m = frame.resolution_m
             marched_m = kernels.march(arrival, terrain.speed, cell_m, until=here, beyond=BEYOND_M)
             limit_m = max(limit_m, marched_m)
-        self._plan = _Plan(at, terrain.speed.copy(), Field(frame, arrival), limit_m)
-        return self._plan.field
+        kept = self._plan is not None and arrival is self._plan.field.arrival_m
+        field = self._plan.field if self._plan and kept else Field(frame, arrival)
+        self._plan = _Plan(at, terrain.speed.copy(), field, limit_m)
+        return field
 
     def _known(self, terrain: Terrain, sources: NDArray[np.int64]) -> tuple[F64, float]:
         """(r, c) arrivals that still hold, inf for others, and up to which arrival they are all."""
@@ -65,6 +67,8 @@ class KeptPlan:
         if plan.field.frame != frame:
             arrival, before, lost_m = _moved(plan, frame)
         changed = before != terrain.speed
+        if math.isinf(lost_m) and not changed.any():
+            return arrival, plan.limit_m
         beside = cv2.dilate(changed.view(np.uint8), _CROSS).view(bool)
         touched_m = float(arrival.min(where=beside, initial=lost_m))
         if math.isinf(touched_m):
