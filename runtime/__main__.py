@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import click
@@ -30,6 +31,7 @@ from runtime.perception.models_command import models_command
 from runtime.record import Record
 from runtime.robot.bus import Bus
 from runtime.tracing.budgets import Budgets, read_budgets
+from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
 WORKERS_NICE = 5
@@ -119,7 +121,7 @@ def _drive(
         control.start()
         try:
             lower_priority(WORKERS_NICE)
-            with _loaded(config, clock) as models:
+            with _loaded(config, clock, tracer) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 loop = RealTime(*parts, record)
                 garbage.begin()
@@ -128,10 +130,11 @@ def _drive(
             control.close()
 
 
-def _loaded(config: configuration.Config, clock: SystemClock) -> LoadedModels:
+def _loaded(config: configuration.Config, clock: SystemClock, tracer: Tracer) -> LoadedModels:
     """The models, loaded by a thread of the priority that theirs inherit."""
     with ThreadPoolExecutor(1, "models", lower_priority, (MODELS_NICE,)) as pool:
-        return pool.submit(LoadedModels, config, clock).result()
+        book = partial(tracer.book, Stage.SCORE)
+        return pool.submit(LoadedModels, config, clock, book).result()
 
 
 def main() -> None:

@@ -134,6 +134,9 @@ class RealtimeConfig:
 
     control_hz: float = key(20.0, "Rate of the commands to the base.", "Hz", positive=True)
     state_hz: float = key(5.0, "Rate of rfnav/state, besides its changes.", "Hz", positive=True)
+    keep_stages: bool = key(
+        False, "Stages are counted over all goals, not anew for each.", research="keep_stages"
+    )
 
 
 @dataclass(frozen=True)

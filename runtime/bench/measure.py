@@ -10,9 +10,10 @@ import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import TimeoutError as NotYet
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, cycle
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -28,7 +29,9 @@ READY_S = 120.0  # after which a runtime that does not answer is given up
 ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
+GOAL_S = 20.0  # after which the next is asked for, where there are several: new words to score
 MB = 1024.0  # kB
+SAID = "said.txt"
 
 
 class BenchError(RfNavError):
@@ -56,26 +59,32 @@ class Measured:
     grown_mb: float  # over the second half
     halts: dict[str, int]
     decisions: int
+    goals: int = 1
 
 
 def measured(
-    subject: Subject, goal: str, drive: Iterable[Published], topics: TopicsConfig, hz: float
+    subject: Subject,
+    goals: Sequence[str],
+    drive: Iterable[Published],
+    topics: TopicsConfig,
+    hz: float,
 ) -> Measured:
-    """Play a drive to a runtime. BenchError when that ends."""
+    """Play a drive to a runtime that is asked for one of the goals after the other, each for
+    GOAL_S; for a single one until the end. No score of words is known before. BenchError when the
+    runtime ends."""
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
         endpoint = f"tcp/127.0.0.1:{_free_port()}"
         session: Any = open_session(BusConfig(listen=(endpoint,)))
-        began_s, said = time.monotonic(), Path(folder) / "said.txt"
-        child = _spawned(subject, endpoint, said)
+        began_s = time.monotonic()
+        child = _spawned(subject, endpoint, Path(folder))
         try:
-            robot = _Robot(session, topics, child, said)
+            robot = _Robot(session, topics, child, Path(folder) / SAID)
             ready_s = robot.ready() - began_s
             with robot.playing(drive) as played:
                 time.sleep(LEAD_S)
                 _write(sleeper, "clear\n")
                 asked_s = time.monotonic()
-                robot.ask(GOAL, {"goal": goal, "log_dir": folder})
-                half_mb = played.result()
+                half_mb, asked = robot.search(goals, folder, played)
             played_s, memory_mb = time.monotonic() - asked_s, _resident_mb(child)
             status = robot.ask(STATUS, {})
             robot.ask(CANCEL, {"reason": "the drive is over"})
@@ -94,6 +103,7 @@ def measured(
         memory_mb - half_mb,
         status.get("halts", {}),
         int(status.get("decisions", 0)),
+        asked,
     )
 
 
@@ -122,6 +132,19 @@ class _Robot:
         if answer is None or answer.get("accepted") is False:
             raise BenchError(f"{query}: {(answer or {}).get('error', 'no answer')}")
         return answer
+
+    def search(
+        self, goals: Sequence[str], folder: str, played: "Future[float]"
+    ) -> tuple[float, int]:
+        """Ask for the goals in turn until a drive was played; what that came to, and how many were
+        asked for."""
+        for asked, goal in enumerate(cycle(goals), start=1):
+            self.ask(GOAL, {"goal": goal, "log_dir": folder})
+            try:
+                return played.result(GOAL_S if len(goals) > 1 else None), asked
+            except NotYet:
+                continue
+        raise BenchError("there is nothing to look for")
 
     @contextmanager
     def playing(self, drive: Iterable[Published]) -> Iterator[Future[float]]:
@@ -175,12 +198,13 @@ class _Robot:
             self.moved_s = time.monotonic()
 
 
-def _spawned(subject: Subject, endpoint: str, said: Path) -> subprocess.Popen[str]:
+def _spawned(subject: Subject, endpoint: str, folder: Path) -> subprocess.Popen[str]:
     """What it says goes to a file: nobody reads a pipe while it runs, and a full one stops it."""
+    scores = ("--set", f"models.score_file='{folder / 'scores.sqlite'}'")
     bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
-    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
+    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus, *scores]
     path = {"PYTHONPATH": str(subject.root)} if subject.root else {}
-    with said.open("w", encoding="utf-8") as file:
+    with (folder / SAID).open("w", encoding="utf-8") as file:
         return subprocess.Popen(
             command, env={**os.environ, **path}, cwd=subject.root, stderr=file, text=True
         )

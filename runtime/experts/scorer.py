@@ -6,7 +6,7 @@ room type or an object is asked about once, when it first appears, and decisions
 
 import threading
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -68,7 +68,7 @@ class Scorer:
 
     A rung whose model raises is left for good, and the next one answers: scores of different
     models are never mixed in one answer, for their scales differ. The first rung's scores are kept
-    in `file` too.
+    in `file` too. `book` is told how long each prompt took, s, by the thread that owns the models.
     """
 
     def __init__(
@@ -76,12 +76,13 @@ class Scorer:
         rungs: Sequence[tuple[str, Likelihood]],
         clock: Clock,
         file: ScoreFile | None = None,
+        book: Callable[[float], None] = lambda took_s: None,
     ) -> None:
         if not rungs:
             raise ValueError("a scorer needs at least one model")
         self._rungs = list(rungs)
         self._first = self._rungs[0][0]
-        self._clock = clock
+        self._clock, self._book = clock, book
         self._condition = threading.Condition()
         self._file = file
         self._cache: dict[tuple[str, LikelihoodQuestion], float] = {}
@@ -188,6 +189,7 @@ class Scorer:
             if not prompt:
                 continue
             outcome = _score(model, prompt)
+            self._book(self._clock.now_s() - self._began_s)
             with self._condition:
                 self._last = prompt[0].context
                 self._keep(name, job, prompt, outcome)

@@ -156,7 +156,8 @@ class RealTime:
             self._detector.begin(newest_only=order.config.detector.source == "topic")
         if order.config.goal.keep_map and before is not None and before.world is not None:
             search.inherit(before.world, self._models)
-        self._tracer.clear()
+        if not order.config.realtime.keep_stages:
+            self._tracer.clear()
         now_s = self._clock.now_s()
         drive = Drive(search, self._means(), Feedback(search, now_s), self._control.halts())
         self._drive = drive

@@ -39,8 +39,11 @@ class LoadedModels:
     """All models of one robot, loaded. Raises ModelError, one line, when one cannot be."""
 
     @models_told()
-    def __init__(self, config: Config, clock: Clock) -> None:
+    def __init__(
+        self, config: Config, clock: Clock, book: Callable[[float], None] = lambda took_s: None
+    ) -> None:
         self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
+        self._book = book
         models, threads = config.models, config.models.threads
         words = [Path(models.vocabulary)] if models.vocabulary else []  # else the project's
         vocabulary = load_vocabulary(*words)
@@ -138,7 +141,7 @@ class LoadedModels:
         local = LanguageModel(_file(self._models.language), self._models.threads)
         path = Path(self._models.score_file) if self._models.score_file else default_path()
         file = ScoreFile(path, local.identity)
-        scorer = Scorer([(self._models.language, local)], self._clock, file)
+        scorer = Scorer([(self._models.language, local)], self._clock, file, self._book)
         if file.error:  # nothing depends on it but how soon the experts answer
             print(f"rfnav: {file.error}", file=sys.stderr)
         return scorer

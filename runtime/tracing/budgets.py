@@ -39,6 +39,7 @@ class LoopBudget:
     late_p999_ms: float
     late_max_ms: float
     detector_hz: float  # at least
+    experts_share: float  # of the time that they score words, at least: else it was no test
     ready_s: float  # from the start until goals are taken
     first_command_s: float  # from the goal
     memory_mb: float

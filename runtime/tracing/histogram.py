@@ -37,7 +37,8 @@ class Histogram:
         return self.max_s
 
     def told(self) -> dict[str, float]:
-        """As JSON, in milliseconds."""
+        """As JSON, in milliseconds but for the total."""
         shares = {"p50_ms": 0.5, "p90_ms": 0.9, "p99_ms": 0.99, "p999_ms": 0.999}
         told = {name: round(self.percentile(q) * 1e3, 3) for name, q in shares.items()}
-        return {"n": self.n, **told, "max_ms": round(self.max_s * 1e3, 3), "over": self.over}
+        told |= {"max_ms": round(self.max_s * 1e3, 3), "total_s": round(self.total_s, 3)}
+        return {"n": self.n, **told, "over": self.over}

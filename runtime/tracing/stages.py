@@ -17,4 +17,5 @@ class Stage(StrEnum):
     REPORT = "report"  # the plan handed over, the step written
     GARBAGE = "garbage"  # Python's own
     DETECT = "detect"  # a look of the detectors, in their thread
+    SCORE = "score"  # a prompt to the language model that scores words, in its thread
     SEEN = "seen"  # from a frame's arrival to what was seen in it on the map

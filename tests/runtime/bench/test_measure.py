@@ -1,7 +1,9 @@
 """A run of the bench."""
 
 import os
+import threading
 import time
+from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,7 +21,7 @@ from runtime.tracing.stages import Stage
 def test_a_run_from_start_to_end():
     config = load(None, ())
     drive = synthetic.drive(8.0, config.bus.topics, config.camera)
-    found = measure.measured(Subject(), "toilet", drive, config.bus.topics, 20.0)
+    found = measure.measured(Subject(), ("toilet",), drive, config.bus.topics, 20.0)
     assert {Stage.LATE, Stage.TICK, Stage.FRAME, Stage.SURVEY, Stage.DETECT} <= set(found.stages)
     assert found.stages[Stage.TICK]["n"] > 20
     assert 0 < found.ready_s < 60
@@ -32,7 +34,7 @@ def test_a_runtime_that_ends_is_told_of_in_a_line_with_what_it_said():
     config = load(None, ())
     wrong = Subject(("--set", "camera.hight_m=1"))
     with pytest.raises(BenchError, match=r"the runtime ended and said: rfnav: .*hight_m"):
-        measure.measured(wrong, "toilet", iter(()), config.bus.topics, 20.0)
+        measure.measured(wrong, ("toilet",), iter(()), config.bus.topics, 20.0)
 
 
 def test_a_runtime_that_says_much_is_not_held_up_by_it(tmp_path: Path):
@@ -43,7 +45,7 @@ def test_a_runtime_that_says_much_is_not_held_up_by_it(tmp_path: Path):
     (package / "__main__.py").write_text(said)
     config = load(None, ())
     with pytest.raises(BenchError, match="the runtime ended and said: the last"):
-        measure.measured(Subject((), tmp_path), "toilet", iter(()), config.bus.topics, 20.0)
+        measure.measured(Subject((), tmp_path), ("toilet",), iter(()), config.bus.topics, 20.0)
 
 
 class Wire:
@@ -72,6 +74,29 @@ def test_a_drive_ends_when_what_is_done_beside_it_fails(robot: measure._Robot):
         raise BenchError("the goal was refused")
     assert time.monotonic() - began_s < 60
     assert played.done()
+
+
+def test_goals_are_asked_for_in_turn_until_the_drive_is_over(
+    robot: measure._Robot, monkeypatch: pytest.MonkeyPatch
+):
+    asked: list[str] = []
+    monkeypatch.setattr(measure, "GOAL_S", 0.05)
+    monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
+    played: Future[float] = Future()
+    threading.Timer(0.33, lambda: played.set_result(7.0)).start()
+    assert robot.search(("bed", "sofa"), "", played) == (7.0, len(asked))
+    assert len(asked) > 3
+    assert asked == ["bed", "sofa"] * (len(asked) // 2) + ["bed"] * (len(asked) % 2)
+
+
+def test_one_goal_is_asked_for_once(robot: measure._Robot, monkeypatch: pytest.MonkeyPatch):
+    asked: list[str] = []
+    monkeypatch.setattr(measure, "GOAL_S", 0.01)
+    monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
+    played: Future[float] = Future()
+    threading.Timer(0.1, lambda: played.set_result(7.0)).start()
+    assert robot.search(("bed",), "", played) == (7.0, 1)
+    assert asked == ["bed"]
 
 
 def test_a_drive_that_cannot_begin_is_told_at_once(robot: measure._Robot):

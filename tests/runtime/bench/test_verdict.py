@@ -1,5 +1,6 @@
 """What was measured beside what it may be."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -103,3 +104,22 @@ def test_ratios_are_of_pairs_with_an_interval_that_holds_what_is_so():
     assert 1.2 < survey.low < survey.ratio < survey.high < 1.4
     assert (act.low, act.ratio, act.high) == (1.0, 1.0, 1.0)
     assert ratios([replace(GOOD, stages={})], [GOOD]) == []
+
+
+def test_the_interval_holds_the_ratio_as_often_as_it_says_with_three_pairs():
+    random, held = np.random.default_rng(7), 0
+    for _ in range(400):
+        logs = random.normal(math.log(11), 0.25, 3)  # much more than the histogram's buckets
+        ours = [replace(GOOD, stages={"act": told(math.exp(at))}) for at in logs]
+        theirs = [replace(GOOD, stages={"act": told(1.0)})] * 3
+        (act,) = ratios(ours, theirs)
+        held += act.low <= 11 <= act.high
+    assert 0.92 <= held / 400 <= 0.98
+
+
+def test_experts_at_work_are_judged_where_goals_came_one_after_the_other():
+    idle = replace(GOOD, stages=GOOD.stages | {"score": told(1.0) | {"total_s": 1.0}})
+    assert broken(idle) == set()
+    assert broken(replace(idle, goals=2)) == {"experts at work"}
+    busy = idle.stages | {"score": told(1.0) | {"total_s": idle.seconds}}
+    assert broken(replace(idle, goals=2, stages=busy)) == set()

@@ -42,7 +42,8 @@ def test_within_the_budgets_it_ends_well(subjects: list[Subject]):
     done = CliRunner().invoke(cli, ["bench", "--set", "map.max_depth_m=4.0"])
     assert done.exit_code == 0, done.output
     assert "halts: jump 2" in done.output
-    assert subjects == [Subject(["--set", "map.max_depth_m=4.0"])]
+    kept = "research.keep_stages=true"  # goals come one after the other
+    assert subjects == [Subject(["--set", "map.max_depth_m=4.0", "--set", kept])]
 
 
 def test_a_broken_budget_is_exit_status_1(subjects: list[Subject], tmp_path: Path):

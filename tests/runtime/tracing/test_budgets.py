@@ -15,6 +15,7 @@ late_p99_ms = 5
 late_p999_ms = 20
 late_max_ms = 50
 detector_hz = 5
+experts_share = 0.5
 ready_s = 5
 first_command_s = 0.5
 memory_mb = 700
