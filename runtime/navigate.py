@@ -57,7 +57,7 @@ def survey(world: World, obs: Observation, mount: Mount, cfg: NavigateConfig) ->
     2) m in the map frame, which `place` wants with the same observation."""
     progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
-    world.body.visited_xy.append((obs.pose.x_m, obs.pose.y_m))
+    world.body.been(obs.pose)
     world.grow(cfg.map.max_depth_m + 1.0)
     robot = cfg.robot
     outline = grid.integrate(

@@ -33,6 +33,7 @@ from runtime.core.types import (
     Twist,
 )
 
+STEP_M = 0.01  # of the way that is kept: a robot that stands leaves none
 FIRST_LOOKS = 12  # turns of the look around at the start: a whole one, where a turn is 30 degrees
 
 
@@ -168,6 +169,12 @@ class BaseState:
     collisions: int = 0
     blind: bool = False  # the last observation had hardly any depth
     visited_xy: list[tuple[float, float]] = field(default_factory=list)
+
+    def been(self, pose: Pose) -> None:
+        """Book where it is; what moves by less than STEP_M is no way."""
+        here = pose.x_m, pose.y_m
+        if not self.visited_xy or math.dist(self.visited_xy[-1], here) >= STEP_M:
+            self.visited_xy.append(here)
 
     def told(self, command: Command) -> Command:
         """Book what the base was told until the next observation."""

@@ -32,7 +32,7 @@ def test_every_row_of_the_table_is_measured(recorded: drive.RecordedDrive):
     assert [row.stage for row in rows] == list(core.GOALS)
     planned = {core.VALID, core.TOUCHED}  # nowhere to go to yet
     assert all(0 < row.median_ms <= row.p99_ms for row in rows if row.stage not in planned)
-    assert len(world.body.visited_xy) == 4
+    assert world.body.step == 4
 
 
 def test_a_plan_across_a_floor_is_a_plan():

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from runtime.core.distances.planner import look_around, march_from
 from runtime.core.distances.terrain import survey
 from runtime.core.types import Pose
-from runtime.core.world import World, with_distances
+from runtime.core.world import STEP_M, BaseState, World, with_distances
 
 RADIUS_M = 0.18
 POSE = Pose(-6.0, 4.0, 0.0)
@@ -48,3 +48,13 @@ def test_frontiers_have_the_distances_of_the_whole_map(seed: int, wall_m: float)
     for near, far in zip(found, world.frontiers, strict=True):
         assert (near.id, near.goal_xy, near.distance_m) == (far.id, far.goal_xy, far.distance_m)
     assert any(math.isinf(f.distance_m) for f in found)
+
+
+def test_the_way_is_kept_and_standing_adds_nothing_to_it():
+    body = BaseState()
+    for n in range(1000):
+        body.been(Pose(0.3 * STEP_M * (n % 2), 0.0, 0.1 * n))
+    assert body.visited_xy == [(0.0, 0.0)]
+    for n in range(5):
+        body.been(Pose(0.0, n * 2 * STEP_M, 0.0))
+    assert body.visited_xy == [(0.0, n * 2 * STEP_M) for n in range(5)]
