@@ -61,6 +61,16 @@ def test_equal_questions_reach_the_model_once_and_contexts_share_a_prompt() -> N
     assert len(model.threads) == 1
 
 
+def test_what_each_prompt_took_is_told_and_what_is_known_takes_nothing() -> None:
+    took: list[float] = []
+    with Scorer([("m", Counting())], SystemClock(), book=took.append) as scorer:
+        for _ in range(2):
+            scorer.answer(questions("a|x", "a|y", "b|x"), NEVER)
+            assert scorer.settle(NEVER)
+    assert len(took) == 2  # contexts
+    assert all(0.0 <= one_s < 60.0 for one_s in took)
+
+
 def test_contexts_that_begin_alike_are_asked_about_in_a_row() -> None:
     """What a model has read it need not read again."""
     long = "Things found together in one room: bed, pillow, nightstand, lamp, rug"

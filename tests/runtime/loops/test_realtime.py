@@ -344,7 +344,7 @@ from runtime.core.types import Pose
 world.FIRST_LOOKS = 1
 
 class FailingModels(FakeModels):
-    def __init__(self, config, clock):
+    def __init__(self, config, clock, book):
         super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)))
         self.left = {frames}
 
