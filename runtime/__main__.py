@@ -22,10 +22,10 @@ from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.errors import InternalError, RfNavError
 from runtime.loops.control_loop import ControlLoop
-from runtime.loops.decision_worker import lower_priority
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import Garbage, go_first_or_tell, prepare
 from runtime.loops.realtime import RealTime
+from runtime.loops.worker_thread import lower_priority
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.record import Record

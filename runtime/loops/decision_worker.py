@@ -1,9 +1,6 @@
 """Decisions beside the drive: one at a time, in a worker, on a snapshot that nobody changes. While
 none is asked for, the next may be rehearsed."""
 
-import os
-import threading
-from contextlib import suppress
 from dataclasses import dataclass
 
 from runtime import navigate
@@ -14,6 +11,7 @@ from runtime.core.voting import consensus
 from runtime.core.voting import rehearsal as rehearsing
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
+from runtime.loops.worker_thread import WorkerThread
 from runtime.navigate import NavigateConfig
 from runtime.record import Record, unrecorded
 
@@ -51,15 +49,12 @@ class DecisionWorker:
 
     def __init__(self, nice: int = 0, record: Record = unrecorded) -> None:
         self._record = record
-        self._changed = threading.Condition()
+        self._thread = WorkerThread("decisions", self._work, nice)
+        self._changed = self._thread.changed
         self._question: DecisionRequest | None = None
         self._answer: DecisionReply | None = None
         self._rehearsal: DecisionRequest | None = None  # to come, or under way
         self._prepared: tuple[DecisionRequest, Ballot] | None = None  # one that is done
-        self._error: BaseException | None = None
-        self._closed = False
-        self._nice = nice
-        self._thread = threading.Thread(target=self._work, name="decisions", daemon=True)
         self._thread.start()
 
     @property
@@ -96,8 +91,7 @@ class DecisionWorker:
     def take(self) -> DecisionReply | None:
         """The decision that was made meanwhile; raises what went wrong in making it."""
         with self._changed:
-            if self._error is not None:
-                raise self._error
+            self._thread.check()
             answer, self._answer = self._answer, None
         if answer is not None:
             snap = answer.question.snapshot  # its brief was worked out by now
@@ -107,32 +101,23 @@ class DecisionWorker:
 
     def close(self) -> None:
         """Let the thread end; one that still waits for its panel is left to its deadline."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-        self._thread.join(timeout=0.5)
+        self._thread.close(0.5)
 
     def _work(self) -> None:
-        lower_priority(self._nice)
         while True:
             with self._changed:
                 while not self._something_to_do():
                     self._changed.wait()
-                if self._closed:
+                if self._thread.closed:
                     return
                 question, rehearsal = self._question, self._rehearsal
-            try:
-                if rehearsal is not None:
-                    self._try_out(rehearsal)
-                elif question is not None:
-                    self._decide(question)
-            except BaseException as error:  # noqa: BLE001 -- raised again by `take`
-                with self._changed:
-                    self._error = error
-                return
+            if rehearsal is not None:
+                self._try_out(rehearsal)
+            elif question is not None:
+                self._decide(question)
 
     def _something_to_do(self) -> bool:
-        return self._closed or self._question is not None or self._rehearsal is not None
+        return self._thread.closed or self._question is not None or self._rehearsal is not None
 
     def _try_out(self, rehearsal: DecisionRequest) -> None:
         prepared = self._prepared
@@ -144,7 +129,7 @@ class DecisionWorker:
         def wanted() -> bool:
             """Nothing is asked yet, or just this."""
             with self._changed:
-                question, closed = self._question, self._closed
+                question, closed = self._question, self._thread.closed
             return not closed and (question is None or not _apart(rehearsal, question))
 
         if prepared is None and len(rehearsal.brief.frontiers) > 1:  # else nothing to choose
@@ -195,10 +180,3 @@ def _unfit(ballot: Ballot, question: DecisionRequest) -> str:
     if not rehearsing.complete(ballot):
         return "an expert was late"
     return "" if consensus.agreed(ballot, question.cfg.consensus) else "no agreement"
-
-
-def lower_priority(nice: int) -> None:
-    """Give the calling thread, and those it starts from now on, a higher nice value. Where a thread
-    cannot have one of its own, nothing changes."""
-    with suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), nice)

@@ -2,7 +2,6 @@
 other, chosen by what it shows that is new; what they saw is placed by the pose and the depth of its
 own image."""
 
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -10,7 +9,7 @@ from dataclasses import dataclass
 from runtime.clock import Clock
 from runtime.core.mapping.attention import WORTH, Attention, View
 from runtime.core.types import F64, Detections, Observation
-from runtime.loops.decision_worker import lower_priority
+from runtime.loops.worker_thread import WorkerThread
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
@@ -48,18 +47,17 @@ class DetectorWorker:
         clock: Clock,
         nice: int = 0,
     ) -> None:
-        self._look, self._tracer, self._clock, self._nice = look, tracer, clock, nice
-        self._changed = threading.Condition()
+        self._look, self._tracer, self._clock = look, tracer, clock
+        self._thread = WorkerThread("detector", self._work, nice)
+        self._changed = self._thread.changed
         self._attention: Attention[Surveyed] = Attention()
         self._at_once = False  # the newest is wanted, whatever else is new
         self._looking = False
         self._new = False  # whether what is looked at shows something new
         self._looks: list[Look] = []  # not taken yet
-        self._error: BaseException | None = None
-        self._closed, self._paused = False, False
+        self._paused = False
         self._rests_until_s = 0.0
         self.rest = 0.0  # after each look, in lengths of it
-        self._thread = threading.Thread(target=self._work, name="detector", daemon=True)
         self._thread.start()
 
     def offer(self, surveyed: Surveyed, view: View, at_once: bool) -> None:
@@ -72,8 +70,7 @@ class DetectorWorker:
     def take(self) -> list[Look]:
         """What was seen meanwhile; raises what went wrong in looking."""
         with self._changed:
-            if self._error is not None:
-                raise self._error
+            self._thread.check()
             looks, self._looks = self._looks, []
             return looks
 
@@ -106,35 +103,27 @@ class DetectorWorker:
 
     def close(self) -> None:
         """Let the thread end; a look under way is left to itself."""
-        with self._changed:
-            self._closed = True
-            self._changed.notify_all()
-        self._thread.join(timeout=2.0)
+        self._thread.close(2.0)
 
     def _work(self) -> None:
-        lower_priority(self._nice)
         while (surveyed := self._next()) is not None:
             began_s, seen = self._clock.now_s(), None
             try:
                 with self._tracer.stage(Stage.DETECT):
                     seen = self._look(surveyed)
-            except BaseException as error:  # noqa: BLE001 -- raised again by `take`
+            finally:
+                now_s = self._clock.now_s()
                 with self._changed:
-                    self._error = error
-            now_s = self._clock.now_s()
-            with self._changed:
-                self._looking = False
-                if seen is not None:
-                    self._looks.append(Look(surveyed, seen, now_s - began_s, self._new))
-                self._rests_until_s = now_s + self.rest * (now_s - began_s)
-                self._changed.notify_all()
-                if self._error is not None:
-                    return
+                    self._looking = False
+                    if seen is not None:
+                        self._looks.append(Look(surveyed, seen, now_s - began_s, self._new))
+                    self._rests_until_s = now_s + self.rest * (now_s - began_s)
+                    self._changed.notify_all()
 
     def _next(self) -> Surveyed | None:
         """The image to look at, when it is time and there is one; None at the end."""
         with self._changed:
-            while not self._closed:
+            while not self._thread.closed:
                 if self._paused:
                     self._changed.wait()
                     continue
