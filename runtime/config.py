@@ -89,6 +89,9 @@ class ModelsConfig:
         "", 'SQLite file of the language model\'s scores; "" is one in the cache.',
         research="score_file",
     )  # fmt: skip
+    keep_scores: bool = key(
+        True, "Whether scores outlive the goal that they were made for.", research="keep_scores"
+    )
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ READY_S = 120.0  # after which a runtime that does not answer is given up
 ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
-GOAL_S = 20.0  # after which the next is asked for, where there are several: new words to score
+GOAL_S = 20.0  # after which the next is asked for, where there are several
 MB = 1024.0  # kB
 SAID = "said.txt"
 
@@ -70,8 +70,7 @@ def measured(
     hz: float,
 ) -> Measured:
     """Play a drive to a runtime that is asked for one of the goals after the other, each for
-    GOAL_S; for a single one until the end. No score of words is known before. BenchError when the
-    runtime ends."""
+    GOAL_S; for a single one until the end. BenchError when the runtime ends."""
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
         endpoint = f"tcp/127.0.0.1:{_free_port()}"
         session: Any = open_session(BusConfig(listen=(endpoint,)))
@@ -200,9 +199,8 @@ class _Robot:
 
 def _spawned(subject: Subject, endpoint: str, folder: Path) -> subprocess.Popen[str]:
     """What it says goes to a file: nobody reads a pipe while it runs, and a full one stops it."""
-    scores = ("--set", f"models.score_file='{folder / 'scores.sqlite'}'")
     bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
-    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus, *scores]
+    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
     path = {"PYTHONPATH": str(subject.root)} if subject.root else {}
     with (folder / SAID).open("w", encoding="utf-8") as file:
         return subprocess.Popen(

@@ -37,6 +37,11 @@ class LikelihoodExperts:
             likelihood_experts.door_questions(self.rooms)
         )  # hundreds, and the least of it
 
+    def forget(self) -> None:
+        """Score all that is asked from here on anew."""
+        self._doors, self._known = {}, {}
+        self.scorer.forget()
+
     def notice(self, goal: str, names: Sequence[str]) -> None:
         """Score objects that are on the map by now, in the background."""
         self.scorer.warm(likelihood_experts.questions(OBJECTS, goal, names))

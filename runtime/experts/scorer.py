@@ -155,6 +155,12 @@ class Scorer:
             self._background.extend(q for q in fresh if q not in known)
             self._condition.notify_all()
 
+    def forget(self) -> None:
+        """Begin anew: nothing is known, and nothing is to be scored in the background."""
+        with self._condition:
+            self._cache.clear()
+            self._background.clear()
+
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is queued any more; False when the deadline came first."""
         with self._condition:

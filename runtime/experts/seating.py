@@ -43,6 +43,12 @@ class Seating:
         for experts in self._scoring():
             experts.begin(goal)
 
+    def forget(self) -> None:
+        """Score all that is asked from here on anew."""
+        for experts in (self.by_likelihood, self.by_embedding):
+            if experts is not None:
+                experts.forget()
+
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""
         for experts in self._scoring():

@@ -91,6 +91,8 @@ class LoadedModels:
         understood = replace(understood, how=understood.how + told)
         if self._cloud is not None:
             self._cloud.begin(understood.name)
+        if seating is not None and not config.models.keep_scores:
+            seating.forget()
         if seating is not None:
             seating.begin(understood.name)
         if self._panel is not None:

@@ -42,8 +42,9 @@ def test_within_the_budgets_it_ends_well(subjects: list[Subject]):
     done = CliRunner().invoke(cli, ["bench", "--set", "map.max_depth_m=4.0"])
     assert done.exit_code == 0, done.output
     assert "halts: jump 2" in done.output
-    kept = "research.keep_stages=true"  # goals come one after the other
-    assert subjects == [Subject(["--set", "map.max_depth_m=4.0", "--set", kept])]
+    one_after_the_other = ("research.keep_stages=true", "research.keep_scores=false")
+    settings = ("map.max_depth_m=4.0", *one_after_the_other)
+    assert subjects == [Subject([x for s in settings for x in ("--set", s)])]
 
 
 def test_a_broken_budget_is_exit_status_1(subjects: list[Subject], tmp_path: Path):

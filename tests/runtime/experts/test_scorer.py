@@ -71,6 +71,16 @@ def test_what_each_prompt_took_is_told_and_what_is_known_takes_nothing() -> None
     assert all(0.0 <= one_s < 60.0 for one_s in took)
 
 
+def test_what_was_forgotten_is_scored_anew() -> None:
+    model = Counting()
+    with Scorer([("m", model)], CLOCK) as scorer:
+        before = scorer.answer(questions("a|x"), NEVER)
+        scorer.forget()
+        assert len(scorer) == 0
+        assert scorer.answer(questions("a|x"), NEVER) == before
+    assert len(model.prompts) == 2
+
+
 def test_contexts_that_begin_alike_are_asked_about_in_a_row() -> None:
     """What a model has read it need not read again."""
     long = "Things found together in one room: bed, pillow, nightstand, lamp, rug"

@@ -15,6 +15,7 @@ from models.words.text_encoder import TextEncoder
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.errors import ConfigError, ModelError
 from runtime.perception.loaded_models import LoadedModels
 
@@ -132,6 +133,23 @@ def test_what_was_seen_before_is_compared_with_the_goals_words(tmp_path: Path) -
     assert [names[i] for i in likeness[:2].argmax(axis=1)] == ["bed", goal.name]
     assert likeness[1, names.index(goal.name)] > 0.9
     assert likeness[2].max() < 0.1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kept", [True, False])
+def test_scores_outlive_their_goal_unless_told(tmp_path: Path, kept: bool) -> None:
+    settings = f"research.keep_scores={str(kept).lower()}", f"models.score_file='{tmp_path}/s'"
+    config = configured(tmp_path, "models.threads=1", *settings)
+    question = LikelihoodQuestion("A sink is found in the", "kitchen")
+    with LoadedModels(config, SystemClock()) as models:
+        models.accept("toilet", config)
+        seating = models._open_seating()
+        assert seating.by_likelihood is not None
+        scorer = seating.by_likelihood.scorer
+        first = scorer.answer([question], never())
+        models.accept("bed", config)
+        assert ((scorer._first, question) in scorer._cache) == kept
+        assert scorer.answer([question], never()) == first
 
 
 MANIFEST = """
