@@ -1,7 +1,7 @@
 """Angles, camera rays and the grid's frame. Pure functions; frames and units in each docstring."""
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -83,10 +83,9 @@ def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:
 class Rays:
     """Directions of an image's sampled pixels in the base frame, per metre of depth.
 
-    forward, left, up: (h, w); reach: (h, w), of the horizontal part. order and starts group the
-    flattened pixels by azimuth for `np.minimum.reduceat`, or with `level`, where all pixels of a
-    column have one azimuth, the columns; azimuths: (B,) rad in the base frame, ascending, of those
-    groups.
+    forward, left, up: (h, w); reach: (h, w), of the horizontal part, farthest: its most. groups:
+    which azimuth a pixel is of, (h, w), or (1, w) where all pixels of a column are of one;
+    azimuths: (B,) rad in the base frame, ascending.
     """
 
     stride: int
@@ -94,9 +93,8 @@ class Rays:
     left: F32
     up: F32
     reach: F32
-    level: bool
-    order: I32
-    starts: I32
+    farthest: float
+    groups: I32
     azimuths: F32
 
 
@@ -130,7 +128,7 @@ def optical_rays(intrinsics: Intrinsics, stride: int) -> F64:
 def rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float = 240.0) -> Rays:
     """The ray table of a camera, every `stride`-th pixel; computed once for how a mount is turned,
     wherever it is."""
-    turned = replace(mount, x_m=0.0, y_m=0.0, z_m=0.0)
+    turned = Mount(0.0, 0.0, 0.0, mount.roll_rad, mount.pitch_rad, mount.yaw_rad)
     return _rays(intrinsics, turned, stride, bins_per_rad)
 
 
@@ -143,24 +141,22 @@ def _rays(intrinsics: Intrinsics, mount: Mount, stride: int, bins_per_rad: float
         + (below[i] / intrinsics.fy * down + ahead[i])[:, None]
         for i in range(3)
     ]
-    azimuth = np.arctan2(base[1], base[0]).ravel()
-    groups = np.floor(azimuth * bins_per_rad).astype(np.int16)  # sorted in linear time
-    columns = groups.reshape(base[0].shape)
-    level = bool((columns == columns[0]).all())
-    groups = columns[0] if level else groups
-    order = np.argsort(groups, kind="stable")
-    starts = np.flatnonzero(np.r_[True, np.diff(groups[order]) > 0])
-    centres = (groups[order][starts] + 0.5) / bins_per_rad
+    bins = np.floor(np.arctan2(base[1], base[0]) * bins_per_rad).astype(np.int32)
+    bins = bins[:1] if (bins == bins[0]).all() else bins
+    first = int(bins.min())
+    seen = np.bincount((bins - first).ravel()) > 0
+    groups = (np.cumsum(seen) - 1)[bins - first]
+    centres = (np.flatnonzero(seen) + first + 0.5) / bins_per_rad
     forward, left, up = (axis.astype(np.float32) for axis in base)
+    reach = np.hypot(forward, left)
     return Rays(
         stride,
         forward,
         left,
         up,
-        np.hypot(forward, left),
-        level,
-        order.astype(np.int32),
-        starts.astype(np.int32),
+        reach,
+        float(reach.max()),
+        groups.astype(np.int32),
         centres.astype(np.float32),
     )
 

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 
 from runtime.core.geometry import GridFrame
+from runtime.core.kernels import mapping as kernels
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, inside, joined, part_frame, widened
 from runtime.core.types import F32, F64, Mask, Pose
@@ -101,7 +102,7 @@ class TerrainSurvey:
             self._special, window = None, grid.known_window()
         if window is not None:
             window = widened(window, _reach(grid.frame, radius_m), grid.frame)
-        special = _near(grid.frame, pose, _special_m(grid.frame, squeeze))[0]
+        special = _near(grid.frame, pose, _special_m(grid.frame, squeeze))
         for stale in (self._special, special):
             window = joined(window, stale) if stale is not None else window
         assert window is not None
@@ -115,50 +116,40 @@ class TerrainSurvey:
     def _derive(
         self, grid: NavigationMap, window: Window, pose: Pose, radius_m: float, squeeze: Squeeze
     ) -> None:
-        free, hard = grid.free[window], radius_m + MARGIN_M
-        clearance = _clearance_m(grid, window, radius_m)
-        proven = free & (grid.driven[window] > 0)
-        np.maximum(clearance, np.float32(hard), out=clearance, where=proven)
-        if squeeze.within_m > 0:
-            part, near = self._around(grid, window, pose, squeeze.within_m)
-            patch = clearance[part]
-            tight = near & free[part] & (patch >= radius_m - squeeze.slack_m)
-            np.maximum(patch, np.float32(hard), out=patch, where=tight)
-        passable = free & (clearance >= hard)
-        part, near = self._around(grid, window, pose, ESCAPE_M)
-        passable[part] |= near & free[part]
-        passable &= ~grid.dead_end[window]
-        part, near = self._around(grid, window, pose, DEAD_END_M + grid.frame.resolution_m)
-        passable[part] |= near & free[part]
-        ease = np.clip((clearance - hard) / COMFORT_M, 0.0, 1.0)
-        speed = np.float32(SLOWEST) + np.float32(1 - SLOWEST) * ease
-        speed[~passable] = 0
-        self._clearance_m[window], self._traversable[window] = clearance, passable
-        self._speed[window] = speed
-
-    @staticmethod
-    def _around(
-        grid: NavigationMap, window: Window, pose: Pose, radius_m: float
-    ) -> tuple[Window, Mask]:
-        """The part of the window within the radius of the pose, and which cells of it are; with an
-        infinite one all of it."""
-        if math.isinf(radius_m):
-            whole = inside(window, window)
-            return whole, np.ones([part.stop for part in whole], bool)
-        part, near = _near(grid.frame, pose, radius_m)
-        return inside(part, window), near
+        frame = grid.frame
+        kernels.survey(
+            _distance(grid, window, radius_m),
+            grid.free[window],
+            grid.driven[window],
+            grid.dead_end[window],
+            (self._clearance_m[window], self._traversable[window], self._speed[window]),
+            kernels.Rules(
+                frame.resolution_m,
+                frame.x0_m,
+                frame.y0_m,
+                window[0].start,
+                window[1].start,
+                pose.x_m,
+                pose.y_m,
+                most_m(radius_m),
+                radius_m + MARGIN_M,
+                COMFORT_M,
+                SLOWEST,
+                squeeze.within_m,
+                radius_m - squeeze.slack_m,
+                ESCAPE_M,
+                DEAD_END_M + frame.resolution_m,
+            ),
+        )
 
 
-def _clearance_m(grid: NavigationMap, window: Window, radius_m: float) -> F32:
-    """(r, c) of the window: the distance of a cell's centre to the nearest obstacle's edge. What is
+def _distance(grid: NavigationMap, window: Window, radius_m: float) -> F32:
+    """(r, c) of the window: how far the middle of the nearest obstacle cell is, in cells. What is
     farther than is asked for cannot be felt in it."""
-    r = grid.frame.resolution_m
     source = widened(window, _reach(grid.frame, radius_m), grid.frame)
     bare = (~grid.occupied[source]).view(np.uint8)
-    distance = cv2.distanceTransform(bare, cv2.DIST_L2, cv2.DIST_MASK_5)[inside(window, source)]
-    most = np.float32(most_m(radius_m))
-    clearance: F32 = np.minimum(distance * np.float32(r) - np.float32(r / 2), most)
-    return clearance
+    distance = cv2.distanceTransform(bare, cv2.DIST_L2, cv2.DIST_MASK_5)
+    return np.asarray(distance[inside(window, source)], np.float32)
 
 
 def _reach(frame: GridFrame, radius_m: float) -> int:
@@ -189,16 +180,11 @@ def part_of(frame: GridFrame, window: Window) -> GridFrame:
     )
 
 
-def _near(frame: GridFrame, pose: Pose, radius_m: float) -> tuple[Window, Mask]:
-    """The window around the pose, and the cells of it whose centre is within the radius."""
+def _near(frame: GridFrame, pose: Pose, radius_m: float) -> Window:
+    """The window that holds the cells whose middle is within the radius of the pose."""
     n = math.ceil(min(radius_m / frame.resolution_m, sum(frame.shape))) + 1
     row, col = frame.cell(pose.x_m, pose.y_m)
-    window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
-    rows, cols = np.ogrid[window]
-    x = frame.x0_m + (cols + 0.5) * frame.resolution_m - pose.x_m
-    y = frame.y0_m + (rows + 0.5) * frame.resolution_m - pose.y_m
-    near: Mask = np.hypot(x, y) <= radius_m
-    return window, near
+    return widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
 
 
 def clearance_between(terrain: Terrain, points_xy: F64) -> F64:

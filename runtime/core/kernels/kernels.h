@@ -25,5 +25,16 @@ void grid_close(Grid *grid);
 /* The rows of the method table. */
 PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_descend(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_boundary(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_components(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_derive(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_integrate(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_means(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_touch(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_walk(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

@@ -39,6 +39,17 @@ void grid_close(Grid *grid) { PyBuffer_Release(&grid->view); }
 static PyMethodDef methods[] = {
     {"march", (PyCFunction)(void (*)(void))kernel_march, METH_FASTCALL, NULL},
     {"descend", (PyCFunction)(void (*)(void))kernel_descend, METH_FASTCALL, NULL},
+    {"boundary", (PyCFunction)(void (*)(void))kernel_boundary, METH_FASTCALL, NULL},
+    {"components", (PyCFunction)(void (*)(void))kernel_components, METH_FASTCALL, NULL},
+    {"derive", (PyCFunction)(void (*)(void))kernel_derive, METH_FASTCALL, NULL},
+    {"integrate", (PyCFunction)(void (*)(void))kernel_integrate, METH_FASTCALL, NULL},
+    {"means", (PyCFunction)(void (*)(void))kernel_means, METH_FASTCALL, NULL},
+    {"nearest", (PyCFunction)(void (*)(void))kernel_nearest, METH_FASTCALL, NULL},
+    {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},
+    {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},
+    {"survey", (PyCFunction)(void (*)(void))kernel_survey, METH_FASTCALL, NULL},
+    {"touch", (PyCFunction)(void (*)(void))kernel_touch, METH_FASTCALL, NULL},
+    {"walk", (PyCFunction)(void (*)(void))kernel_walk, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

@@ -2,16 +2,13 @@
 
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 
 from runtime.core.geometry import GridFrame
+from runtime.core.kernels import mapping as kernels
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.windows import Window, bounds, inside, joined, widened
+from runtime.core.mapping.windows import Window, between, ends, inside, joined, widened
 from runtime.core.types import F64, I32, Mask
-
-_EIGHT = np.ones((3, 3), np.uint8)
-
 
 MIN_CELLS = 7  # narrower than the robot's body: nothing to drive into
 INHERIT_DILATION_CELLS = 2  # a frontier that moved by no more is the same one
@@ -33,44 +30,23 @@ class FrontierMemory:
 def boundary(grid: NavigationMap, given_up: Mask) -> Mask:
     """(R, C) free cells that touch unknown (8-neighbourhood), away from obstacles and from what was
     given up."""
-    window = grid.known_window(margin=2)
     edge = np.zeros(grid.frame.shape, bool)
-    edge[window] = _edge_in(window, grid, given_up)
+    _renew_edge(edge, grid.known_window(margin=2), grid, given_up)
     return edge
 
 
-def _edge_in(window: Window, grid: NavigationMap, given_up: Mask) -> Mask:
-    """The part of the boundary within a window, (r, c)."""
-    source = widened(window, max(1, WALL_GAP_CELLS), grid.frame)
-    inner = inside(window, source)
-    unknown = cv2.dilate(grid.unknown[source].view(np.uint8), _EIGHT)[inner]
-    size = 2 * WALL_GAP_CELLS + 1
-    walls = cv2.dilate(grid.occupied[source].view(np.uint8), np.ones((size, size), np.uint8))[inner]
-    edge: Mask = grid.free[window] & (unknown > 0) & (walls == 0) & ~given_up[window]
-    return edge
+def _renew_edge(edge: Mask, window: Window, grid: NavigationMap, given_up: Mask) -> Window | None:
+    """The boundary within a window, in place; the window of what changed."""
+    changed = kernels.boundary(
+        edge, grid.free, grid.unknown, grid.occupied, given_up, WALL_GAP_CELLS, ends(window)
+    )
+    return between(changed) if changed else None
 
 
 def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
     """(R, C) -> the 8-connected sets of `min_cells` cells or more, each (N, 2) m, in scan order."""
-    rows = np.flatnonzero(edge.any(axis=1))
-    if not len(rows):
-        return []
-    top = int(rows[0]) & ~1  # components are numbered by blocks of 2 x 2 cells
-    parts = _labelled(edge[top : int(rows[-1]) + 1], top, 0)
+    parts = kernels.components(edge, 0, 0)
     return [frame.centres(cells) for cells in parts if len(cells) >= min_cells]
-
-
-def _labelled(mask: Mask, top: int, left: int) -> list[I32]:
-    """(r, c) -> the 8-connected sets of cells, each (N, 2) row, col in scan order, of a mask whose
-    corner, both even, is given."""
-    _, labels = cv2.connectedComponents(mask.view(np.uint8), connectivity=8)
-    flat = np.flatnonzero(mask)
-    label = labels.reshape(-1)[flat]
-    order = np.argsort(label, kind="stable")
-    row, col = np.divmod(flat[order], mask.shape[1])
-    cells = np.stack([row + top, col + left], axis=1).astype(np.int32)
-    ends = np.cumsum(np.bincount(label)[1:])
-    return np.split(cells, ends[:-1]) if len(flat) else []
 
 
 @dataclass(frozen=True)
@@ -85,17 +61,16 @@ class _Part:
 
     @classmethod
     def of(cls, cells: I32, frame: GridFrame) -> "_Part":
-        (top, left), (bottom, right) = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
-        blocks = cells[cells[:, 0] <= top | 1, 1] >> 1
-        rank = top >> 1, int(blocks.min())
+        top, bottom = int(cells[0, 0]), int(cells[-1, 0])
+        left, right = int(cells[:, 1].min()), int(cells[:, 1].max())
+        rank = top >> 1, int(cells[cells[:, 0] <= top | 1, 1].min()) >> 1
         return cls(cells, frame.centres(cells), (top, left), (bottom, right), rank)
 
     def meets(self, window: Window) -> bool:
         """Whether its box and the window have a cell in common."""
-        return all(
-            low < part.stop and part.start <= high
-            for low, high, part in zip(self.low, self.high, window, strict=True)
-        )
+        (top, left), (bottom, right), (rows, cols) = self.low, self.high, window
+        beside = left < cols.stop and cols.start <= right
+        return bool(beside and top < rows.stop and rows.start <= bottom)
 
 
 class Boundary:
@@ -124,12 +99,9 @@ class Boundary:
         return [part.cells_xy for part in self._parts if len(part.cells) >= MIN_CELLS]
 
     def _renew(self, window: Window, grid: NavigationMap, given_up: Mask) -> None:
-        edge = _edge_in(window, grid, given_up)
-        changed = edge ^ self._edge[window]
-        if not changed.any():
+        touched = _renew_edge(self._edge, window, grid, given_up)
+        if touched is None:
             return
-        self._edge[window] = edge
-        touched = bounds(changed, window)
         beside = widened(touched, 1, grid.frame)
         stale = [part for part in self._parts if part.meets(beside)]
         held = touched
@@ -143,7 +115,7 @@ class Boundary:
             mask[part.cells[:, 0] - top, part.cells[:, 1] - left] = True
         mask[inside(touched, (slice(top, 0), slice(left, 0)))] = self._edge[touched]
         before = {part.cells.tobytes(): part for part in stale}
-        made = _labelled(mask, top, left)
+        made = kernels.components(mask, top, left)
         new = [before.get(cells.tobytes()) or _Part.of(cells, grid.frame) for cells in made]
         gone = {id(part) for part in stale}
         parts = [part for part in self._parts if id(part) not in gone] + new
@@ -186,19 +158,25 @@ def _overlaps(
     known = memory.shared if memory.frame == frame else {}
     memory.frame, memory.shapes = frame, {id(shape.cells_xy): shape for shape in news}
     memory.shared = {}
-    lows, highs = (np.array([getattr(shape, end) for shape in news]) for end in ("low", "high"))
-    found = []
-    for old, shape in zip(memory.cells_xy, olds, strict=True):
-        near = (lows <= shape.high + dilation) & (highs >= shape.low - dilation)
-        for part in np.flatnonzero(near.all(axis=1)).tolist():
-            new = news[part]
-            pair = id(new.cells_xy), id(shape.cells_xy)
-            shared = known[pair] if pair in known else new.within(shape, dilation, frame)
-            if pair[1] in memory.shapes:  # it is there the next time, too
-                memory.shared[pair] = shared
-            if shared:
-                found.append((part, old, shared))
+    ids, found = list(memory.cells_xy), []
+    for n, part in _close(olds, news, dilation):
+        shape, new = olds[n], news[part]
+        pair = id(new.cells_xy), id(shape.cells_xy)
+        shared = known[pair] if pair in known else new.within(shape, dilation)
+        if pair[1] in memory.shapes:  # it is there the next time, too
+            memory.shared[pair] = shared
+        if shared:
+            found.append((part, ids[n], shared))
     return found
+
+
+def _close(olds: list["_Shape"], news: list["_Shape"], dilation: int) -> list[tuple[int, int]]:
+    """The pairs, as places in the lists, whose boxes are no farther apart than that."""
+    boxes = (np.array([shape.box for shape in shapes]) for shapes in (olds, news))
+    old, new = (box.reshape(-1, 2, 2) for box in boxes)
+    low, high = old[:, None, 0] - dilation, old[:, None, 1] + dilation
+    near = (new[:, 0] <= high) & (new[:, 1] >= low)
+    return [(n, part) for n, part in np.argwhere(near.all(axis=2)).tolist()]
 
 
 def _shape(before: dict[int, "_Shape"], cells_xy: F64, frame: GridFrame) -> "_Shape":
@@ -207,30 +185,20 @@ def _shape(before: dict[int, "_Shape"], cells_xy: F64, frame: GridFrame) -> "_Sh
     if known is not None:
         return known
     cells = frame.cells(cells_xy)
-    return _Shape(cells_xy, cells, cells.min(axis=0), cells.max(axis=0))
+    return _Shape(cells_xy, cells, (*cells.min(axis=0).tolist(), *cells.max(axis=0).tolist()))
 
 
 @dataclass(frozen=True)
 class _Shape:
-    """A frontier's cells, (N, 2) m and (N, 2) row, col, and the box that holds them."""
+    """A frontier's cells, (N, 2) m and (N, 2) row, col, and the box that holds them: its first row
+    and column, and its last."""
 
     cells_xy: F64
     cells: I32
-    low: I32
-    high: I32
+    box: tuple[int, int, int, int]
 
-    def within(self, other: "_Shape", dilation: int, frame: GridFrame) -> int:
+    def within(self, other: "_Shape", dilation: int) -> int:
         """How many of the cells lie within the dilated other."""
         if self.cells_xy is other.cells_xy:
             return len(self.cells)
-        low = np.maximum(np.maximum(self.low - dilation, other.low - dilation), 0)
-        high = np.minimum(self.high + dilation, other.high + dilation)
-        patch = np.zeros(high - low + 1, np.uint8)
-        theirs, mine = (
-            shape.cells[((shape.cells >= low) & (shape.cells <= high)).all(axis=1)] - low
-            for shape in (other, self)
-        )
-        patch[theirs[:, 0], theirs[:, 1]] = 1
-        size = 2 * dilation + 1
-        wider = cv2.dilate(patch, np.ones((size, size), np.uint8))
-        return int(np.count_nonzero(wider[mine[:, 0], mine[:, 1]]))
+        return kernels.shared(self.cells, other.cells, dilation)

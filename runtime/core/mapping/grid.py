@@ -12,23 +12,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.geometry import GridFrame, Rays, rays
+from runtime.core.geometry import GridFrame, rays
+from runtime.core.kernels import mapping as kernels
 from runtime.core.keys import key
 from runtime.core.mapping.windows import (
     Window,
-    bounds,
+    between,
     disc_window,
-    inside,
+    ends,
     joined,
     padded,
     part_frame,
     polygon_patch,
     widened,
 )
-from runtime.core.types import F32, F64, I32, Mask, Mount, Observation, Pose
+from runtime.core.types import F64, Mask, Mount, Observation, Pose
 
-_GAP = np.ones((5, 5), np.uint8)  # obstacle cells less than 5 cells apart are one thing
-_GAP_REACH = 4  # cells, across which closing such gaps is felt
+_GAP_REACH = 4  # cells, across which it is felt that gaps between obstacles are closed
 
 RESOLUTION_M = 0.05  # side of a cell; a camera's depth is good to about as much at 5 m
 SIDE_M = 24.0  # of the first grid; it grows when the robot leaves it
@@ -40,6 +40,7 @@ HITS_NEEDED = 2  # obstacle points in a cell that make a hit
 OCCUPIED_AT = 4  # evidence from which a cell holds an obstacle: a single hit
 CHANGES_KEPT = 64  # windows; who asks for older ones looks at the whole map
 EVIDENCE_MAX = 20  # either way, so that what has moved away is unlearned in ten frames
+_WEIGHTS = kernels.Weights(HITS_NEEDED, HIT, MISS, EVIDENCE_MAX)
 
 
 @dataclass(frozen=True)
@@ -129,23 +130,18 @@ class NavigationMap:
 
     def _refresh(self, window: Window) -> None:
         """Derive the masks anew within a window, and book where they changed."""
-        target = widened(window, _GAP_REACH, self.frame)
-        source = widened(target, _GAP_REACH, self.frame)
-        occupied = (self.evidence[source] >= self.occupied_at) | self.bumped[source]
-        # What was only swept over, between obstacle cells, is the top of the same furniture.
-        closed = cv2.morphologyEx(occupied.view(np.uint8), cv2.MORPH_CLOSE, _GAP) > 0
-        inner = inside(target, source)
-        occupied, closed = occupied[inner], closed[inner]
-        free = ((self.evidence[target] < 0) | (self.swept[target] & ~closed)) & ~occupied
-        known = occupied | free
-        changed = self._views["occupied"][target] ^ occupied
-        changed |= self._views["free"][target] ^ free
-        for name, mask in (("occupied", occupied), ("free", free), ("unknown", ~known)):
-            self._views[name][target] = mask
-        if known.any():
-            self._known = joined(self._known, bounds(known, target))
-        if changed.any():
-            self.touched(bounds(changed, target))
+        changed, known = kernels.derive(
+            self.evidence,
+            self.bumped,
+            self.swept,
+            (self._views["occupied"], self._views["free"], self._views["unknown"]),
+            self.occupied_at,
+            ends(widened(window, _GAP_REACH, self.frame)),
+        )
+        if known:
+            self._known = joined(self._known, between(known))
+        if changed:
+            self.touched(between(changed))
 
     def _whole(self) -> Window:
         return slice(0, self.frame.rows), slice(0, self.frame.cols)
@@ -268,74 +264,40 @@ def integrate(
     """Add one depth image, for a body of that radius and height. Returns the view's outline,
     (V, 2) m in the map frame: the camera and the free range along each azimuth. The grid must
     already reach as far as the camera sees."""
-    table, half = rays(obs.intrinsics, mount, STRIDE), STRIDE // 2
-    depth = np.ascontiguousarray(obs.depth_m[half::STRIDE, half::STRIDE])
-    depth = np.where((depth > 0) & (depth <= max_depth_m), depth, np.float32(0))
-    height = depth * table.up + np.float32(mount.z_m)
-    valid = depth > 0
-    floor = valid & (np.abs(height) < FLOOR_BELOW_M)
-    obstacle = valid & (height >= FLOOR_BELOW_M) & (height <= height_m)
-    outline = _outline(table, depth * table.reach, floor, obstacle, obs.pose, mount)
-    cells, window = _cells(grid.frame, depth * table.forward, depth * table.left, obs.pose, mount)
-    _count(grid, window, cells.ravel()[floor.ravel()], cells.ravel()[obstacle.ravel()])
+    table, frame = rays(obs.intrinsics, mount, STRIDE), grid.frame
+    c, s = math.cos(obs.pose.yaw_rad), math.sin(obs.pose.yaw_rad)
+    x0 = obs.pose.x_m + c * mount.x_m - s * mount.y_m
+    y0 = obs.pose.y_m + s * mount.x_m + c * mount.y_m
+    reach, seen = kernels.integrate(
+        grid.evidence,
+        np.ascontiguousarray(obs.depth_m),
+        (table.forward, table.left, table.up, table.reach),
+        table.groups,
+        len(table.azimuths),
+        kernels.DepthView(
+            STRIDE,
+            max_depth_m,
+            mount.z_m,
+            FLOOR_BELOW_M,
+            height_m,
+            c,
+            s,
+            x0 - frame.x0_m,
+            y0 - frame.y0_m,
+            1.0 / frame.resolution_m,
+        ),
+        _WEIGHTS,
+        math.ceil(max_depth_m * table.farthest / frame.resolution_m) + 2,
+    )
+    if seen:
+        grid.changed(between(seen))
+    azimuth = table.azimuths + obs.pose.yaw_rad
+    outline = np.empty((len(reach) + 1, 2))
+    outline[0] = x0, y0
+    outline[1:, 0], outline[1:, 1] = x0 + reach * np.cos(azimuth), y0 + reach * np.sin(azimuth)
     _sweep(grid, outline)
     grid.drive_over(obs.pose, radius_m)
     return outline
-
-
-def _cells(
-    frame: GridFrame, forward: F32, left: F32, pose: Pose, mount: Mount
-) -> tuple[I32, Window]:
-    """Points in the base frame (without the mount's offset), m -> the window of the grid that holds
-    them all, and their flat indices in it."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    ox = pose.x_m + c * mount.x_m - s * mount.y_m - frame.x0_m
-    oy = pose.y_m + s * mount.x_m + c * mount.y_m - frame.y0_m
-    r = 1.0 / frame.resolution_m
-    col = ((np.float32(c) * forward - np.float32(s) * left + np.float32(ox)) * r).astype(np.int32)
-    row = ((np.float32(s) * forward + np.float32(c) * left + np.float32(oy)) * r).astype(np.int32)
-    low, high = (int(row.min()), int(col.min())), (int(row.max()), int(col.max()))
-    if min(low) < 0 or high[0] >= frame.rows or high[1] >= frame.cols:
-        row, col = np.clip(row, 0, frame.rows - 1), np.clip(col, 0, frame.cols - 1)
-        low, high = (int(row.min()), int(col.min())), (int(row.max()), int(col.max()))
-    window = slice(low[0], high[0] + 1), slice(low[1], high[1] + 1)
-    width = np.int32(high[1] + 1 - low[1])
-    return (row - np.int32(low[0])) * width + (col - np.int32(low[1])), window
-
-
-def _count(grid: NavigationMap, window: Window, floor: I32, obstacle: I32) -> None:
-    """Book what was seen in cells of the window, by their flat indices in it."""
-    evidence = grid.evidence[window]
-    flat = evidence.ravel()
-    hits = np.bincount(obstacle, minlength=flat.size)
-    hit = np.flatnonzero(hits >= HITS_NEEDED)
-    flat[hit] = np.minimum(flat[hit] + HIT, EVIDENCE_MAX)
-    seen = np.zeros(flat.size, bool)
-    seen[floor] = True
-    seen[obstacle] = False
-    miss = np.flatnonzero(seen)
-    flat[miss] = np.maximum(flat[miss] - MISS, -EVIDENCE_MAX)
-    evidence[:] = flat.reshape(evidence.shape)
-    grid.changed(window)
-
-
-def _outline(
-    table: Rays, distance: F32, floor: Mask, obstacle: Mask, pose: Pose, mount: Mount
-) -> F64:
-    """The free range along each azimuth: up to the first obstacle, and no further than floor was
-    seen; as a closed polygon from the camera, (V, 2) m in the map frame."""
-    order, starts = table.order, table.starts
-    near, far = np.where(obstacle, distance, np.inf), np.where(floor, distance, 0.0)
-    by_group = (near.min(axis=0), far.max(axis=0)) if table.level else (near.ravel(), far.ravel())
-    wall = np.minimum.reduceat(by_group[0][order], starts)
-    ground = np.maximum.reduceat(by_group[1][order], starts)
-    reach = np.where(np.isfinite(wall), wall, ground)
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    x0 = pose.x_m + c * mount.x_m - s * mount.y_m
-    y0 = pose.y_m + s * mount.x_m + c * mount.y_m
-    azimuth = table.azimuths + pose.yaw_rad
-    rim = np.stack([x0 + reach * np.cos(azimuth), y0 + reach * np.sin(azimuth)], axis=1)
-    return np.concatenate([[[x0, y0]], rim])
 
 
 def _sweep(grid: NavigationMap, outline: F64) -> None:

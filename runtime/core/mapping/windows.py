@@ -14,6 +14,16 @@ from runtime.core.types import F64, Mask
 Window = tuple[slice, slice]  # of rows and of columns
 
 
+def ends(window: Window) -> tuple[int, int, int, int]:
+    """Its first row and the one after its last, and the columns: as kernels take it."""
+    return window[0].start, window[0].stop, window[1].start, window[1].stop
+
+
+def between(ends: tuple[int, int, int, int]) -> Window:
+    """The window of what `ends` told."""
+    return slice(ends[0], ends[1]), slice(ends[2], ends[3])
+
+
 def polygon_mask(frame: GridFrame, outline: F64) -> Mask:
     """(V, 2) m in the map frame -> (R, C) cells inside the polygon."""
     mask = np.zeros(frame.shape, bool)
@@ -93,9 +103,10 @@ def disc_window(frame: GridFrame, x_m: float, y_m: float, radius_m: float) -> tu
     n = math.ceil(radius_m / frame.resolution_m)
     row, col = frame.cell(x_m, y_m)
     window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, frame)
-    r, c = np.mgrid[window]
-    xy = frame.centres(np.stack([r, c], axis=-1).astype(np.int32))
-    return np.hypot(xy[..., 0] - x_m, xy[..., 1] - y_m) <= radius_m, window
+    first_row, first_col, r = frame.first_row + 0.5, frame.first_col + 0.5, frame.resolution_m
+    y = (np.arange(window[0].start, window[0].stop) + first_row) * r + frame.y0_m - y_m
+    x = (np.arange(window[1].start, window[1].stop) + first_col) * r + frame.x0_m - x_m
+    return np.hypot(x, y[:, None]) <= radius_m, window
 
 
 def padded(array: NDArray[Any], padding: tuple[int, int, int, int]) -> NDArray[Any]:

@@ -1,0 +1,147 @@
+"""The compiled part of the navigation map: what a depth image shows, the masks of the evidence, the
+boundary and its connected sets. Windows are rows and columns: top, bottom, left, right."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from runtime.core.kernels import _compiled
+from runtime.core.types import F32, I32, Mask
+
+Ends = tuple[int, int, int, int]  # of a window: top, bottom, left, right
+
+
+def solid(depth_m: F32, units: float, nearest_m: float, jump: int, same: int) -> F32:
+    """(H, W) m -> a copy without flying pixels: see `mapping/solid_depth.py`. Inverse depth is
+    compared in `units` to 1/m, what is nearer than `nearest_m` counting as there; a pixel flies
+    that is more than `jump` off what is to either side, and more than `same` off its neighbours."""
+    found = np.empty(depth_m.shape, np.float32)
+    _compiled.solid(found, depth_m, units, nearest_m, jump, same)
+    return found
+
+
+class DepthView(NamedTuple):
+    """Where a depth image was taken, and what of it counts. Heights are above the floor."""
+
+    stride: int  # every n-th pixel of the image is used
+    max_depth_m: float
+    camera_m: float  # the camera's height
+    floor_m: float  # points under this height are floor
+    height_m: float  # those up to this one obstacles
+    cosine: float  # of the yaw of the base
+    sine: float
+    x_m: float  # the camera in the grid, from its corner
+    y_m: float
+    per_m: float  # cells
+
+
+class Weights(NamedTuple):
+    """How evidence changes by a frame."""
+
+    hits_needed: int  # obstacle points in a cell that make a hit
+    hit: int
+    miss: int  # less, for a cell that shows floor and no obstacle
+    most: int  # either way
+
+
+def integrate(
+    evidence: NDArray[np.int16],
+    depth_m: F32,
+    directions: tuple[F32, F32, F32, F32],
+    groups: I32,
+    azimuths: int,
+    view: DepthView,
+    weights: Weights,
+    cells_around: int,
+) -> tuple[F32, Ends | None]:
+    """Books a depth image (H, W) in `evidence` (R, C), in place. `directions` are forward, left, up
+    and level reach of the used pixels (h, w), m to a metre of depth; `groups` which of the azimuths
+    each is of, (h, w), or (1, w) where all of a column are of one. No point is farther from the
+    camera than `cells_around`; those outside of the grid count at its rim. Returns the free range
+    by azimuth, m: up to the nearest obstacle, else the farthest floor; and the window of what was
+    seen. Depth that is not above 0 is none. ValueError for shapes that do not fit."""
+    range_m = np.empty((1, azimuths), np.float32)
+    window = _compiled.integrate(
+        evidence, depth_m, *directions, groups, range_m, *view, *weights, cells_around
+    )
+    return range_m[0], window
+
+
+def derive(
+    evidence: NDArray[np.int16],
+    bumped: Mask,
+    swept: Mask,
+    masks: tuple[Mask, Mask, Mask],
+    occupied_at: int,
+    window: Ends,
+) -> tuple[Ends | None, Ends | None]:
+    """Makes `masks` anew within a window, in place: occupied, free and unknown, all (R, C).
+    Obstacle cells less than five apart are one thing: what was only swept over, between them, is no
+    floor. Returns the windows of what changed and of what is known, None for nothing."""
+    return _compiled.derive(evidence, bumped, swept, *masks, occupied_at, *window)
+
+
+def boundary(
+    edge: Mask,
+    free: Mask,
+    unknown: Mask,
+    occupied: Mask,
+    given_up: Mask,
+    wall_gap: int,
+    window: Ends,
+) -> Ends | None:
+    """Makes `edge` anew within a window, in place: free cells beside unknown ones, by eight
+    neighbours, with no obstacle in the square of `wall_gap` cells, and not given up. All (R, C).
+    Returns the window of what changed, None for nothing."""
+    return _compiled.boundary(edge, free, unknown, occupied, given_up, wall_gap, *window)
+
+
+def components(mask: Mask, top: int, left: int) -> list[I32]:
+    """(r, c) -> the 8-connected sets of cells, each (N, 2) row, col in scan order, of a mask whose
+    corner is given; those first whose first block of 2 x 2 cells of the mask comes first."""
+    count = int(np.count_nonzero(mask))
+    cells, ends = np.empty((count, 2), np.int32), np.empty((1, count), np.int32)
+    found = _compiled.components(mask, cells, ends, top, left)
+    last = ends[0, :found].tolist()
+    return [cells[start:end] for start, end in zip([0, *last[:-1]], last, strict=False)]
+
+
+def shared(cells: I32, others: I32, reach: int) -> int:
+    """How many of some cells (N, 2) have one of the others (M, 2) in the square of so many cells
+    around them."""
+    return _compiled.shared(np.ascontiguousarray(cells), np.ascontiguousarray(others), reach)
+
+
+class Rules(NamedTuple):
+    """Where a window lies, where the robot is, and what it can pass. Lengths in m."""
+
+    cell_m: float
+    x0_m: float  # the grid's corner
+    y0_m: float
+    first_row: int  # the window's, in the grid
+    first_col: int
+    x_m: float  # the robot
+    y_m: float
+    most_m: float  # clearance that is told
+    hard_m: float  # that the body needs
+    comfort_m: float  # more of it, over which speed rises to all of it
+    slowest: float  # relative speed at the least clearance
+    squeeze_m: float  # so near to the robot cells of `loose_m` are clear; 0: none
+    loose_m: float
+    escape_m: float  # so near to it free cells pass
+    dead_end_m: float  # and so near even those of a dead end
+
+
+def survey(
+    distance: F32,
+    free: Mask,
+    driven: NDArray[np.uint8],
+    dead_end: Mask,
+    terrain: tuple[F32, Mask, F32],
+    rules: Rules,
+) -> None:
+    """Makes `terrain` anew, in place: clearance in m, where the body fits, relative speed; of the
+    distance to the nearest obstacle's middle in cells, and the map's masks. All (r, c), of one
+    window. What was driven over is as clear as the body needs."""
+    _compiled.survey(distance, free, driven, dead_end, *terrain, *rules)
