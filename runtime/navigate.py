@@ -121,7 +121,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         why,
         candidates,
         world.map.copied(window),
-        SemanticCopy.of(world.semantic, frame, window),
+        SemanticCopy.of(world.semantic, frame, window, candidates),
         tuple(world.keyframes),
         world.pose,
         world.terrain.around(world.pose, ROOM_M) if ranked else None,

@@ -12,6 +12,7 @@ from runtime.core.distances.kept_plan import KeptPlan
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, TerrainSurvey
 from runtime.core.geometry import seen_from_m
+from runtime.core.kernels import walking
 from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
@@ -20,7 +21,6 @@ from runtime.core.motion.courses import STILL, Course
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F64,
-    I32,
     Action,
     Brief,
     Decision,
@@ -300,40 +300,23 @@ class World:
 
 def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.3) -> None:
     """Turn identified cells into frontiers: goal point and walking distance from the robot."""
+    if not cells_by_id:
+        world.frontiers = ()
+        return
     reach, frame = world.reach, world.reach.frame
-    snap = round(snap_m / frame.resolution_m)
-    found = []
-    every = frame.cells(np.concatenate([np.zeros((0, 2)), *cells_by_id.values()]))
-    away = reach.of(every)
-    ends = np.cumsum([len(cells) for cells in cells_by_id.values()])
-    for (id, cells_xy), end in zip(cells_by_id.items(), ends, strict=True):
-        part = slice(end - len(cells_xy), end)
-        cells, near = every[part], away[part]  # in scan order: ties go to the first
-        best = int(near.argmin())
-        cell, distance_m = cells[best], float(near[best])
-        if math.isinf(distance_m):  # the body does not fit onto it: stand close by
-            cell, distance_m = _close_by(cells, reach, snap)
-        x, y = frame.centres(cell)
-        found.append(Frontier(id, cells_xy, (float(x), float(y)), distance_m))
-    world.frontiers = tuple(found)
-
-
-def _close_by(cells: I32, reach: Field, snap: int) -> tuple[I32, float]:
-    """The cell within a square of `snap` cells around (N, 2) cells that is nearest on foot, the
-    first in scan order of equals, and how far it is."""
-    known = -reach.frame.first_row, -reach.frame.first_col  # what lies before is no cell
-    low = np.maximum(cells.min(axis=0) - snap, known)
-    (top, left), (bottom, right) = low.tolist(), (cells.max(axis=0) + snap + 1).tolist()
-    mask = np.zeros((bottom - top, right - left), np.uint8)
-    mask[tuple((cells - low).T)] = 1
-    size = 2 * snap + 1
-    wider = cv2.dilate(mask, np.ones((size, size), np.uint8)) > 0
-    near = np.where(wider, reach.part((slice(top, bottom), slice(left, right))), np.inf)
-    best = int(near.argmin())
-    if math.isinf(near.flat[best]):
-        best = int(wider.argmax())
-    cell: I32 = (np.array(np.unravel_index(best, near.shape)) + low).astype(np.int32)
-    return cell, float(near.flat[best])
+    every = frame.cells(np.concatenate(list(cells_by_id.values())))
+    ends = np.cumsum([len(cells) for cells in cells_by_id.values()], dtype=np.int32)
+    # The body may not fit onto any of a frontier's cells: it stands close by. What lies before the
+    # first cell of the map is none.
+    snap, first = round(snap_m / frame.resolution_m), (-frame.first_row, -frame.first_col)
+    places, away = walking.nearest(reach.arrival_m, every, ends, snap, first)
+    goals, distances_m = frame.centres(places).tolist(), away.tolist()
+    world.frontiers = tuple(
+        Frontier(id, cells_xy, (x, y), distance_m)
+        for (id, cells_xy), (x, y), distance_m in zip(
+            cells_by_id.items(), goals, distances_m, strict=True
+        )
+    )
 
 
 def toward(field: Field, pose: Pose, command: Command) -> Command:

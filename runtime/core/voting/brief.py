@@ -4,14 +4,13 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
+from runtime.core.kernels import walking
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.mapping.keyframes import KeyframeView
-from runtime.core.mapping.windows import part_frame
+from runtime.core.mapping.windows import Window, inside, part_frame
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F32,
@@ -24,11 +23,8 @@ from runtime.core.types import (
     NearbyObject,
 )
 
-_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
-_SQUARE = np.ones((3, 3), np.uint8)
-
-
 OBJECT_RANGE_M = 3.5  # objects further on foot are not mentioned
+TOUCH_CELLS = 4  # around an object: to walk there is to have walked up to it
 OBJECT_CONFIDENCE = 0.6  # less certain ones are not mentioned
 ROOM_RANGE_M = 1.5  # around the frontier, where room evidence is averaged
 ROOM_WEIGHT_MIN = 1.0  # mean evidence, in views, below which no room type is told
@@ -40,44 +36,32 @@ UNKNOWN_DEPTH_M = 2.0  # how far into the unknown a frontier is credited
 
 def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
     """(r, c) masks -> cells of walking distance from the seeds, octagonal metric, inf beyond
-    `limit` steps. One dilation a step: for small neighbourhoods it beats fast marching."""
-    reached, wider = seeds.astype(np.uint8), np.zeros(seeds.shape, np.uint8)
-    allowed = (passable | seeds).astype(np.uint8)
-    # Steps that each cell has been reached for; bytes are added fastest.
-    since = np.zeros(seeds.shape, np.uint8 if limit < 255 else np.uint16)
-    count, done = cv2.countNonZero(reached), 0
-    x, y, w, h = cv2.boundingRect(reached)
-    for n in range(1, limit + 1):
-        # no step leads further than a cell from what was reached
-        near = slice(max(0, y - n), y + h + n), slice(max(0, x - n), x + w + n)
-        part = wider[near]
-        cv2.dilate(reached[near], _CROSS if n % 2 else _SQUARE, dst=part)
-        cv2.bitwise_and(part, allowed[near], dst=part)
-        before, count = count, cv2.countNonZero(part)
-        if count == before:
-            break
-        reached, wider, done = wider, reached, n
-        since[near] += part
-    steps = np.where(since > 0, np.float32(done + 1) - since.astype(np.float32), np.float32(np.inf))
-    steps[seeds] = 0.0
-    return steps
+    `limit` steps."""
+    return walking.walk(passable, seeds, limit)[0]
 
 
 @dataclass(frozen=True)
 class SemanticCopy:
-    """What is told of a window of a semantic map as it was at one moment: room evidence (R, rows,
-    cols) and the objects that are sure, in the window's own rows and columns."""
+    """What is told of a window of a semantic map as it was at one moment: room evidence round each
+    frontier, by its id, and the objects that are sure, in the window's own rows and columns."""
 
     room_names: tuple[str, ...]
-    rooms: F32
+    rooms: Mapping[int, F32]  # (R, rows, cols) each, of `_window` at ROOM_RANGE_M
     things: "Things"
 
     @classmethod
     def of(
-        cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]
+        cls,
+        semantic: SemanticMap,
+        frame: GridFrame,
+        window: Window,
+        frontiers: Iterable[Frontier],
     ) -> "SemanticCopy":
-        """Of the map within a window."""
-        rooms = semantic.rooms[:, *window].copy()
+        """Of the map within a window, which holds the frontiers."""
+        inner, part = part_frame(frame, window), semantic.rooms[:, *window]
+        rooms = {
+            f.id: part[:, *_window(inner, f.cells_xy, ROOM_RANGE_M)[0]].copy() for f in frontiers
+        }
         return cls(semantic.room_names, rooms, Things.of(semantic, frame, window))
 
 
@@ -93,7 +77,7 @@ def compose(
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
     if isinstance(semantic, SemanticMap):
         whole = slice(0, grid.frame.rows), slice(0, grid.frame.cols)
-        semantic = SemanticCopy.of(semantic, grid.frame, whole)
+        semantic = SemanticCopy.of(semantic, grid.frame, whole, reachable)
     told = [_frontier_brief(f, grid, semantic, views.get(f.id, KeyframeView())) for f in reachable]
     return Brief(goal, stamp_ns, tuple(told))
 
@@ -112,7 +96,8 @@ def _frontier_brief(
     steps = walking_distances(grid.free[window], seeds, math.ceil(OBJECT_RANGE_M / resolution))
     walk_m = steps * np.float32(resolution)
     unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution)
-    rooms = _rooms(semantic, window, walk_m <= ROOM_RANGE_M)
+    around, _ = _window(grid.frame, frontier.cells_xy, ROOM_RANGE_M)
+    rooms = _rooms(semantic, frontier.id, walk_m[inside(around, window)] <= ROOM_RANGE_M)
     objects = _objects(semantic.things, origin, walk_m)
     door = doorway(frontier.cells_xy, grid)
     return FrontierBrief(
@@ -129,8 +114,8 @@ def _frontier_brief(
 
 def _unknown_m2(unknown: Mask, seeds: Mask, resolution_m: float) -> float:
     """Unknown area that could be walked to from a frontier's cells, as far as the walls go."""
-    steps = walking_distances(unknown, seeds, math.ceil(UNKNOWN_DEPTH_M / resolution_m))
-    return float(np.isfinite(steps[~seeds]).sum()) * resolution_m**2
+    _, reached = walking.walk(unknown, seeds, math.ceil(UNKNOWN_DEPTH_M / resolution_m))
+    return float(reached - np.count_nonzero(seeds)) * resolution_m**2
 
 
 def worthwhile(brief: Brief, least_m2: float) -> Brief:
@@ -167,34 +152,33 @@ class Things:
 
     named: tuple[tuple[str, float], ...]
     cells: I32
-    starts: NDArray[np.intp]
+    starts: I32
 
     @classmethod
-    def of(cls, semantic: SemanticMap, frame: GridFrame, window: tuple[slice, slice]) -> "Things":
+    def of(cls, semantic: SemanticMap, frame: GridFrame, window: Window) -> "Things":
         """Those that may lie in a window of the map; their cells are counted from its first."""
-        ends = np.array([[part.start for part in window], [part.stop for part in window]], np.int32)
-        low, high = frame.centres(ends)
+        corners = np.array([[part.start for part in window], [part.stop for part in window]])
+        low, high = frame.centres(corners.astype(np.int32))
         middle, reach_m = (low + high) / 2, float(np.hypot(*(high - low))) / 2 + LARGEST_M
         ids, _ = semantic.places.within((float(middle[0]), float(middle[1])), reach_m)
-        near = [semantic.instances[id] for id in ids]
-        sure = [i for i in near if i.confidence >= OBJECT_CONFIDENCE]
-        inner = part_frame(frame, window)
-        cells = [inner.cells(i.cells_xy) for i in sure]
-        starts = np.cumsum([0, *(len(c) for c in cells)])[:-1]
-        flat = np.concatenate([np.zeros((0, 2), np.int32), *cells])
-        return cls(tuple((i.name, i.confidence) for i in sure), flat, starts)
+        named, cells_xy = [], [np.zeros((0, 2))]
+        for id in ids:
+            one = semantic.instances[id]
+            name = one.name
+            confidence = one.confidence_of(name)
+            if confidence >= OBJECT_CONFIDENCE:
+                named.append((name, confidence))
+                cells_xy.append(one.cells_xy)
+        starts = np.cumsum([len(cells) for cells in cells_xy])[:-1].astype(np.int32)
+        cells = part_frame(frame, window).cells(np.concatenate(cells_xy))
+        return cls(tuple(named), cells, starts)
 
 
-def _objects(things: Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyObject, ...]:
-    """Objects whose footprint can be walked up to; 0.2 m around it counts as touching it."""
+def _objects(things: Things, origin: I32, walk_m: F32) -> tuple[NearbyObject, ...]:
+    """Objects whose footprint can be walked up to."""
     if not things.named:
         return ()
-    touch = cv2.erode(walk_m, np.ones((9, 9), np.uint8))  # a minimum filter
-    rows, cols = (things.cells - origin).T
-    inside = (rows >= 0) & (rows < walk_m.shape[0]) & (cols >= 0) & (cols < walk_m.shape[1])
-    away = np.full(len(rows), np.inf, np.float32)
-    away[inside] = touch[rows[inside], cols[inside]]
-    nearest = np.minimum.reduceat(away, things.starts)
+    nearest = walking.touch(walk_m, things.cells - origin, things.starts, TOUCH_CELLS)
     near = [
         NearbyObject(name, round(confidence, 3), float(distance))
         for (name, confidence), distance in zip(things.named, nearest, strict=True)
@@ -203,12 +187,11 @@ def _objects(things: Things, origin: np.ndarray, walk_m: F32) -> tuple[NearbyObj
     return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
 
 
-def _rooms(
-    semantic: SemanticCopy, window: tuple[slice, slice], near: Mask
-) -> tuple[tuple[str, float], ...]:
+def _rooms(semantic: SemanticCopy, frontier: int, near: Mask) -> tuple[tuple[str, float], ...]:
+    """`near` is of the window that the frontier's evidence is of."""
     if not semantic.room_names or not near.any():
         return ()
-    evidence = semantic.rooms[:, *window][:, near].mean(axis=1).astype(float)
+    evidence = walking.means(semantic.rooms[frontier], near).astype(float)
     total = float(evidence.sum())
     if total < ROOM_WEIGHT_MIN:
         return ()
@@ -218,11 +201,11 @@ def _rooms(
     )
 
 
-def _window(
-    frame: GridFrame, cells_xy: F64, margin_m: float
-) -> tuple[tuple[slice, slice], np.ndarray]:
+def _window(frame: GridFrame, cells_xy: F64, margin_m: float) -> tuple[Window, I32]:
+    """The window of the grid that holds cells (N, 2) m and a margin, and its first cell."""
     cells = frame.cells(cells_xy)
     margin = math.ceil(margin_m / frame.resolution_m)
     low = np.maximum(cells.min(axis=0) - margin, 0)
     high = np.minimum(cells.max(axis=0) + margin + 1, frame.shape)
-    return (slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))), low
+    corner: I32 = low.astype(np.int32)
+    return (slice(int(low[0]), int(high[0])), slice(int(low[1]), int(high[1]))), corner
