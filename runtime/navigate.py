@@ -121,7 +121,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         why,
         candidates,
         world.map.copied(window),
-        SemanticCopy.of(world.semantic, frame, window, candidates),
+        SemanticCopy.of(world.semantic, world.map, candidates, window),
         tuple(world.keyframes),
         world.pose,
         world.terrain.around(world.pose, ROOM_M) if ranked else None,

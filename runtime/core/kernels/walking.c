@@ -1,100 +1,32 @@
 /* Walking distance by whole cells, and what of it reaches things. */
-#include "windows.h"
+#include "walk.h"
 #include <math.h>
-#include <stdlib.h>
-
-enum { CLOSED = 0, OPEN = 0xFFFF }; /* else one more than the step that reached the cell */
-
-typedef struct {
-    uint16_t *state; /* padded by a closed cell on each side */
-    Py_ssize_t width;
-    int32_t *queue; /* the cells that were reached, in order */
-    Py_ssize_t count;
-} Walk;
-
-static int begin(Walk *walk, const Grid *steps, const Grid *passable, const Grid *seeds)
-{
-    walk->width = steps->cols + 2;
-    if (steps->rows + 2 > INT32_MAX / walk->width)
-        return -1; /* more cells than the queue can number */
-    walk->state = calloc((size_t)(walk->width * (steps->rows + 2)), sizeof *walk->state);
-    walk->queue = malloc((size_t)(steps->rows * steps->cols + 1) * sizeof *walk->queue);
-    if (!walk->state || !walk->queue)
-        return -1;
-    for (Py_ssize_t row = 0; row < steps->rows; row++) {
-        uint16_t *state = walk->state + (row + 1) * walk->width + 1;
-        const uint8_t *open = GRID_ROW(*passable, uint8_t, row);
-        const uint8_t *seed = GRID_ROW(*seeds, uint8_t, row);
-        Py_ssize_t col, end;
-        for (col = 0; col < steps->cols; col++)
-            state[col] = open[col] ? OPEN : CLOSED;
-        if (!bytes_span(seed, steps->cols, &col, &end))
-            continue;
-        for (; col < end; col++) {
-            if (seed[col]) {
-                state[col] = 1;
-                walk->queue[walk->count++] = (int32_t)((row + 1) * walk->width + 1 + col);
-            }
-        }
-    }
-    return 0;
-}
-
-static inline void reach(Walk *walk, Py_ssize_t cell, uint16_t step)
-{
-    if (walk->state[cell] == OPEN) {
-        walk->state[cell] = step;
-        walk->queue[walk->count++] = (int32_t)cell;
-    }
-}
-
-/* Odd steps lead to the four cells beside, even ones to the eight around: an octagon in all. The
- * walk ends with the first step that reaches nothing. */
-static void spread(Walk *walk, long limit)
-{
-    const Py_ssize_t w = walk->width;
-    Py_ssize_t before = 0, last = 0; /* where the queue has the step before the last, and the last */
-    for (long step = 1; step <= limit; step++) {
-        const Py_ssize_t end = walk->count;
-        const uint16_t mark = (uint16_t)(step + 1);
-        if (step % 2) {
-            for (Py_ssize_t n = last; n < end; n++) {
-                const Py_ssize_t cell = walk->queue[n];
-                reach(walk, cell - w, mark), reach(walk, cell - 1, mark);
-                reach(walk, cell + 1, mark), reach(walk, cell + w, mark);
-            }
-        } else { /* the step before the last went to the sides alone */
-            for (Py_ssize_t n = before; n < end; n++) {
-                const Py_ssize_t cell = walk->queue[n];
-                for (Py_ssize_t near = cell - w; near <= cell + w; near += w)
-                    reach(walk, near - 1, mark), reach(walk, near, mark), reach(walk, near + 1, mark);
-            }
-        }
-        if (walk->count == end)
-            return;
-        before = last;
-        last = end;
-    }
-}
 
 static int walk_in(Grid *steps, const Grid *passable, const Grid *seeds, long limit,
                    Py_ssize_t *reached)
 {
     Walk walk = {0};
-    const int done = begin(&walk, steps, passable, seeds);
+    const int done = walk_begin(&walk, passable);
+    for (Py_ssize_t row = 0; row < seeds->rows && done == 0; row++) {
+        const uint8_t *seed = GRID_ROW(*seeds, uint8_t, row);
+        Py_ssize_t col, last;
+        if (!bytes_span(seed, seeds->cols, &col, &last))
+            continue;
+        for (; col < last; col++)
+            if (seed[col])
+                walk_start(&walk, row, col);
+    }
     if (done == 0) {
-        spread(&walk, limit);
+        walk_on(&walk, limit);
         for (Py_ssize_t row = 0; row < steps->rows; row++) {
             const uint16_t *state = walk.state + (row + 1) * walk.width + 1;
             float *out = GRID_ROW(*steps, float, row);
             for (Py_ssize_t col = 0; col < steps->cols; col++)
-                out[col] = state[col] != CLOSED && state[col] != OPEN ? (float)(state[col] - 1)
-                                                                      : INFINITY;
+                out[col] = is_reached(state[col]) ? (float)(state[col] - 1) : INFINITY;
         }
         *reached = walk.count;
     }
-    free(walk.state);
-    free(walk.queue);
+    walk_end(&walk);
     return done;
 }
 
@@ -201,45 +133,5 @@ PyObject *kernel_touch(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ss
     if (!right)
         return PyErr_Format(PyExc_ValueError,
                             "cells, starts: not (N, 2), and (1, M) in order within them");
-    Py_RETURN_NONE;
-}
-
-/* The mean of each of several layers, stacked, where the mask is set; summed cell by cell. */
-static void means(Grid *found, const Grid *layers, const Grid *mask)
-{
-    float *mean = GRID_ROW(*found, float, 0);
-    for (Py_ssize_t layer = 0; layer < found->cols; layer++) {
-        float sum = 0.0f;
-        Py_ssize_t count = 0, col, end;
-        for (Py_ssize_t row = 0; row < mask->rows; row++) {
-            const uint8_t *held = GRID_ROW(*mask, uint8_t, row);
-            const float *value = GRID_ROW(*layers, float, layer * mask->rows + row);
-            if (!bytes_span(held, mask->cols, &col, &end))
-                continue;
-            for (; col < end; col++) {
-                sum += held[col] ? value[col] : 0.0f;
-                count += held[col] != 0;
-            }
-        }
-        mean[layer] = sum / (float)count;
-    }
-}
-
-PyObject *kernel_means(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
-{
-    static const GridSpec specs[] = {{'f', 1, "means"}, {'f', 0, "layers"}, {0, 0, "mask"}};
-    Grid grids[3];
-    if (count_is("means", count, 3) < 0 || grids_open(grids, args, specs, 3) < 0)
-        return NULL;
-    const int right = grids[0].rows == 1 && grids[1].cols == grids[2].cols &&
-                      grids[1].rows == grids[0].cols * grids[2].rows;
-    if (right) {
-        Py_BEGIN_ALLOW_THREADS
-        means(&grids[0], &grids[1], &grids[2]);
-        Py_END_ALLOW_THREADS
-    }
-    grids_close(grids, 3);
-    if (!right)
-        return PyErr_Format(PyExc_ValueError, "layers: not of the mask's shape, one for each mean");
     Py_RETURN_NONE;
 }

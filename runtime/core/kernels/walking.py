@@ -24,11 +24,13 @@ def touch(away: F32, cells: I32, starts: I32, margin: int) -> F32:
     return nearest
 
 
-def means(layers: F32, mask: Mask) -> F32:
-    """(L, r, c), (r, c) -> (L,) the mean of each layer where the mask is set, summed row by row;
-    NaN where it is nowhere."""
-    found: F32 = np.empty(len(layers), np.float32)
-    _compiled.means(found.reshape(1, -1), layers.reshape(-1, layers.shape[-1]), mask)
+def means(layers: F32, passable: Mask, cells: I32, ends: I32, limit: int) -> F32:
+    """For each of M sets of cells, (N, 2) in all, those of one before `ends` (M,): the mean of each
+    of `layers` (L, r, c) over what a walk of so many steps reaches, (M, L), summed row by row."""
+    found: F32 = np.empty((len(ends), len(layers)), np.float32)
+    each, last = np.ascontiguousarray(cells), ends.reshape(1, -1)
+    stack = layers.reshape(-1, layers.shape[-1])
+    _compiled.means(found, stack, passable, each, last, limit)
     return found
 
 

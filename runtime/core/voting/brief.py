@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.kernels import walking
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.mapping.keyframes import KeyframeView
-from runtime.core.mapping.windows import Window, inside, part_frame
+from runtime.core.mapping.windows import Window, part_frame
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F32,
@@ -42,26 +43,32 @@ def walking_distances(passable: Mask, seeds: Mask, limit: int) -> F32:
 
 @dataclass(frozen=True)
 class SemanticCopy:
-    """What is told of a window of a semantic map as it was at one moment: room evidence round each
-    frontier, by its id, and the objects that are sure, in the window's own rows and columns."""
+    """What is told of a window of a semantic map as it was at one moment: mean room evidence round
+    each frontier, by its id, and the objects that are sure, in the window's own rows and columns.
+    """
 
     room_names: tuple[str, ...]
-    rooms: Mapping[int, F32]  # (R, rows, cols) each, of `_window` at ROOM_RANGE_M
+    rooms: Mapping[int, F32]  # (R,) each
     things: "Things"
 
     @classmethod
     def of(
         cls,
         semantic: SemanticMap,
-        frame: GridFrame,
-        window: Window,
+        grid: NavigationMap | MapCopy,
         frontiers: Iterable[Frontier],
+        window: Window | None = None,
     ) -> "SemanticCopy":
-        """Of the map within a window, which holds the frontiers."""
-        inner, part = part_frame(frame, window), semantic.rooms[:, *window]
-        rooms = {
-            f.id: part[:, *_window(inner, f.cells_xy, ROOM_RANGE_M)[0]].copy() for f in frontiers
-        }
+        """Of a map within a window, the whole one if none is given, which holds the frontiers."""
+        frame, cells = grid.frame, {f.id: grid.frame.cells(f.cells_xy) for f in frontiers}
+        window = window or (slice(0, frame.rows), slice(0, frame.cols))
+        rooms: dict[int, F32] = {}
+        if cells and semantic.room_names:
+            every = np.concatenate(list(cells.values()))
+            ends = np.cumsum([len(each) for each in cells.values()], dtype=np.int32)
+            steps = math.floor(ROOM_RANGE_M / frame.resolution_m + 1e-6)
+            means = walking.means(semantic.rooms, grid.free, every, ends, steps)
+            rooms = dict(zip(cells, means, strict=True))
         return cls(semantic.room_names, rooms, Things.of(semantic, frame, window))
 
 
@@ -76,8 +83,7 @@ def compose(
     """The brief over the reachable frontiers, sorted by id; `views` are their best keyframes."""
     reachable = sorted((f for f in frontiers if math.isfinite(f.distance_m)), key=lambda f: f.id)
     if isinstance(semantic, SemanticMap):
-        whole = slice(0, grid.frame.rows), slice(0, grid.frame.cols)
-        semantic = SemanticCopy.of(semantic, grid.frame, whole, reachable)
+        semantic = SemanticCopy.of(semantic, grid, reachable)
     told = [_frontier_brief(f, grid, semantic, views.get(f.id, KeyframeView())) for f in reachable]
     return Brief(goal, stamp_ns, tuple(told))
 
@@ -96,8 +102,7 @@ def _frontier_brief(
     steps = walking_distances(grid.free[window], seeds, math.ceil(OBJECT_RANGE_M / resolution))
     walk_m = steps * np.float32(resolution)
     unknown_m2 = _unknown_m2(grid.unknown[window], seeds, resolution)
-    around, _ = _window(grid.frame, frontier.cells_xy, ROOM_RANGE_M)
-    rooms = _rooms(semantic, frontier.id, walk_m[inside(around, window)] <= ROOM_RANGE_M)
+    rooms = _rooms(semantic, frontier.id)
     objects = _objects(semantic.things, origin, walk_m)
     door = doorway(frontier.cells_xy, grid)
     return FrontierBrief(
@@ -147,21 +152,21 @@ def doorway(cells_xy: F64, grid: NavigationMap | MapCopy) -> bool:
 
 @dataclass(frozen=True)
 class Things:
-    """Certain objects, name and confidence, and the cells under them: (N, 2), those of one object
-    from `starts` on."""
+    """Certain objects: name and confidence, and the centres (N, 2) m of the cells under each, which
+    nobody changes; `frame` is of the window whose cells they are told in."""
 
     named: tuple[tuple[str, float], ...]
-    cells: I32
-    starts: I32
+    cells_xy: tuple[F64, ...]
+    frame: GridFrame
 
     @classmethod
     def of(cls, semantic: SemanticMap, frame: GridFrame, window: Window) -> "Things":
-        """Those that may lie in a window of the map; their cells are counted from its first."""
+        """Those that may lie in a window of the map."""
         corners = np.array([[part.start for part in window], [part.stop for part in window]])
         low, high = frame.centres(corners.astype(np.int32))
         middle, reach_m = (low + high) / 2, float(np.hypot(*(high - low))) / 2 + LARGEST_M
         ids, _ = semantic.places.within((float(middle[0]), float(middle[1])), reach_m)
-        named, cells_xy = [], [np.zeros((0, 2))]
+        named, cells_xy = [], []
         for id in ids:
             one = semantic.instances[id]
             name = one.name
@@ -169,9 +174,18 @@ class Things:
             if confidence >= OBJECT_CONFIDENCE:
                 named.append((name, confidence))
                 cells_xy.append(one.cells_xy)
-        starts = np.cumsum([len(cells) for cells in cells_xy])[:-1].astype(np.int32)
-        cells = part_frame(frame, window).cells(np.concatenate(cells_xy))
-        return cls(tuple(named), cells, starts)
+        return cls(tuple(named), tuple(cells_xy), part_frame(frame, window))
+
+    @cached_property
+    def cells(self) -> I32:
+        """(N, 2) row, col of all of them."""
+        return self.frame.cells(np.concatenate(self.cells_xy))
+
+    @cached_property
+    def starts(self) -> I32:
+        """(M,) where the cells of each begin."""
+        lengths = [len(cells) for cells in self.cells_xy]
+        return np.cumsum([0, *lengths[:-1]], dtype=np.int32)
 
 
 def _objects(things: Things, origin: I32, walk_m: F32) -> tuple[NearbyObject, ...]:
@@ -179,19 +193,17 @@ def _objects(things: Things, origin: I32, walk_m: F32) -> tuple[NearbyObject, ..
     if not things.named:
         return ()
     nearest = walking.touch(walk_m, things.cells - origin, things.starts, TOUCH_CELLS)
-    near = [
-        NearbyObject(name, round(confidence, 3), float(distance))
-        for (name, confidence), distance in zip(things.named, nearest, strict=True)
-        if distance <= OBJECT_RANGE_M
-    ]
+    near = []
+    for thing in np.flatnonzero(nearest <= OBJECT_RANGE_M).tolist():
+        name, confidence = things.named[thing]
+        near.append(NearbyObject(name, round(confidence, 3), float(nearest[thing])))
     return tuple(sorted(near, key=lambda o: (o.distance_m, o.name, o.confidence)))
 
 
-def _rooms(semantic: SemanticCopy, frontier: int, near: Mask) -> tuple[tuple[str, float], ...]:
-    """`near` is of the window that the frontier's evidence is of."""
-    if not semantic.room_names or not near.any():
+def _rooms(semantic: SemanticCopy, frontier: int) -> tuple[tuple[str, float], ...]:
+    if not semantic.room_names:
         return ()
-    evidence = walking.means(semantic.rooms[frontier], near).astype(float)
+    evidence = semantic.rooms[frontier].astype(float)
     total = float(evidence.sum())
     if total < ROOM_WEIGHT_MIN:
         return ()

@@ -67,17 +67,22 @@ def test_touch_is_the_least_of_a_filtered_image(seed, rows, cols, things, margin
 
 
 @settings(max_examples=60, deadline=None)
-@given(SEEDS, st.integers(1, 40), st.integers(1, 40), st.integers(2, 9))
-def test_means_are_numpys_of_the_cells_that_are_set(seed, rows, cols, layers):
+@given(SEEDS, st.integers(1, 40), st.integers(1, 40), st.integers(2, 9), st.integers(0, 12))
+def test_means_are_numpys_of_the_cells_that_are_walked_to(seed, rows, cols, layers, limit):
     rng = np.random.default_rng(seed)
     stack = rng.random((layers, rows, cols)).astype(np.float32)
-    mask = rng.random((rows, cols)) < rng.choice([0.05, 0.5, 1.0])
-    mask[rng.integers(rows), rng.integers(cols)] = True
-    total = np.zeros(layers, np.float32)
-    for row, col in np.argwhere(mask):
-        total += stack[:, row, col]
-    assert np.array_equal(walking.means(stack, mask), total / np.float32(mask.sum()))
-    assert np.isnan(walking.means(stack, np.zeros_like(mask))).all()
+    passable = rng.random((rows, cols)) < rng.choice([0.3, 0.7, 1.0])
+    held = [rng.integers(0, (rows, cols), (n, 2)).astype(np.int32) for n in (1, 5, 2)]
+    ends = np.cumsum([len(cells) for cells in held], dtype=np.int32)
+    found = walking.means(stack, passable, np.concatenate(held), ends, limit)
+    for cells, means in zip(held, found, strict=True):
+        seeds = np.zeros((rows, cols), bool)
+        seeds[tuple(cells.T)] = True
+        near = np.isfinite(dilated_step_by_step(passable, seeds, limit))
+        total = np.zeros(layers, np.float32)
+        for row, col in np.argwhere(near):
+            total += stack[:, row, col]
+        assert np.array_equal(means, total / np.float32(near.sum()))
 
 
 def nearest_of_one(arrival, cells, snap, first):
@@ -126,7 +131,16 @@ def test_the_nearest_cell_of_a_set_or_close_by_it(seed, rows, cols, snap, sets):
             ),
             "starts",
         ),
-        (lambda: walking.means(np.ones((2, 3, 3), np.float32), np.ones((3, 2), bool)), "layers"),
+        (
+            lambda: walking.means(
+                np.ones((2, 3, 3), np.float32),
+                np.ones((3, 3), bool),
+                np.full((1, 2), 3, np.int32),
+                np.array([1], np.int32),
+                4,
+            ),
+            "cells",
+        ),
         (
             lambda: walking.nearest(
                 np.ones((3, 3)), np.zeros((2, 2), np.int32), np.array([0, 2], np.int32), 1, (0, 0)
