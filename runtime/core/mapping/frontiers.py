@@ -13,6 +13,7 @@ from runtime.core.types import F64, I32, Mask
 MIN_CELLS = 7  # narrower than the robot's body: nothing to drive into
 INHERIT_DILATION_CELLS = 2  # a frontier that moved by no more is the same one
 INHERIT_SHARE = 0.3  # of the smaller of two frontiers, to be the same one
+_NOWHERE = np.zeros((0, 2))
 WALL_GAP_CELLS = 1  # free cells this close to an obstacle are not frontier
 
 
@@ -51,7 +52,8 @@ def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
 
 @dataclass(frozen=True)
 class _Part:
-    """One connected set of the boundary: cells (N, 2) row, col and (N, 2) m, in scan order."""
+    """One connected set of the boundary: cells (N, 2) row, col and (N, 2) m, in scan order; no m
+    where they are fewer than MIN_CELLS."""
 
     cells: I32
     cells_xy: F64
@@ -64,7 +66,8 @@ class _Part:
         top, bottom = int(cells[0, 0]), int(cells[-1, 0])
         left, right = int(cells[:, 1].min()), int(cells[:, 1].max())
         rank = top >> 1, int(cells[cells[:, 0] <= top | 1, 1].min()) >> 1
-        return cls(cells, frame.centres(cells), (top, left), (bottom, right), rank)
+        cells_xy = frame.centres(cells) if len(cells) >= MIN_CELLS else _NOWHERE
+        return cls(cells, cells_xy, (top, left), (bottom, right), rank)
 
     def meets(self, window: Window) -> bool:
         """Whether its box and the window have a cell in common."""

@@ -27,6 +27,7 @@ from runtime.core.types import (
 OBJECT_RANGE_M = 3.5  # objects further on foot are not mentioned
 TOUCH_CELLS = 4  # around an object: to walk there is to have walked up to it
 OBJECT_CONFIDENCE = 0.6  # less certain ones are not mentioned
+_UNSURE_ODDS = math.log(OBJECT_CONFIDENCE / (1 - OBJECT_CONFIDENCE)) - 1e-6
 ROOM_RANGE_M = 1.5  # around the frontier, where room evidence is averaged
 ROOM_WEIGHT_MIN = 1.0  # mean evidence, in views, below which no room type is told
 DOORWAY_M = (0.5, 1.4)  # width of a gap that is taken for a doorway
@@ -60,15 +61,15 @@ class SemanticCopy:
         window: Window | None = None,
     ) -> "SemanticCopy":
         """Of a map within a window, the whole one if none is given, which holds the frontiers."""
-        frame, cells = grid.frame, {f.id: grid.frame.cells(f.cells_xy) for f in frontiers}
+        frame, cells_xy = grid.frame, {f.id: f.cells_xy for f in frontiers}
         window = window or (slice(0, frame.rows), slice(0, frame.cols))
         rooms: dict[int, F32] = {}
-        if cells and semantic.room_names:
-            every = np.concatenate(list(cells.values()))
-            ends = np.cumsum([len(each) for each in cells.values()], dtype=np.int32)
+        if cells_xy and semantic.room_names:
+            every = frame.cells(np.concatenate(list(cells_xy.values())))
+            ends = np.cumsum([len(each) for each in cells_xy.values()], dtype=np.int32)
             steps = math.floor(ROOM_RANGE_M / frame.resolution_m + 1e-6)
             means = walking.means(semantic.rooms, grid.free, every, ends, steps)
-            rooms = dict(zip(cells, means, strict=True))
+            rooms = dict(zip(cells_xy, means, strict=True))
         return cls(semantic.room_names, rooms, Things.of(semantic, frame, window))
 
 
@@ -169,6 +170,8 @@ class Things:
         named, cells_xy = [], []
         for id in ids:
             one = semantic.instances[id]
+            if max([evidence.odds for evidence in one.evidence.values()]) < _UNSURE_ODDS:
+                continue  # most are not: the rest costs more
             name = one.name
             confidence = one.confidence_of(name)
             if confidence >= OBJECT_CONFIDENCE:
