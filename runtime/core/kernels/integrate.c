@@ -1,11 +1,14 @@
-/* What one depth image shows of the floor plan: for each azimuth the nearest obstacle and the
- * farthest floor, for each cell how many points of either. See runtime/core/mapping/grid.py. */
+/* What one depth image shows of the floor plan: for each azimuth the nearest obstacle, the farthest
+ * floor and the nearest hole, for each cell how many points of either. See
+ * runtime/core/mapping/grid.py. */
 #include "windows.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { NOTHING = 0, FLOOR = 0x80, OBSTACLE = 1, OBSTACLES = 0x7F }; /* of a cell: bits, a count */
+/* What a pixel shows; of a cell FLOOR is a bit, the others count obstacles. HOLE is where floor would
+ * be near enough to be seen, and depth is unknown. */
+enum { NOTHING = 0, OBSTACLE = 1, HOLE = 2, FLOOR = 0x80, OBSTACLES = 0x7F };
 
 /* Both in the order in which Python gives them. */
 typedef union {
@@ -16,18 +19,20 @@ typedef union {
 } Arrays;
 
 typedef union {
-    double all[15];
+    double all[16];
     struct {
         double stride, max_depth_m, camera_m, floor_m, height_m; /* heights above the floor */
         double cosine, sine, x_m, y_m, per_m; /* the camera's yaw, its place in the grid; 1 / cell */
         double hits_needed, hit, miss, most, cells_around;
+        double hole_pixels; /* one above the other, of unknown depth, that may hide something */
     };
 } Numbers;
 
 typedef struct {
     Box box; /* of the grid: as far as the camera sees */
     uint8_t *seen;
-    float *near_m, *far_m; /* by azimuth */
+    float *near_m, *far_m, *hole_m; /* by azimuth */
+    int32_t *holes;                 /* by column, one above the other so far */
     int32_t *cell;         /* of the pixels of a row: in the box */
     uint8_t *what;
     float *distance;
@@ -56,6 +61,7 @@ static void project(const Arrays *arrays, const Numbers *n, const View *view, Py
         const float height = d * up[i] + camera;
         const int obstacle = valid & (height >= floor_m) & (height <= height_m);
         const int floor = valid & (fabsf(height) < floor_m);
+        const int hole = !valid & (max_depth * up[i] + camera <= 0.0f);
         const float ahead = d * forward[i], aside = d * left[i];
         float col = ((c * ahead - s * aside) + x) * per_m;
         float line = ((s * ahead + c * aside) + y) * per_m;
@@ -65,14 +71,51 @@ static void project(const Arrays *arrays, const Numbers *n, const View *view, Py
         line = line < bottom ? line : bottom;
         view->distance[i] = d * reach[i];
         view->cell[i] = ((int32_t)line - (int32_t)top) * (int32_t)width + (int32_t)col - (int32_t)low;
-        view->what[i] = (uint8_t)(obstacle ? OBSTACLE : floor ? FLOOR : NOTHING);
+        view->what[i] = (uint8_t)(obstacle * OBSTACLE + floor * FLOOR + hole * HOLE);
     }
 }
 
-static void book(const View *view, const int32_t *group, Py_ssize_t count, uint8_t hits_needed)
+/* What may stand where the lowest pixel of some above each other is a hole: as near as the floor that
+ * the pixel below it would show. */
+static float hole_from(const Arrays *arrays, const Numbers *n, Py_ssize_t row, Py_ssize_t col)
 {
-    for (Py_ssize_t i = 0; i < count; i++) {
+    const Py_ssize_t below = row + 1 < arrays->up.rows ? row + 1 : row;
+    const float up = GRID_ROW(arrays->up, float, below)[col];
+    return (float)n->camera_m / -up * GRID_ROW(arrays->reach, float, below)[col];
+}
+
+static int32_t group_of(const Arrays *arrays, Py_ssize_t row, Py_ssize_t col)
+{
+    return GRID_ROW(arrays->groups, int32_t, arrays->groups.rows == 1 ? 0 : row)[col];
+}
+
+/* A pixel of unknown depth; those below it, as many as `holes` tells, were as well. */
+static void book_hole(const Arrays *arrays, const Numbers *n, const View *view, Py_ssize_t row,
+                      Py_ssize_t col)
+{
+    const int32_t so_far = ++view->holes[col], needed = (int32_t)n->hole_pixels;
+    if (so_far < needed)
+        return;
+    for (Py_ssize_t from = so_far == needed ? row + needed - 1 : row; from >= row; from--) {
+        float *hole = &view->hole_m[group_of(arrays, from, col)];
+        const float distance = hole_from(arrays, n, from, col);
+        if (distance >= 0.0f && distance < *hole)
+            *hole = distance;
+    }
+}
+
+static void book(const Arrays *arrays, const Numbers *n, const View *view, Py_ssize_t row)
+{
+    const uint8_t hits_needed = (uint8_t)n->hits_needed;
+    const int32_t *group =
+        GRID_ROW(arrays->groups, int32_t, arrays->groups.rows == 1 ? 0 : row);
+    for (Py_ssize_t i = 0; i < arrays->up.cols; i++) {
         const uint8_t what = view->what[i];
+        if (what == HOLE) {
+            book_hole(arrays, n, view, row, i);
+            continue;
+        }
+        view->holes[i] = 0;
         const float distance = view->distance[i];
         uint8_t *seen = &view->seen[view->cell[i]];
         if (what == OBSTACLE) {
@@ -130,8 +173,10 @@ static Box around(const Grid *grid, const Numbers *n)
 static void outline(Grid *range, const View *view)
 {
     float *out = GRID_ROW(*range, float, 0);
-    for (Py_ssize_t n = 0; n < range->cols; n++)
-        out[n] = view->near_m[n] < INFINITY ? view->near_m[n] : view->far_m[n];
+    for (Py_ssize_t n = 0; n < range->cols; n++) {
+        const float seen = view->near_m[n] < INFINITY ? view->near_m[n] : view->far_m[n];
+        out[n] = seen < view->hole_m[n] ? seen : view->hole_m[n];
+    }
 }
 
 static int integrate(Arrays *arrays, const Numbers *n, Box *changed)
@@ -141,21 +186,22 @@ static int integrate(Arrays *arrays, const Numbers *n, Box *changed)
     const size_t cells = (size_t)((view.box.bottom - view.box.top) *
                                   (view.box.right - view.box.left));
     view.seen = calloc(cells, 1);
-    view.near_m = malloc((size_t)(2 * azimuths + pixels) * sizeof(float));
-    view.cell = malloc((size_t)pixels * (sizeof *view.cell + 1));
+    view.near_m = malloc((size_t)(3 * azimuths + pixels) * sizeof(float));
+    view.cell = calloc((size_t)pixels, 2 * sizeof *view.cell + 1);
     const int ready = view.seen && view.near_m && view.cell;
     if (ready) {
         view.far_m = view.near_m + azimuths;
-        view.distance = view.far_m + azimuths;
-        view.what = (uint8_t *)(view.cell + pixels);
+        view.hole_m = view.far_m + azimuths;
+        view.distance = view.hole_m + azimuths;
+        view.holes = view.cell + pixels;
+        view.what = (uint8_t *)(view.holes + pixels);
         for (Py_ssize_t k = 0; k < azimuths; k++) {
-            view.near_m[k] = INFINITY;
+            view.near_m[k] = view.hole_m[k] = INFINITY;
             view.far_m[k] = 0.0f;
         }
-        for (Py_ssize_t row = 0; row < arrays->up.rows; row++) {
-            const Py_ssize_t line = arrays->groups.rows == 1 ? 0 : row;
+        for (Py_ssize_t row = arrays->up.rows - 1; row >= 0; row--) {
             project(arrays, n, &view, row);
-            book(&view, GRID_ROW(arrays->groups, int32_t, line), pixels, (uint8_t)n->hits_needed);
+            book(arrays, n, &view, row);
         }
         *changed = weigh(&arrays->evidence, &view, n);
         outline(&arrays->range, &view);
@@ -188,6 +234,8 @@ static const char *problem_of(const Arrays *a, const Numbers *n)
     if (a->groups.cols != a->up.cols || (a->groups.rows != 1 && a->groups.rows != a->up.rows) ||
         a->range.rows != 1 || !in_range(&a->groups, a->range.cols))
         return "groups: not one of the azimuths for each pixel, or for each column";
+    if (!(n->hole_pixels >= 1.0 && n->hole_pixels < 1e6))
+        return "hole_pixels: no number of pixels";
     if (!(n->cells_around >= 0.0 && n->cells_around < 16384.0) || !a->evidence.rows ||
         !a->evidence.cols)
         return "cells_around: more than any camera sees, or no cell";
@@ -203,7 +251,7 @@ PyObject *kernel_integrate(PyObject *Py_UNUSED(module), PyObject *const *args, P
                                      {'f', 0, "forward"},  {'f', 0, "left"},
                                      {'f', 0, "up"},       {'f', 0, "reach"},
                                      {'i', 0, "groups"},   {'f', 1, "range_m"}};
-    enum { ARRAYS = 8, NUMBERS = 15 };
+    enum { ARRAYS = 8, NUMBERS = 16 };
     Arrays arrays;
     Numbers numbers;
     Box changed = NO_BOX;

@@ -54,16 +54,18 @@ def integrate(
     view: DepthView,
     weights: Weights,
     cells_around: int,
+    hole_pixels: int,
 ) -> tuple[F32, Ends | None]:
     """Books a depth image (H, W) in `evidence` (R, C), in place. `directions` are forward, left, up
     and level reach of the used pixels (h, w), m to a metre of depth; `groups` which of the azimuths
     each is of, (h, w), or (1, w) where all of a column are of one. No point is farther from the
     camera than `cells_around`; those outside of the grid count at its rim. Returns the free range
-    by azimuth, m: up to the nearest obstacle, else the farthest floor; and the window of what was
-    seen. Depth that is not above 0 is none. ValueError for shapes that do not fit."""
+    by azimuth, m: up to the nearest obstacle, else the farthest floor, but not beyond where
+    `hole_pixels` one above the other, or more, would show floor and are of unknown depth; and the
+    window of what was seen. ValueError for shapes that do not fit."""
     range_m = np.empty((1, azimuths), np.float32)
     window = _compiled.integrate(
-        evidence, depth_m, *directions, groups, range_m, *view, *weights, cells_around
+        evidence, depth_m, *directions, groups, range_m, *view, *weights, cells_around, hole_pixels
     )
     return range_m[0], window
 

@@ -2,6 +2,7 @@
 
 Evidence is clipped log-odds in integer steps. Floor that is seen clears a cell; a ray that merely
 passes over a cell only tells unknown from free, since a level camera looks over low furniture.
+Where depth is missing below what was seen, something may stand that gave none: no ray passes.
 """
 
 import math
@@ -34,6 +35,7 @@ RESOLUTION_M = 0.05  # side of a cell; a camera's depth is good to about as much
 SIDE_M = 24.0  # of the first grid; it grows when the robot leaves it
 STRIDE = 2  # every n-th pixel of the depth image is used
 FLOOR_BELOW_M = 0.07  # points under this height are floor
+HOLE_RAD = 0.015  # of unknown depth from low to high that may hide something; less is noise
 HIT = 4  # evidence of a frame with obstacle points in a cell
 MISS = 2  # evidence of a frame that shows floor in a cell
 HITS_NEEDED = 2  # obstacle points in a cell that make a hit
@@ -265,29 +267,21 @@ def integrate(
     (V, 2) m in the map frame: the camera and the free range along each azimuth. The grid must
     already reach as far as the camera sees."""
     table, frame = rays(obs.intrinsics, mount, STRIDE), grid.frame
-    c, s = math.cos(obs.pose.yaw_rad), math.sin(obs.pose.yaw_rad)
-    x0 = obs.pose.x_m + c * mount.x_m - s * mount.y_m
-    y0 = obs.pose.y_m + s * mount.x_m + c * mount.y_m
+    (x0, y0), facing = _camera_at(obs.pose, mount)
+    view = kernels.DepthView(
+        STRIDE, max_depth_m, mount.z_m, FLOOR_BELOW_M, height_m, *facing,
+        x0 - frame.x0_m, y0 - frame.y0_m, 1.0 / frame.resolution_m,
+    )  # fmt: skip
     reach, seen = kernels.integrate(
         grid.evidence,
         np.ascontiguousarray(obs.depth_m),
         (table.forward, table.left, table.up, table.reach),
         table.groups,
         len(table.azimuths),
-        kernels.DepthView(
-            STRIDE,
-            max_depth_m,
-            mount.z_m,
-            FLOOR_BELOW_M,
-            height_m,
-            c,
-            s,
-            x0 - frame.x0_m,
-            y0 - frame.y0_m,
-            1.0 / frame.resolution_m,
-        ),
+        view,
         _WEIGHTS,
         math.ceil(max_depth_m * table.farthest / frame.resolution_m) + 2,
+        max(2, round(HOLE_RAD * obs.intrinsics.fy / STRIDE)),
     )
     if seen:
         grid.changed(between(seen))
@@ -298,6 +292,13 @@ def integrate(
     _sweep(grid, outline)
     grid.drive_over(obs.pose, radius_m)
     return outline
+
+
+def _camera_at(pose: Pose, mount: Mount) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where the camera is in the map frame, m, and cosine and sine of the base's yaw."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x_m = pose.x_m + c * mount.x_m - s * mount.y_m
+    return (x_m, pose.y_m + s * mount.x_m + c * mount.y_m), (c, s)
 
 
 def _sweep(grid: NavigationMap, outline: F64) -> None:

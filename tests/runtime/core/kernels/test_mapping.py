@@ -29,7 +29,27 @@ def depth_image(rng: np.random.Generator, shape: tuple[int, int]) -> np.ndarray:
     return np.where(some, rng.choice(HOLES, shape), depth).astype(np.float32)
 
 
-def seen_by_numpy(evidence, depth_m, table, pose, mount, frame, stride):
+def holes_by_numpy(depth, table, camera_m, pixels):
+    """By azimuth, how near something may stand where so many pixels in a row tell nothing."""
+    nearest = np.full(len(table.azimuths), np.inf, np.float32)
+    groups = np.broadcast_to(table.groups, depth.shape)
+    hole = (depth == 0) & (np.float32(MOST_M) * table.up + np.float32(camera_m) <= 0)
+    below = np.minimum(np.arange(len(depth)) + 1, len(depth) - 1)
+    with np.errstate(divide="ignore"):
+        floor_m = np.float32(camera_m) / -table.up[below] * table.reach[below]
+    for row, col in np.argwhere(hole):
+        top = bottom = row
+        while top > 0 and hole[top - 1, col]:
+            top -= 1
+        while bottom + 1 < len(depth) and hole[bottom + 1, col]:
+            bottom += 1
+        if bottom - top + 1 >= pixels and floor_m[row, col] >= 0:
+            group = groups[row, col]
+            nearest[group] = min(nearest[group], floor_m[row, col])
+    return nearest
+
+
+def seen_by_numpy(evidence, depth_m, table, pose, mount, frame, stride, pixels):
     """Evidence afterwards, and the range by azimuth."""
     half = stride // 2
     depth = depth_m[half::stride, half::stride]
@@ -57,7 +77,10 @@ def seen_by_numpy(evidence, depth_m, table, pose, mount, frame, stride):
     far = np.zeros(len(table.azimuths), np.float32)
     np.minimum.at(near, groups[obstacle], (depth * table.reach)[obstacle])
     np.maximum.at(far, groups[floor], (depth * table.reach)[floor])
-    return after.reshape(evidence.shape), np.where(np.isfinite(near), near, far)
+    seen = np.where(np.isfinite(near), near, far)
+    return after.reshape(evidence.shape), np.minimum(
+        seen, holes_by_numpy(depth, table, mount.z_m, pixels)
+    )
 
 
 @settings(max_examples=120, deadline=None)
@@ -70,7 +93,7 @@ def test_a_depth_image_is_booked_as_numpy_would(seed, mount, stride, x, y, yaw):
     depth = depth_image(rng, (CAMERA.height, CAMERA.width))
     table = rays(CAMERA, mount, stride)
     evidence = rng.integers(-20, 21, frame.shape).astype(np.int16)
-    expected, range_m = seen_by_numpy(evidence, depth, table, pose, mount, frame, stride)
+    expected, range_m = seen_by_numpy(evidence, depth, table, pose, mount, frame, stride, 3)
     c, s = math.cos(yaw), math.sin(yaw)
     view = kernels.DepthView(
         stride, MOST_M, mount.z_m, FLOOR_M, HEIGHT_M, c, s,
@@ -80,7 +103,7 @@ def test_a_depth_image_is_booked_as_numpy_would(seed, mount, stride, x, y, yaw):
     before, around = evidence.copy(), math.ceil(MOST_M * table.farthest / CELL_M) + 2
     found_m, window = kernels.integrate(
         evidence, depth, (table.forward, table.left, table.up, table.reach), table.groups,
-        len(table.azimuths), view, WEIGHTS, around,
+        len(table.azimuths), view, WEIGHTS, around, 3,
     )  # fmt: skip
     assert np.array_equal(evidence, expected)
     assert np.array_equal(found_m, range_m)
@@ -291,5 +314,5 @@ def test_a_depth_image_of_another_camera_is_told(shape):
         kernels.integrate(
             np.zeros((40, 40), np.int16), np.zeros(shape, np.float32),
             (table.forward, table.left, table.up, table.reach), table.groups,
-            len(table.azimuths), view, WEIGHTS, 130,
+            len(table.azimuths), view, WEIGHTS, 130, 3,
         )  # fmt: skip

@@ -207,6 +207,61 @@ def test_glass_from_floor_to_ceiling_makes_no_free_space(hole: float, seed: int)
     assert not (free[1] & ~beside).any()  # an outline errs by a cell
 
 
+LOW_BOX = """
+########################################
+#                                      #
+#                                      #
+#                                      #
+#                                      #
+#                b                     #
+#                b                     #
+#                                      #
+#                                      #
+########################################
+"""
+
+
+@pytest.mark.parametrize("hole", HOLES)
+@pytest.mark.parametrize("x_m", [1.5, 2.5])
+def test_what_a_low_thing_hides_is_not_free_where_it_gives_no_depth(hole: float, x_m: float):
+    """A box whose every pixel is a hole, with floor and a wall behind it to be seen."""
+    pose = Pose(x_m, 1.05, 0.0)
+    box = Apartment.of(LOW_BOX, pose)
+    bare = Apartment.of(LOW_BOX.replace("b", " "), pose)
+    grid = NavigationMap.around(pose, RADIUS)
+    seen = []
+    for turn in (-0.1, 0.0, 0.1):
+        box.pose = bare.pose = Pose(pose.x_m, pose.y_m, turn)
+        with_box, without = box.observe(), bare.observe()
+        depth = with_box.depth_m.copy()
+        depth[with_box.depth_m != without.depth_m] = hole
+        obs = Observation(0, with_box.rgb, depth, box.pose, INTRINSICS)
+        seen.append(integrate(grid, obs, MOUNT, RADIUS, HEIGHT, DEPTH_M))
+    deep = cv2.erode((truth(grid, box) == 0.2).view(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    assert deep.sum() > 20
+    assert not (grid.free & deep).any()
+    assert max(np.hypot(*(outline[1:] - outline[0]).T).max() for outline in seen) > 4.0
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_open_floor_stays_open_where_a_few_pixels_are_missing(seed: int):
+    rng = np.random.default_rng(seed)
+    home = Apartment.of(TWO_ROOMS, START)
+    free = []
+    for missing in (0.0, 0.05):
+        grid = NavigationMap.around(START, RADIUS)
+        for n in range(12):
+            home.pose = Pose(START.x_m, START.y_m, n * math.pi / 6)
+            seen = home.observe()
+            depth = seen.depth_m.copy()
+            depth[rng.random(depth.shape) < missing] = 0.0
+            obs = Observation(0, seen.rgb, depth, home.pose, INTRINSICS)
+            integrate(grid, obs, MOUNT, RADIUS, HEIGHT, DEPTH_M)
+        free.append(grid.free)
+    assert (free[0] & free[1]).sum() > 0.97 * free[0].sum()
+
+
 def test_a_jump_of_the_pose_loses_no_cell_and_draws_no_way():
     grid, home = mapped(turns=2)
     known = ~grid.unknown.copy()
