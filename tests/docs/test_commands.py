@@ -204,6 +204,7 @@ def test_every_link_leads_somewhere(page: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_file_that_is_named_exists(page: Path) -> None:
     modules = {p.name for room in ROOMS for p in (ROOT / room).rglob("*.py")}
+    modules |= {p.name for p in ROOT.glob("*.py")}
     for name in INLINE.findall(FENCED.sub("", text_of(page))):
         if re.fullmatch(r"[\w-]+\.py", name):
             assert name in modules, name
