@@ -1,21 +1,19 @@
 """The way to an aim, kept from frame to frame: what changes on the map seldom touches it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core import kernels
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
+from runtime.core.kernels import marching
 from runtime.core.mapping.windows import widened
-from runtime.core.types import F32, F64, Mask, Pose
+from runtime.core.types import F32, Mask, Pose
 
 BEYOND_M = 1.5  # of arrival beyond the robot's own, that choosing its next steps may look at
-_CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 
 
 @dataclass(frozen=True)
@@ -23,7 +21,7 @@ class _Plan:
     """A field toward sources, (N, 2) row, col of the whole grid, over the speeds it was made of."""
 
     sources: NDArray[np.int64]
-    speed: F32
+    speed: F32  # nobody else's: kept up to date in place
     field: Field
     limit_m: float  # up to which its arrivals are those of `planner.march`; later ones are inf
 
@@ -43,46 +41,45 @@ class KeptPlan:
         frame = terrain.frame
         rows, cols = np.divmod(np.flatnonzero(sources & terrain.traversable), frame.cols)
         at = np.stack([rows + frame.first_row, cols + frame.first_col], axis=1)
-        arrival, limit_m = self._known(terrain, at)
-        here = frame.cell(pose.x_m, pose.y_m)
-        if limit_m < Field(frame, arrival).at(pose.x_m, pose.y_m) + BEYOND_M:
-            arrival = arrival.copy()  # others still go by what was
-            arrival[rows, cols] = 0.0
-            cell_m = frame.resolution_m
-            marched_m = kernels.march(arrival, terrain.speed, cell_m, until=here, beyond=BEYOND_M)
-            limit_m = max(limit_m, marched_m)
-        kept = self._plan is not None and arrival is self._plan.field.arrival_m
-        field = self._plan.field if self._plan and kept else Field(frame, arrival)
-        self._plan = _Plan(at, terrain.speed.copy(), field, limit_m)
+        plan = self._plan = self._known(terrain, at)
+        if plan.limit_m >= plan.field.at(pose.x_m, pose.y_m) + BEYOND_M:
+            return plan.field
+        arrival, here = plan.field.arrival_m.copy(), frame.cell(pose.x_m, pose.y_m)
+        arrival[rows, cols] = 0.0
+        marched_m = marching.march(
+            arrival, terrain.speed, frame.resolution_m, until=here, beyond=BEYOND_M
+        )
+        field, limit_m = Field(frame, arrival), max(plan.limit_m, marched_m)
+        self._plan = replace(plan, field=field, limit_m=limit_m)
         return field
 
-    def _known(self, terrain: Terrain, sources: NDArray[np.int64]) -> tuple[F64, float]:
-        """(r, c) arrivals that still hold, inf for others, and up to which arrival they are all."""
+    def _known(self, terrain: Terrain, sources: NDArray[np.int64]) -> _Plan:
+        """What of the plan still holds; of another plan nothing."""
         plan, frame = self._plan, terrain.frame
-        if plan is None or not _of_one_grid(plan.field.frame, frame):
-            return np.full(frame.shape, np.inf), -1.0
-        if not np.array_equal(plan.sources, sources):
-            return np.full(frame.shape, np.inf), -1.0
-        arrival, before, lost_m = plan.field.arrival_m, plan.speed, math.inf
+        if (
+            plan is None
+            or not _of_one_grid(plan.field.frame, frame)
+            or not np.array_equal(plan.sources, sources)
+        ):
+            nothing = Field(frame, np.full(frame.shape, np.inf))
+            return _Plan(sources, terrain.speed.copy(), nothing, -1.0)
+        lost_m = math.inf
         if plan.field.frame != frame:
-            arrival, before, lost_m = _moved(plan, frame)
-        changed = before != terrain.speed
-        if math.isinf(lost_m) and not changed.any():
-            return arrival, plan.limit_m
-        beside = cv2.dilate(changed.view(np.uint8), _CROSS).view(bool)
-        touched_m = float(arrival.min(where=beside, initial=lost_m))
+            plan, lost_m = _moved(plan, frame)
+        arrival = plan.field.arrival_m
+        touched_m = min(lost_m, marching.touched(arrival, plan.speed, terrain.speed))
         if math.isinf(touched_m):
-            return arrival, plan.limit_m
-        return np.where(arrival < touched_m, arrival, np.inf), math.nextafter(touched_m, 0.0)
+            return plan
+        held = Field(frame, np.where(arrival < touched_m, arrival, np.inf))
+        return replace(plan, field=held, limit_m=math.nextafter(touched_m, 0.0))
 
 
 def _of_one_grid(a: GridFrame, b: GridFrame) -> bool:
     return (a.x0_m, a.y0_m, a.resolution_m) == (b.x0_m, b.y0_m, b.resolution_m)
 
 
-def _moved(plan: _Plan, frame: GridFrame) -> tuple[F64, F32, float]:
-    """A plan's arrivals and speeds over another window of the same grid, and the earliest arrival
-    that is outside."""
+def _moved(plan: _Plan, frame: GridFrame) -> tuple[_Plan, float]:
+    """A plan over another window of the same grid, and the earliest arrival that is outside."""
     old = plan.field.frame
     arrival, speed = np.full(frame.shape, np.inf), np.zeros(frame.shape, np.float32)
     down, right = old.first_row - frame.first_row, old.first_col - frame.first_col
@@ -91,4 +88,5 @@ def _moved(plan: _Plan, frame: GridFrame) -> tuple[F64, F32, float]:
     arrival[into], speed[into] = plan.field.arrival_m[of], plan.speed[of]
     outside = np.ones(old.shape, bool)
     outside[of] = False
-    return arrival, speed, float(plan.field.arrival_m.min(where=outside, initial=math.inf))
+    lost_m = float(plan.field.arrival_m.min(where=outside, initial=math.inf))
+    return replace(plan, field=Field(frame, arrival), speed=speed), lost_m

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from runtime.core import kernels
 from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey
 from runtime.core.geometry import GridFrame
+from runtime.core.kernels import marching
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, inside, joined, widened
 from runtime.core.types import F64, I32, Mask, Pose
@@ -105,7 +105,7 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
     arrival = np.full(terrain.frame.shape, np.inf)
     arrival[sources & terrain.traversable] = 0.0
     speed = terrain.speed if unhurried else terrain.traversable
-    kernels.march(arrival, speed, terrain.frame.resolution_m)
+    marching.march(arrival, speed, terrain.frame.resolution_m)
     return Field(terrain.frame, arrival)
 
 
@@ -129,4 +129,4 @@ def march_from(terrain: Terrain, points_xy: F64, unhurried: bool = True) -> Fiel
 def descend(field: Field, start_xy: tuple[float, float], limit: int = 4000) -> F64:
     """The path from a point down to the field's sources, (N, 2) m, cell by cell; (0, 2) if none."""
     frame = field.frame
-    return frame.centres(kernels.descend(field.arrival_m, frame.cell(*start_xy), limit))
+    return frame.centres(marching.descend(field.arrival_m, frame.cell(*start_xy), limit))

@@ -35,6 +35,7 @@ PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t coun
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_touch(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_touched(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_walk(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

@@ -5,7 +5,7 @@
  * one; a cell is computed again whenever a neighbour comes nearer. So what comes out is the scheme's
  * one solution, whatever the order: a front that goes on from known arrivals ends at the same bits
  * as one from the start. */
-#include "kernels.h"
+#include "windows.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -259,91 +259,35 @@ end:
 PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count)
 {
     (void)module;
-    Grid arrival, speed;
-    if (count != 7)
-        return PyErr_Format(PyExc_TypeError, "march takes 7 arguments, not %zd", count);
-    const double cell_m = PyFloat_AsDouble(args[2]);
-    Ending ending = {PyFloat_AsDouble(args[3]), PyFloat_AsDouble(args[6]),
-                     PyNumber_AsSsize_t(args[4], PyExc_OverflowError), PyNumber_AsSsize_t(args[5], PyExc_OverflowError)};
+    Grid grids[2];
+    double numbers[3];
+    GridSpec specs[2] = {{'d', 1, "arrival"}, {'f', 0, "speed"}};
+    if (count_is("march", count, 7) < 0)
+        return NULL;
+    PyObject *const told[3] = {args[2], args[3], args[6]};
+    if (numbers_of(numbers, told, 3) < 0)
+        return NULL;
+    const double cell_m = numbers[0];
+    Ending ending = {numbers[1], numbers[2], PyNumber_AsSsize_t(args[4], PyExc_OverflowError),
+                     PyNumber_AsSsize_t(args[5], PyExc_OverflowError)};
     if (PyErr_Occurred())
         return NULL;
     if (!(cell_m > 0.0) || isnan(ending.limit) || !(ending.beyond >= 0.0))
         return PyErr_Format(PyExc_ValueError, "march: cells of no size, or no limit");
-    if (grid_open(&arrival, args[0], 'd', 1, "arrival") < 0)
-        return NULL;
-    if (grid_open(&speed, args[1], 0, 0, "speed") < 0) {
+    if (grids_open(grids, args, specs, 2) < 0) {
         PyErr_Clear();
-        if (grid_open(&speed, args[1], 'f', 0, "speed") < 0) {
-            grid_close(&arrival);
+        specs[1].kind = 0; /* a mask */
+        if (grids_open(grids, args, specs, 2) < 0)
             return NULL;
-        }
     }
-    const char *problem = "arrival and speed are not of one shape";
-    if (arrival.rows == speed.rows && arrival.cols == speed.cols) {
+    const char *problem = NULL;
+    if (grids_alike(grids, specs, 2) == 0) {
         Py_BEGIN_ALLOW_THREADS
-        problem = march(&arrival, &speed, cell_m, &ending);
+        problem = march(&grids[0], &grids[1], cell_m, &ending);
         Py_END_ALLOW_THREADS
     }
-    grid_close(&speed);
-    grid_close(&arrival);
+    grids_close(grids, 2);
     if (problem)
-        return PyErr_Format(PyExc_ValueError, "march: %s", problem);
-    return PyFloat_FromDouble(ending.limit);
-}
-
-/* Whether a neighbour lies lower: the steepest of the eight, the first in scan order of equals. */
-static int lower(const Grid *arrival, Py_ssize_t *row, Py_ssize_t *col)
-{
-    const Py_ssize_t at_row = *row, at_col = *col;
-    const double here = GRID_ROW(*arrival, double, at_row)[at_col];
-    double steepest = 0.0;
-    for (Py_ssize_t r = at_row - 1; r <= at_row + 1; r++) {
-        for (Py_ssize_t c = at_col - 1; c <= at_col + 1; c++) {
-            if (r < 0 || c < 0 || r >= arrival->rows || c >= arrival->cols)
-                continue;
-            double falls = here - GRID_ROW(*arrival, double, r)[c];
-            if (r != at_row && c != at_col)
-                falls *= 0.70710678118654752; /* a step is longer by the root of 2 */
-            if (falls > steepest) {
-                steepest = falls;
-                *row = r;
-                *col = c;
-            }
-        }
-    }
-    return steepest > 0.0;
-}
-
-PyObject *kernel_descend(PyObject *module, PyObject *const *args, Py_ssize_t count)
-{
-    (void)module;
-    Grid arrival;
-    if (count != 4)
-        return PyErr_Format(PyExc_TypeError, "descend takes 4 arguments, not %zd", count);
-    Py_ssize_t row = PyNumber_AsSsize_t(args[1], PyExc_OverflowError), col = PyNumber_AsSsize_t(args[2], PyExc_OverflowError);
-    const Py_ssize_t limit = PyNumber_AsSsize_t(args[3], PyExc_OverflowError);
-    if (PyErr_Occurred() || grid_open(&arrival, args[0], 'd', 0, "arrival") < 0)
-        return NULL;
-    const int starts = row >= 0 && col >= 0 && row < arrival.rows && col < arrival.cols &&
-                       isfinite(GRID_ROW(arrival, double, row)[col]);
-    const Py_ssize_t most = starts ? limit + 1 : 0;
-    int32_t *cells = malloc((size_t)(2 * most + 2) * sizeof *cells);
-    Py_ssize_t found = 0;
-    if (cells) {
-        Py_BEGIN_ALLOW_THREADS
-        while (found < most) {
-            cells[2 * found] = (int32_t)row;
-            cells[2 * found + 1] = (int32_t)col;
-            found++;
-            if (GRID_ROW(arrival, double, row)[col] <= 0.0 || !lower(&arrival, &row, &col))
-                break;
-        }
-        Py_END_ALLOW_THREADS
-    }
-    grid_close(&arrival);
-    if (!cells)
-        return PyErr_NoMemory();
-    PyObject *path = PyBytes_FromStringAndSize((char *)cells, 2 * found * (Py_ssize_t)sizeof *cells);
-    free(cells);
-    return path;
+        PyErr_Format(PyExc_ValueError, "march: %s", problem);
+    return PyErr_Occurred() ? NULL : PyFloat_FromDouble(ending.limit);
 }

@@ -49,6 +49,7 @@ static PyMethodDef methods[] = {
     {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},
     {"survey", (PyCFunction)(void (*)(void))kernel_survey, METH_FASTCALL, NULL},
     {"touch", (PyCFunction)(void (*)(void))kernel_touch, METH_FASTCALL, NULL},
+    {"touched", (PyCFunction)(void (*)(void))kernel_touched, METH_FASTCALL, NULL},
     {"walk", (PyCFunction)(void (*)(void))kernel_walk, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };

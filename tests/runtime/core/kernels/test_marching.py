@@ -7,7 +7,7 @@ import skfmm
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core import kernels
+from runtime.core.kernels import marching
 
 CELL_M = 0.05
 
@@ -66,7 +66,7 @@ def test_march_is_the_upwind_schemes_one_solution(world):
     arrival, speed = world
     crossing = np.where(speed > 0, CELL_M / np.maximum(speed.astype(float), 1e-9), 0.0)
     expected = plain(arrival, crossing)
-    kernels.march(arrival, speed, CELL_M)
+    marching.march(arrival, speed, CELL_M)
     assert np.allclose(arrival, expected, rtol=0, atol=1e-12)
 
 
@@ -74,8 +74,8 @@ def test_march_is_the_upwind_schemes_one_solution(world):
 def test_march_ends_at_the_limit(world, limit):
     arrival, speed = world
     whole = arrival.copy()
-    kernels.march(whole, speed, CELL_M)
-    kernels.march(arrival, speed, CELL_M, limit)
+    marching.march(whole, speed, CELL_M)
+    marching.march(arrival, speed, CELL_M, limit)
     assert np.array_equal(arrival, np.where(whole <= limit, whole, np.inf))
 
 
@@ -83,9 +83,9 @@ def test_march_ends_at_the_limit(world, limit):
 def test_a_front_that_goes_on_ends_as_one_from_the_start(world, known_m):
     arrival, speed = world
     whole = arrival.copy()
-    kernels.march(whole, speed, CELL_M)
+    marching.march(whole, speed, CELL_M)
     again = np.where(whole <= known_m, whole, np.inf)
-    kernels.march(again, speed, CELL_M)
+    marching.march(again, speed, CELL_M)
     assert np.array_equal(again, whole)
 
 
@@ -93,10 +93,10 @@ def test_a_front_that_goes_on_ends_as_one_from_the_start(world, known_m):
 def test_march_ends_so_much_beyond_a_cell(world, row, col, beyond):
     arrival, speed = world
     whole = arrival.copy()
-    kernels.march(whole, speed, CELL_M)
+    marching.march(whole, speed, CELL_M)
     inside = 0 <= row < arrival.shape[0] and 0 <= col < arrival.shape[1]
     at = whole[row, col] if inside else math.inf
-    told = kernels.march(arrival, speed, CELL_M, until=(row, col), beyond=beyond)
+    told = marching.march(arrival, speed, CELL_M, until=(row, col), beyond=beyond)
     assert told == at + beyond
     assert np.array_equal(arrival, np.where(whole <= at + beyond, whole, np.inf))
 
@@ -104,9 +104,9 @@ def test_march_ends_so_much_beyond_a_cell(world, row, col, beyond):
 @given(worlds(), st.integers(0, 23), st.integers(0, 23), st.floats(0.05, 1.0))
 def test_a_front_that_goes_on_ends_so_much_beyond_a_cell(world, row, col, known_m):
     arrival, speed = world
-    kernels.march(arrival, speed, CELL_M)
+    marching.march(arrival, speed, CELL_M)
     again = np.where(arrival <= known_m, arrival, np.inf)
-    told = kernels.march(again, speed, CELL_M, until=(row, col), beyond=0.2)
+    told = marching.march(again, speed, CELL_M, until=(row, col), beyond=0.2)
     assert np.array_equal(again, np.where(arrival <= max(told, known_m), arrival, np.inf))
 
 
@@ -129,19 +129,37 @@ def plain_descent(arrival, start, limit):
 @given(worlds(), st.integers(0, 23), st.integers(0, 23), st.sampled_from([0, 3, 4000]))
 def test_a_descent_goes_where_it_is_steepest(world, row, col, limit):
     arrival, speed = world
-    kernels.march(arrival, speed, CELL_M)
+    marching.march(arrival, speed, CELL_M)
     inside = row < arrival.shape[0] and col < arrival.shape[1]
-    path = kernels.descend(arrival, (row, col), limit)
+    path = marching.descend(arrival, (row, col), limit)
     if inside and math.isfinite(arrival[row, col]):
         assert path.tolist() == [list(cell) for cell in plain_descent(arrival, (row, col), limit)]
     else:
         assert path.shape == (0, 2)
 
 
+@given(worlds(), st.integers(0, 10**6), st.integers(0, 6))
+def test_what_a_change_touches_is_the_earliest_at_it_or_beside_it(world, seed, changes):
+    arrival, speed = world
+    marching.march(arrival, speed, CELL_M)
+    rng, now = np.random.default_rng(seed), speed.copy()
+    for _ in range(changes):
+        now[rng.integers(speed.shape[0]), rng.integers(speed.shape[1])] = rng.choice([0.0, 0.5])
+    beside = [
+        arrival[y, x]
+        for r, c in np.argwhere(now != speed)
+        for y, x in ((r, c), (r - 1, c), (r + 1, c), (r, c - 1), (r, c + 1))
+        if 0 <= y < arrival.shape[0] and 0 <= x < arrival.shape[1]
+    ]
+    before = speed.copy()
+    assert marching.touched(arrival, before, now) == min(beside, default=math.inf)
+    assert np.array_equal(before, now)
+
+
 def test_distances_on_open_floor_are_nearly_straight():
     arrival = np.full((201, 201), np.inf)
     arrival[100, 100] = 0.0
-    kernels.march(arrival, np.ones((201, 201), bool), CELL_M)
+    marching.march(arrival, np.ones((201, 201), bool), CELL_M)
     y, x = np.mgrid[-100:101, -100:101] * CELL_M
     straight = np.hypot(x, y)
     far = straight > 1.0
@@ -164,7 +182,7 @@ def test_distances_between_things_are_those_of_another_library(seed):
     arrival = np.full(free.shape, np.inf)
     arrival[start] = 0.0
     phi = np.ma.MaskedArray(np.where(arrival == 0, -1.0, 1.0), mask=~free)
-    kernels.march(arrival, free, CELL_M)
+    marching.march(arrival, free, CELL_M)
     other = skfmm.distance(phi, dx=CELL_M)
     reached = ~np.ma.getmaskarray(other) & np.isfinite(arrival)
     assert reached.sum() > 1
@@ -177,7 +195,7 @@ def test_a_window_of_a_larger_array_is_marched_in_place():
     open_ = np.ones((20, 30), np.float32)
     window = slice(5, 15), slice(10, 25)
     whole[7, 12] = 0.0
-    kernels.march(whole[window], open_[window], CELL_M)
+    marching.march(whole[window], open_[window], CELL_M)
     assert np.isfinite(whole).sum() == 150
     assert np.isfinite(whole[window]).all()
 
@@ -185,7 +203,7 @@ def test_a_window_of_a_larger_array_is_marched_in_place():
 @pytest.mark.parametrize(
     ("arrival", "speed", "cell_m", "limit", "error"),
     [
-        (np.zeros((2, 2)), np.zeros((2, 3), bool), CELL_M, math.inf, "one shape"),
+        (np.zeros((2, 2)), np.zeros((2, 3), bool), CELL_M, math.inf, "is not the shape"),
         (np.zeros((2, 2)), np.full((2, 2), 1.5, np.float32), CELL_M, math.inf, "speed outside"),
         (np.zeros((2, 2)), np.full((2, 2), np.nan, np.float32), CELL_M, math.inf, "speed outside"),
         (np.full((2, 2), -1.0), np.zeros((2, 2), bool), CELL_M, math.inf, "arrival below 0"),
@@ -199,10 +217,10 @@ def test_a_window_of_a_larger_array_is_marched_in_place():
 )
 def test_what_cannot_be_marched_is_told(arrival, speed, cell_m, limit, error):
     with pytest.raises(ValueError, match=error):
-        kernels.march(arrival, speed, cell_m, limit)
+        marching.march(arrival, speed, cell_m, limit)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.int64])
 def test_arrivals_of_another_kind_are_told(dtype):
     with pytest.raises(TypeError, match="arrival"):
-        kernels.march(np.zeros((2, 2), dtype), np.zeros((2, 2), bool), CELL_M)
+        marching.march(np.zeros((2, 2), dtype), np.zeros((2, 2), bool), CELL_M)
