@@ -73,7 +73,8 @@ def _toward(
     if not candidate.stands.any():
         return Reached.NO_OTHER_SIDE, None
     what = _named(thing, world.goal)
-    field = world.plan.toward(world.terrain, candidate.stands, world.pose)
+    stands = np.argwhere(candidate.stands).astype(np.int32)
+    field = world.plan.toward(world.terrain, stands, world.pose)
     if policy.arrived(world, field):
         turn, face = policy.turn(world, thing.xy), Aim(AimKind.FACE, thing.id)
         if turn is None and not _looked_from_here(world):

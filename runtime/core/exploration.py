@@ -1,5 +1,7 @@
 """Going to a frontier: which there are, the steps to the elected one, and when it is given up."""
 
+import numpy as np
+
 from runtime.core import progress
 from runtime.core.distances import planner
 from runtime.core.local_policy import local_policy
@@ -54,8 +56,8 @@ def _to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Comma
             return None
         facing = Toward(frontier.centre_xy)
         return Command(turn, Mode.FRONTIER, goal_xy, f"face {label}", course=facing)
-    cells = planner.cells_at(world.terrain, goal_xy)
-    field = world.plan.toward(world.terrain, cells, world.pose)
+    goal = world.terrain.frame.cells(np.array([goal_xy]))
+    field = world.plan.toward(world.terrain, goal, world.pose)
     if progress.stalled(world, aim, field, cfg):
         world.give_up(frontier.cells_xy)
         return None

@@ -4,23 +4,22 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.kernels import marching
 from runtime.core.mapping.windows import widened
-from runtime.core.types import F32, Mask, Pose
+from runtime.core.types import F32, I32, Pose
 
 BEYOND_M = 1.5  # of arrival beyond the robot's own, that choosing its next steps may look at
 
 
 @dataclass(frozen=True)
 class _Plan:
-    """A field toward sources, (N, 2) row, col of the whole grid, over the speeds it was made of."""
+    """A field toward sources, (2, N) row, col of the whole grid, over the speeds it was made of."""
 
-    sources: NDArray[np.int64]
+    sources: I32
     speed: F32  # nobody else's: kept up to date in place
     field: Field
     limit_m: float  # up to which its arrivals are those of `planner.march`; later ones are inf
@@ -35,12 +34,14 @@ class KeptPlan:
     def __init__(self) -> None:
         self._plan: _Plan | None = None
 
-    def toward(self, terrain: Terrain, sources: Mask, pose: Pose) -> Field:
-        """Arrival times from the source cells, (r, c), at the robot and before it, and BEYOND_M
-        beyond it; what is later may be inf. All that can be reached, where the robot cannot."""
+    def toward(self, terrain: Terrain, sources: I32, pose: Pose) -> Field:
+        """Arrival times from the traversable ones of the source cells, (N, 2) row, col, at the
+        robot and before it, and BEYOND_M beyond it; what is later may be inf. All that can be
+        reached, where the robot cannot."""
         frame = terrain.frame
-        rows, cols = np.divmod(np.flatnonzero(sources & terrain.traversable), frame.cols)
-        at = np.stack([rows + frame.first_row, cols + frame.first_col], axis=1)
+        inside = sources[((sources >= 0) & (sources < frame.shape)).all(axis=1)]
+        rows, cols = inside[terrain.traversable[inside[:, 0], inside[:, 1]]].T
+        at = np.stack([rows + frame.first_row, cols + frame.first_col])
         plan = self._plan = self._known(terrain, at)
         if plan.limit_m >= plan.field.at(pose.x_m, pose.y_m) + BEYOND_M:
             return plan.field
@@ -53,7 +54,7 @@ class KeptPlan:
         self._plan = replace(plan, field=field, limit_m=limit_m)
         return field
 
-    def _known(self, terrain: Terrain, sources: NDArray[np.int64]) -> _Plan:
+    def _known(self, terrain: Terrain, sources: I32) -> _Plan:
         """What of the plan still holds; of another plan nothing."""
         plan, frame = self._plan, terrain.frame
         if (

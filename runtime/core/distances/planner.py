@@ -109,14 +109,6 @@ def march(terrain: Terrain, sources: Mask, unhurried: bool = True) -> Field:
     return Field(terrain.frame, arrival)
 
 
-def cells_at(terrain: Terrain, xy: tuple[float, float]) -> Mask:
-    """(r, c) the one cell that holds the point; none outside."""
-    cells, (row, col) = np.zeros(terrain.frame.shape, bool), terrain.frame.cell(*xy)
-    if terrain.frame.contains(row, col):
-        cells[row, col] = True
-    return cells
-
-
 def march_from(terrain: Terrain, points_xy: F64, unhurried: bool = True) -> Field:
     """`march` from (N, 2) m points in the map frame; those outside the window are dropped."""
     cells = terrain.frame.cells(np.atleast_2d(points_xy))

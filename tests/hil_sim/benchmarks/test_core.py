@@ -8,7 +8,6 @@ from hil_sim.benchmarks import core, drive
 from hil_sim.benchmarks.stopwatch import StageTimes
 from hil_sim.simulation.protocol import HM3D
 from runtime.core.distances.kept_plan import KeptPlan
-from runtime.core.distances.planner import cells_at
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Pose
@@ -45,8 +44,8 @@ def test_a_plan_that_was_kept_is_told_from_others():
     floor = Terrain(GridFrame(0.0, 0.0, 0.05, 60, 60), clear, clear > 0, clear)
     plan, times = KeptPlan(), StageTimes()
     with core.watching_plans(times):
-        for goal_xy in ((0.1, 0.1), (0.1, 0.1), (2.5, 0.1)):
-            plan.toward(floor, cells_at(floor, goal_xy), Pose(2.0, 2.0, 0.0))
+        for goal in ([[2, 2]], [[2, 2]], [[2, 50]]):
+            plan.toward(floor, np.array(goal, np.int32), Pose(2.0, 2.0, 0.0))
             times.next_frame()
     assert len(times.seconds[core.VALID]) == 1
     assert len(times.seconds[core.TOUCHED]) == 2

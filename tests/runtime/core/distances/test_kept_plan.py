@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from runtime.core.distances import planner
 from runtime.core.distances.kept_plan import BEYOND_M, KeptPlan
-from runtime.core.distances.planner import cells_at, descend, march
+from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, survey
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
@@ -31,8 +32,15 @@ def at(row: float, col: float) -> Pose:
 
 
 def goal_at(terrain: Terrain, row: int, col: int) -> np.ndarray:
-    pose = at(row, col)
-    return cells_at(terrain, (pose.x_m, pose.y_m))
+    return goal_xy(terrain, at(row, col).xy)
+
+
+def goal_xy(terrain: Terrain, xy: tuple[float, float]) -> np.ndarray:
+    return terrain.frame.cells(np.array([xy]))
+
+
+def march(terrain: Terrain, goal: np.ndarray) -> Field:
+    return planner.march_from(terrain, terrain.frame.centres(goal))
 
 
 def random_speeds(rng: np.random.Generator) -> np.ndarray:
@@ -116,7 +124,7 @@ def test_a_map_that_grew_is_another_grid():
     plan.toward(terrain, goal_at(terrain, 20, 20), at(5, 5))
     grown = GridFrame(-1.0, 0.0, CELL_M, SIDE, SIDE)
     other = Terrain(grown, terrain.clearance_m, terrain.traversable, speed)
-    check(plan, other, cells_at(other, (0.5, 0.5)), at(5, 5))
+    check(plan, other, goal_xy(other, (0.5, 0.5)), at(5, 5))
 
 
 def edge(speed: np.ndarray, a: tuple[int, int], b: tuple[int, int]) -> float:
@@ -157,7 +165,7 @@ def test_a_repaired_plan_is_hardly_slower_than_dijkstras_and_enters_no_obstacle(
         grid.changed()
         pose = Pose(*rng.uniform(0.0, 2.5, 2).tolist(), 0.0)
         terrain = survey(grid, pose, RADIUS)
-        cells = cells_at(terrain, goal)
+        cells = goal_xy(terrain, goal)
         field = plan.toward(terrain, cells, pose)
     path = descend(field, (pose.x_m, pose.y_m))
     assert bool(len(path)) == math.isfinite(march(terrain, cells).at(pose.x_m, pose.y_m))
@@ -186,11 +194,11 @@ def test_a_narrow_passage_is_passed(gap_m: float, aside_m: float):
     side = gap_m / 2 + 0.025  # to the cells' centres
     walls = [[-0.1, -8, 0.1, aside_m - side], [-0.1, aside_m + side, 0.1, 8]]
     terrain = hall(np.array(walls))
-    field = KeptPlan().toward(terrain, cells_at(terrain, (6.0, 3.0)), START)
+    field = KeptPlan().toward(terrain, goal_xy(terrain, (6.0, 3.0)), START)
     assert field.at(START.x_m, START.y_m) < 25.0
 
 
 def test_no_way_leads_to_a_goal_outside_the_map():
     terrain = hall(np.zeros((0, 4)))
-    field = KeptPlan().toward(terrain, cells_at(terrain, (50.0, 50.0)), START)
+    field = KeptPlan().toward(terrain, goal_xy(terrain, (50.0, 50.0)), START)
     assert not np.isfinite(field.arrival_m).any()

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from runtime.core.distances.planner import (
     AROUND_M,
     Field,
-    cells_at,
     descend,
     look_around,
     march_from,
@@ -203,9 +202,3 @@ def test_where_the_robot_can_reach_nothing_all_that_is_known_is_told():
     terrain, reach = look_around(grid, pose, RADIUS)
     assert terrain.frame == survey(grid, pose, RADIUS).frame
     assert not np.isfinite(reach.arrival_m).any()
-
-
-def test_no_cell_lies_outside():
-    t = terrain([], START)
-    assert not cells_at(t, (50.0, 50.0)).any()
-    assert cells_at(t, (1.0, 1.0)).sum() == 1
