@@ -56,20 +56,6 @@ def mount_of(rotation: F64, offset_m: F64, digits: int) -> Mount:
     return Mount(*(round(float(v), digits) for v in (*offset_m, roll, pitch, yaw)))
 
 
-def base_to_map(points: F64, pose: Pose) -> F64:
-    """(N, 3) m in the base frame -> (N, 3) m in the map frame, each coordinate in one piece."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    x, y, z = points.T
-    found = np.empty((3, len(points)))
-    np.multiply(c, x, out=found[0])
-    np.multiply(s, x, out=found[1])
-    found[0] -= s * y
-    found[1] += c * y
-    found[:2] += ((pose.x_m,), (pose.y_m,))
-    found[2] = z
-    return found.T
-
-
 def map_to_optical(points: F64, pose: Pose, mount: Mount) -> F64:
     """(N, 3) m in the map frame -> (N, 3) m in the camera optical frame."""
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)

@@ -1,8 +1,9 @@
+from collections.abc import Sequence
 from typing import Any
 
 from numpy.typing import NDArray
 
-from runtime.core.types import F32, F64, I32, Mask
+from runtime.core.types import F32, F64, I32, U8, Mask
 
 def march(
     arrival: F64,
@@ -33,3 +34,34 @@ def means(
 ) -> None: ...
 def nearest(*args: NDArray[Any] | int) -> None: ...
 def touch(nearest: F32, away: F32, cells: I32, starts: I32, margin: int, /) -> None: ...
+def things(
+    depth_m: F32,
+    forward: F32,
+    left: F32,
+    up: F32,
+    stride: int,
+    boxes: F64,
+    place: Sequence[float],
+    frame: Sequence[float],
+    rules: Sequence[float],
+    /,
+) -> list[tuple[float, float, float, float, float, float, bytes] | None]: ...
+def joined_cells(
+    cells: F64, others: F64, frame: Sequence[float], strays: Sequence[float], settled: bool, /
+) -> tuple[bytes, bool, float, float] | None: ...
+def cells_gap(
+    cells: F64, xy: tuple[float, float], other_cells: F64, other_xy: tuple[float, float], /
+) -> float: ...
+def cells_extent(cells: F64, /) -> tuple[float, float]: ...
+def put_place(
+    places: F64, column: int, xy: tuple[float, float], z_m: float, cells: F64, /
+) -> None: ...
+def near_places(
+    places: F64, names: list[int], xy: tuple[float, float], cells: F64, within_m: float, /
+) -> list[tuple[float, int]]: ...
+def in_plain_view(
+    places: F64, names: list[int], depth_m: F32, lens: Sequence[float], /
+) -> list[int]: ...
+def cosine(one: F32, other: F32, /) -> float: ...
+def add_where(into: F32, mask: Mask, value: float, /) -> None: ...
+def sharpness(rgb: U8, rows: int, cols: int, /) -> float: ...

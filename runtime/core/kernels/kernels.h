@@ -37,5 +37,15 @@ PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t coun
 PyObject *kernel_touch(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_touched(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_walk(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_things(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_joined_cells(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_cells_gap(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_cells_extent(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_put_place(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_near_places(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_in_plain_view(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_cosine(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_add_where(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_sharpness(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

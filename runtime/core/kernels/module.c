@@ -51,6 +51,16 @@ static PyMethodDef methods[] = {
     {"touch", (PyCFunction)(void (*)(void))kernel_touch, METH_FASTCALL, NULL},
     {"touched", (PyCFunction)(void (*)(void))kernel_touched, METH_FASTCALL, NULL},
     {"walk", (PyCFunction)(void (*)(void))kernel_walk, METH_FASTCALL, NULL},
+    {"things", (PyCFunction)(void (*)(void))kernel_things, METH_FASTCALL, NULL},
+    {"joined_cells", (PyCFunction)(void (*)(void))kernel_joined_cells, METH_FASTCALL, NULL},
+    {"cells_gap", (PyCFunction)(void (*)(void))kernel_cells_gap, METH_FASTCALL, NULL},
+    {"cells_extent", (PyCFunction)(void (*)(void))kernel_cells_extent, METH_FASTCALL, NULL},
+    {"put_place", (PyCFunction)(void (*)(void))kernel_put_place, METH_FASTCALL, NULL},
+    {"near_places", (PyCFunction)(void (*)(void))kernel_near_places, METH_FASTCALL, NULL},
+    {"in_plain_view", (PyCFunction)(void (*)(void))kernel_in_plain_view, METH_FASTCALL, NULL},
+    {"cosine", (PyCFunction)(void (*)(void))kernel_cosine, METH_FASTCALL, NULL},
+    {"add_where", (PyCFunction)(void (*)(void))kernel_add_where, METH_FASTCALL, NULL},
+    {"sharpness", (PyCFunction)(void (*)(void))kernel_sharpness, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

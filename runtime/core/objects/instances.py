@@ -8,8 +8,10 @@ import cv2
 import numpy as np
 
 from runtime.core.geometry import GridFrame, wrap_angle
+from runtime.core.kernels import objects as kernels
 from runtime.core.mapping.grid import RESOLUTION_M
-from runtime.core.objects.footprints import footprint, footprints, middle, without_strays
+from runtime.core.objects.depth_segments import Sighting
+from runtime.core.objects.footprints import joined, length_bounds, middle
 from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F32, F64, Pose
 
@@ -38,16 +40,13 @@ FARTHER = 1.5  # from there on a view adds evidence but no footprint
 LOG_ODDS_MAX = 8.0  # either way, so that no object is ever past doubting
 
 
-@dataclass(frozen=True)
-class Sighting:
-    """One detection in space."""
+def logit(p: float) -> float:
+    """Log-odds of a probability, bounded."""
+    p = min(max(p, 1e-4), 1 - 1e-4)
+    return math.log(p / (1 - p))
 
-    name: str
-    score: float
-    embedding: F32  # (D,) unit, or (0,)
-    points: F64  # (N, 3) m in the map frame
-    range_m: float  # from the camera, along its axis
-    cut: bool = False  # at the left or right edge of the image
+
+NEUTRAL_LOG_ODDS = logit(NEUTRAL_SCORE)
 
 
 @dataclass
@@ -113,7 +112,10 @@ class Instance:
 
     def evidence_of(self, name: str) -> Evidence:
         """What is known of it being that: to be added to."""
-        return self.evidence.setdefault(name, Evidence())
+        known = self.evidence.get(name)
+        if known is None:
+            known = self.evidence[name] = Evidence()
+        return known
 
     @property
     def embedding(self) -> F32:
@@ -186,51 +188,40 @@ def fuse(
     pose: Pose,
     near: Sequence[tuple[float, int]] | None = None,
 ) -> Instance:
-    """Join a sighting, of `first_views`, to the instance that it is another view of, or to a new
+    """Join a sighting, of `first_view`, to the instance that it is another view of, or to a new
     one. What it says for names is left to `called` and `uncalled`: one place may have two names in
-    one image. `near` are the instances that it may be of, where that is known (`places.Nearby`)."""
+    one image. `near` are the instances that it may be of, of `InstancePlaces.near`, where that is
+    known."""
     if near is None:
-        near = InstancePlaces.of(instances).near([seen.xy], [seen.cells_xy], ASSOCIATE_M)[0]
-    instance = same(instances, seen, near)
+        near = InstancePlaces.of(instances).near(seen.xy, seen.cells_xy, ASSOCIATE_M)
+    instance, range_m = same(instances, seen, near), sighting.thing.range_m
     if instance is None:
         instance = instances[seen.id] = seen
     else:
-        _widen(instance, seen, sighting.range_m, frame)
+        _widen(instance, seen, range_m, frame)
         total, one = instance.embedding_sum, seen.embedding_sum
         if one.size:  # not every detector, nor every frame, has one
             instance.embedding_sum = total + one if total.shape == one.shape else one
-    instance.range_m = min(instance.range_m, sighting.range_m)
+    instance.range_m = min(instance.range_m, range_m)
     instance.best_score = max(instance.best_score, sighting.score)
     if _is_new(instance, pose, instance.views_as(sighting.name)):
         instance.views.append(pose)
     return instance
 
 
-def first_views(frame: GridFrame, sightings: Sequence[Sighting], id: int) -> list[Instance]:
-    """What each sighting alone tells of a thing, each with that id."""
-    cells = footprints(frame, [sighting.points[:, :2] for sighting in sightings])
-    return [
-        _first_view(id, sighting, without_strays(own))
-        for sighting, own in zip(sightings, cells, strict=True)
-    ]
-
-
-def _first_view(id: int, sighting: Sighting, cells: F64) -> Instance:
-    points, last = sighting.points, len(sighting.points) - 1
-    cut = len(points) // 20  # strays at the rim
-    x, y, z_m = middle(points).tolist()
-    low_m, high_m = np.partition(points[:, 2], (cut, last - cut))[[cut, last - cut]].tolist()
-    seen = Instance(id, {sighting.name: Evidence()}, (x, y), z_m, cells, low_m, high_m)
-    seen.embedding_sum = sighting.embedding * np.float32(sighting.score)
-    return seen
+def first_view(id: int, sighting: Sighting) -> Instance:
+    """What the sighting alone tells of a thing."""
+    _, xy, z_m, low_m, high_m, cells = sighting.thing
+    total = sighting.embedding * np.float32(sighting.score)
+    return Instance(id, {sighting.name: Evidence()}, xy, z_m, cells, low_m, high_m, total)
 
 
 def called(instance: Instance, sighting: Sighting, pose: Pose) -> None:
     """It was called that, the surest name that this image has for it."""
-    step = logit(sighting.score) - logit(NEUTRAL_SCORE)
+    step = logit(sighting.score) - NEUTRAL_LOG_ODDS
     if step > 0:
         known = instance.evidence_of(sighting.name)
-        known.near_m = min(known.near_m, sighting.range_m)
+        known.near_m = min(known.near_m, sighting.thing.range_m)
     step = max(-MAX_STEP, min(MAX_STEP, step))
     weigh(instance, sighting.name, step * (CUT_WEIGHT if sighting.cut else 1.0), pose)
 
@@ -246,20 +237,18 @@ def _widen(instance: Instance, seen: Instance, range_m: float, frame: GridFrame)
     """Where it is and how large, of the near views alone: far ones spill over the edges."""
     if range_m >= FARTHER * instance.range_m:
         return
-    cells, low_m, high_m = seen.cells_xy, seen.low_m, seen.high_m
+    low_m, high_m = seen.low_m, seen.high_m
     if range_m > NEARER * instance.range_m:
-        cells = footprint(frame, np.concatenate([instance.cells_xy, cells]))
-        if instance._settled is instance.cells_xy and np.array_equal(cells, instance.cells_xy):
-            cells = instance.cells_xy
-        else:
-            joined, cells = cells, without_strays(cells)
-            instance._settled = cells if len(cells) == len(joined) else None
+        settled = instance._settled is instance.cells_xy
+        both = joined(frame, instance.cells_xy, seen.cells_xy, settled)
+        if both is not None:
+            instance.cells_xy, whole, instance.xy = both
+            instance._settled = instance.cells_xy if whole else None
         low_m, high_m = min(low_m, instance.low_m), max(high_m, instance.high_m)
+    else:
+        instance.cells_xy, instance.xy = seen.cells_xy, middle(seen.cells_xy)
     instance.low_m, instance.high_m = low_m, high_m
     instance.z_m = 0.7 * instance.z_m + 0.3 * seen.z_m
-    if cells is not instance.cells_xy:
-        x, y = middle(cells).tolist()
-        instance.cells_xy, instance.xy = cells, (x, y)
 
 
 def same(
@@ -270,16 +259,20 @@ def same(
     new to it costs as much as OTHER_NAME_M."""
     (name,) = seen.evidence
     alike = bool(seen.embedding_sum.size)
-    mine = [one for one in near if name in instances[one[1]].evidence]
-    others = [one for one in near if alike and name not in instances[one[1]].evidence]
-    best = ASSOCIATE_M, math.inf
-    for dearer_m, those in ((0.0, mine), (OTHER_NAME_M, others)):
-        for least, id in those:
-            if least + dearer_m > best[0]:
-                continue
-            if dearer_m and not same_thing(instances[id], seen, ONE_THING):
-                continue
-            best = min(best, (_gap_m(instances[id], seen) + dearer_m, id))
+    best, others = (ASSOCIATE_M, math.inf), []
+    for least, id in near:
+        if least > best[0]:
+            break
+        if name in instances[id].evidence:
+            best = min(best, (_gap_m(instances[id], seen), id))
+        elif alike and least + OTHER_NAME_M <= best[0]:
+            others.append((least + OTHER_NAME_M, id))
+    for least, id in others:
+        if least > best[0]:
+            break
+        nearer = _gap_m(instances[id], seen) + OTHER_NAME_M, id
+        if nearer < best and same_thing(instances[id], seen, ONE_THING):
+            best = nearer
     return instances[int(best[1])] if best[1] < math.inf else None
 
 
@@ -288,12 +281,7 @@ def _gap_m(a: Instance, b: Instance) -> float:
     apart = math.dist(a.xy, b.xy)
     if apart > FAR_M:
         return math.inf
-    theirs, mine = a.cells_xy - b.xy, b.cells_xy - a.xy
-    return min(
-        apart,
-        float(np.hypot(theirs[:, 0], theirs[:, 1]).min()),
-        float(np.hypot(mine[:, 0], mine[:, 1]).min()),
-    )
+    return min(apart, kernels.cells_gap(a.cells_xy, a.xy, b.cells_xy, b.xy))
 
 
 def same_thing(a: Instance, b: Instance, bar: Likeness) -> bool:
@@ -302,12 +290,23 @@ def same_thing(a: Instance, b: Instance, bar: Likeness) -> bool:
     not tell how things look, their size has to do: a clock is no nightstand."""
     if not at_one_height(a, b):
         return False
-    one, other = a.embedding, b.embedding
-    told = bool(one.size) and one.shape == other.shape
-    if told and not float(one @ other) >= bar.cosine:
+    likeness = kernels.cosine(a.embedding_sum, b.embedding_sum)
+    told = not math.isnan(likeness)
+    if told and likeness < bar.cosine:
+        return False
+    return _as_long(a, b, bar.size if told else bar.size_unseen)
+
+
+def _as_long(a: Instance, b: Instance, share: float) -> bool:
+    """Whether the shorter has that share of the longer one's length. Mostly the extents tell."""
+    low_a, high_a = length_bounds(a.cells_xy)
+    low_b, high_b = length_bounds(b.cells_xy)
+    if min(low_a, low_b) + RESOLUTION_M >= share * (max(high_a, high_b) + RESOLUTION_M):
+        return True
+    if min(high_a, high_b) + RESOLUTION_M < share * (max(low_a, low_b) + RESOLUTION_M):
         return False
     lengths = a.sides[0] + RESOLUTION_M, b.sides[0] + RESOLUTION_M
-    return min(lengths) >= (bar.size if told else bar.size_unseen) * max(lengths)
+    return min(lengths) >= share * max(lengths)
 
 
 def at_one_height(a: Instance, b: Instance) -> bool:
@@ -341,9 +340,3 @@ def _is_new(instance: Instance, pose: Pose, earlier: Sequence[Pose]) -> bool:
         if abs(wrap_angle(turned)) < NEW_VIEW_RAD:
             return False
     return True
-
-
-def logit(p: float) -> float:
-    """Log-odds of a probability, bounded."""
-    p = min(max(p, 1e-4), 1 - 1e-4)
-    return math.log(p / (1 - p))

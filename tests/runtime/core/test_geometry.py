@@ -8,10 +8,10 @@ import pytest
 from apartment import MOUNT
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy_things import base_to_map
 
 from runtime.core.geometry import (
     GridFrame,
-    base_to_map,
     map_to_optical,
     mount_of,
     optical_to_base,

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from apartment import MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
+from numpy_things import base_to_map
 
 from runtime import navigate
-from runtime.core.geometry import GridFrame, base_to_map, optical_to_base
+from runtime.core.geometry import GridFrame, optical_to_base
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Mount, Pose
 from runtime.core.world import World

@@ -1,21 +1,20 @@
 """How far the object in a box is, where something hides a part of it or shows through it."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from runtime.core.objects.depth_segments import (
-    NEAR_QUANTILE,
-    attached,
-    distance_m,
-    quantile,
-    segment,
-)
+from runtime.core.geometry import GridFrame
+from runtime.core.objects.depth_segments import NEAR_QUANTILE, STRIDE, SeenThing, things_in
+from runtime.core.types import Intrinsics, Mount, Observation, Pose
 
 WALL_M, SHAPE = 4.0, (60, 80)
 BOX = slice(10, 40), slice(20, 60)  # rows, columns
+FRAME = GridFrame(-10.0, -10.0, 0.05, 400, 400)
 
 
 def picture(*things: tuple[slice, slice, float]) -> np.ndarray:
@@ -26,9 +25,30 @@ def picture(*things: tuple[slice, slice, float]) -> np.ndarray:
     return depth
 
 
-def found_m(depth: np.ndarray, high_m: float = 1.0) -> float:
-    label, size, span = segment(depth, np.full(SHAPE, high_m, np.float32))
-    return distance_m(depth[BOX], label[BOX], size, span)
+def thing(
+    depth: np.ndarray,
+    box: tuple[slice, slice] = BOX,
+    focal_px: float = 4000.0,
+    high_m: float = 1.0,
+    known_m: float = math.nan,
+) -> SeenThing | None:
+    """What is in the box of an image of which this is every STRIDE-th pixel, by a camera that is so
+    high; with a long focal length all is about as high."""
+    rows, cols = STRIDE * depth.shape[0], STRIDE * depth.shape[1]
+    image = np.repeat(np.repeat(depth, STRIDE, 0), STRIDE, 1)
+    lens = Intrinsics(focal_px, focal_px, cols / 2, rows / 2, cols, rows)
+    obs = Observation(0, np.zeros((rows, cols, 3), np.uint8), image, Pose(0, 0, 0), lens)
+    (top, bottom), (left, right) = ((part.start, part.stop) for part in box)
+    wide = STRIDE * (right - left) / focal_px
+    row = np.array([[top, left, bottom, right, known_m, wide]], np.float64)
+    (found,) = things_in(obs, row, Mount(z_m=high_m), FRAME)
+    return found
+
+
+def found_m(depth: np.ndarray) -> float:
+    found = thing(depth)
+    assert found is not None
+    return found.range_m
 
 
 def test_what_hides_a_part_and_goes_on_beyond_the_box_is_not_the_object():
@@ -65,48 +85,36 @@ def test_a_speck_within_the_box_is_no_object():
 def test_what_hangs_together_with_the_object_is_of_it_and_what_stands_before_it_is_not():
     """A backrest 3 m away with a seat that comes nearer by and by, and a table before both."""
     depth = picture((slice(10, 30), slice(20, 60), 3.0))
-    depth[30:40, 20:60] = np.linspace(2.98, 2.6, 10)[:, None]
-    depth[26:38, 30:50] = 2.2
-    label = segment(depth, np.full(SHAPE, 1.0, np.float32)).label[BOX]
-    own = attached(depth[BOX], label, 3.0)[label]
-    seat, table, edge = (25, 5), (22, 20), (16, 20)
-    assert own[seat]
-    assert not own[table]
-    assert not own[edge]  # where two meet is of neither
+    depth[30:40, 20:60] = np.linspace(2.98, 2.86, 10)[:, None]
+    depth[26:38, 30:50] = 2.7
+    found = thing(depth, focal_px=300.0, known_m=3.0)
+    assert found is not None
+    assert 2.8 < found.cells_xy[:, 0].min() < 2.9
 
 
 def test_the_floor_joins_nothing_that_stands_on_it():
-    depth = picture((slice(10, 40), slice(20, 60), 2.0))
-    high = np.full(SHAPE, 1.0, np.float32)
-    high[35:] = 0.0
-    depth[35:] = 2.0  # as deep there as what stands on it
-    label, size, span = segment(depth, high)
-    assert (label[35:] == 0).all()
-    own = label[20, 40]
-    assert size[own] == np.count_nonzero(label == own) < 25 * 40
-    assert distance_m(depth[BOX], label[BOX], size, span) == pytest.approx(2.0)
+    """A cupboard whose floor goes on beyond the box, and a niche in it that does not."""
+    depth = picture((slice(10, 40), slice(20, 60), 2.0), (slice(14, 20), slice(24, 50), 2.8))
+    depth[35:] = 2.0  # floor, as deep there as what stands on it
+    found = thing(depth, focal_px=170.0, high_m=0.3)
+    assert found is not None
+    assert found.range_m == pytest.approx(2.0)
+    assert found.low_m > 0.05
 
 
-def test_without_known_depth_there_is_no_distance():
-    assert found_m(np.zeros(SHAPE, np.float32)) == 0.0
+def test_without_known_depth_there_is_nothing():
+    assert thing(np.zeros(SHAPE, np.float32)) is None
 
 
 @given(
     arrays.arrays(np.float32, (12, 16), elements=st.sampled_from([0.0, 1.0, 1.05, 2.0, 3.0, 9.0])),
     st.integers(0, 9), st.integers(0, 13), st.integers(2, 9), st.integers(2, 9),
 )  # fmt: skip
-def test_any_box_of_any_picture_has_a_depth_that_occurs_in_it(depth, top, left, height, width):
-    label, size, span = segment(depth, np.ones((12, 16), np.float32))
+def test_any_thing_in_any_picture_has_a_depth_that_occurs_in_its_box(
+    depth, top, left, height, width
+):
     box = slice(top, top + height), slice(left, left + width)
-    patch = depth[box]
-    distance = distance_m(patch, label[box], size, span)
-    known = patch[patch > 0]
-    if distance:
-        assert known.min() <= distance <= known.max()
-
-
-@given(arrays.arrays(np.float32, st.integers(1, 60), elements=st.floats(0, 8, width=32)))
-def test_a_quantile_is_numpys(values: np.ndarray):
-    assert quantile(values, NEAR_QUANTILE) == pytest.approx(
-        float(np.quantile(values, NEAR_QUANTILE)), abs=1e-6
-    )
+    found = thing(depth, box)
+    known = depth[box][depth[box] > 0]
+    if found is not None:
+        assert known.min() <= found.range_m <= known.max()

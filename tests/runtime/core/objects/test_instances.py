@@ -1,14 +1,15 @@
 """Instances: what is one thing and what is two, what it is called, how large it is."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy_things import thing_of
 
 from runtime.core.geometry import GridFrame
+from runtime.core.objects.depth_segments import Sighting
 from runtime.core.objects.instances import (
     CUT_WEIGHT,
     LOG_ODDS_MAX,
@@ -16,9 +17,8 @@ from runtime.core.objects.instances import (
     MISS_STEP,
     REPEAT_WEIGHT,
     Instance,
-    Sighting,
     called,
-    first_views,
+    first_view,
     fuse,
     logit,
     reject,
@@ -53,7 +53,7 @@ def box(
     """A sighting of the surface of a box."""
     grid = np.linspace(-side_m / 2, side_m / 2, 8)
     points = np.array([(x + u, y + v, h) for u in grid for v in grid for h in np.linspace(*z, 5)])
-    return Sighting(name, score, embedding, points, math.hypot(x, y))
+    return Sighting(name, score, embedding, thing_of(math.hypot(x, y), points, FRAME))
 
 
 def seen(*sightings: tuple[Sighting, Pose]) -> dict[int, Instance]:
@@ -65,8 +65,7 @@ def seen(*sightings: tuple[Sighting, Pose]) -> dict[int, Instance]:
 
 def look(instances: dict[int, Instance], id: int, sighting: Sighting, pose: Pose) -> Instance:
     """What one image with one sighting does."""
-    (view,) = first_views(FRAME, [sighting], id)
-    instance = fuse(instances, view, FRAME, sighting, pose)
+    instance = fuse(instances, first_view(id, sighting), FRAME, sighting, pose)
     called(instance, sighting, pose)
     uncalled(instance, (sighting.name,), pose, cut=sighting.cut)
     return instance
@@ -147,7 +146,7 @@ def test_its_size_is_the_boxes_however_it_stands(
     c, s = math.cos(turn), math.sin(turn)
     x, y = (2 + c * u - s * v).ravel(), (s * u + c * v).ravel()
     z = np.resize(np.linspace(0.1, 0.1 + h, 97), x.size)
-    thing = Sighting("table", 0.9, LEATHER, np.stack([x, y, z], axis=1), 2.0)
+    thing = Sighting("table", 0.9, LEATHER, thing_of(2.0, np.stack([x, y, z], axis=1), FRAME))
     (instance,) = seen((thing, HERE)).values()
     got = size_m(instance, FRAME.resolution_m)
     assert got[0] == pytest.approx(length, abs=0.16)  # three cells
@@ -205,7 +204,7 @@ def test_a_view_that_calls_it_something_else_is_no_second_look():
 def test_what_is_cut_off_at_a_side_says_less_for_a_name_and_against_others():
     toilet, other = seen((box("toilet", 2, 0), HERE))[1], around(2, 0, 2.0)
     before = toilet.odds_of("toilet")
-    look({1: toilet}, 9, replace(box("bathtub", 2, 0), cut=True), other)
+    look({1: toilet}, 9, box("bathtub", 2, 0)._replace(cut=True), other)
     assert toilet.odds_of("bathtub") == pytest.approx(CUT_WEIGHT * MAX_STEP)
     assert toilet.odds_of("toilet") == pytest.approx(before - CUT_WEIGHT * MISS_STEP)
 

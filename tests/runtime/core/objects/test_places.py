@@ -7,7 +7,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.objects.places import InstancePlaces, Nearby
+from runtime.core.objects.places import InstancePlaces
 from runtime.core.types import F64
 
 WITHIN_M = 0.6
@@ -47,7 +47,7 @@ def test_whatever_is_near_is_found_nearest_first_and_none_is_nearer_than_told(
 ):
     (asked, *others) = things(count + 1, seed)
     places = InstancePlaces.of({one.id: one for one in others})
-    (found,) = places.near([asked.xy], [asked.cells_xy], WITHIN_M)
+    found = places.near(asked.xy, asked.cells_xy, WITHIN_M)
     gaps = {one.id: gap_m(one, asked) for one in others}
     assert {id for id, gap in gaps.items() if gap <= WITHIN_M} <= {id for _, id in found}
     assert all(least <= gaps[id] for least, id in found)
@@ -70,13 +70,12 @@ def test_what_was_moved_meanwhile_is_found_where_it_is_now(asked: int, known: in
     every = things(asked + known, seed)
     wanted, others = every[:asked], {one.id: one for one in every[asked:]}
     places = InstancePlaces.of(others)
-    near = Nearby(places, [w.xy for w in wanted], [w.cells_xy for w in wanted], WITHIN_M)
     now = things(asked + 2 * known, seed + 1)[asked:]  # as many again are new
     for one in now[::2]:
         others[one.id] = one
-        near.put(one)
-    for n, thing in enumerate(wanted):
-        found = {id: least for least, id in near.of(n)}
+        places.put([one])
+    for thing in wanted:
+        found = {id: least for least, id in places.near(thing.xy, thing.cells_xy, WITHIN_M)}
         gaps = {one.id: gap_m(one, thing) for one in others.values()}
         assert {id for id, gap in gaps.items() if gap <= WITHIN_M} <= set(found)
         assert all(least <= gaps[id] for id, least in found.items())

@@ -1,0 +1,227 @@
+/* The map cells under things: which they are, which of them are strays, how near two are. */
+#include "objects.h"
+#include <math.h>
+#include <stdlib.h>
+
+static inline int32_t cell_at(double at_m, double from_m, double cell_m)
+{
+    const double scaled = (at_m - from_m) / cell_m;
+    const int32_t cut = (int32_t)scaled;
+    return cut - (scaled < cut);
+}
+
+typedef struct {
+    int32_t left, top, right, bottom;
+} Bounds;
+
+static Bounds bounds_of(const int32_t *col, const int32_t *row, size_t n)
+{
+    Bounds b = {col[0], row[0], col[0], row[0]};
+    for (size_t i = 1; i < n; i++) {
+        b.left = col[i] < b.left ? col[i] : b.left;
+        b.right = col[i] > b.right ? col[i] : b.right;
+        b.top = row[i] < b.top ? row[i] : b.top;
+        b.bottom = row[i] > b.bottom ? row[i] : b.bottom;
+    }
+    return b;
+}
+
+const char *footprint(const Frame *frame, const double *x, const double *y, size_t n,
+                      Footprint *into, int32_t *scratch)
+{
+    int32_t *col = scratch, *row = scratch + n;
+    const double most = 1e9 * frame->cell_m; /* cells that an int32_t can count */
+    for (size_t i = 0; i < n; i++) {
+        if (!(fabs(x[i] - frame->x0_m) < most && fabs(y[i] - frame->y0_m) < most))
+            return "points that are nowhere on a map";
+        col[i] = cell_at(x[i], frame->x0_m, frame->cell_m);
+        row[i] = cell_at(y[i], frame->y0_m, frame->cell_m);
+    }
+    const Bounds b = bounds_of(col, row, n);
+    const size_t width = (size_t)(b.right - b.left) + 1, height = (size_t)(b.bottom - b.top) + 1;
+    uint8_t *held = calloc(width * height, 1);
+    if (!held)
+        return "out of memory";
+    for (size_t i = 0; i < n; i++)
+        held[(size_t)(row[i] - b.top) * width + (size_t)(col[i] - b.left)] = 1;
+    into->count = 0;
+    for (size_t r = 0; r < height; r++) {
+        const double high = ((double)r + (b.top + 0.5)) * frame->cell_m + frame->y0_m;
+        for (size_t c = 0; c < width; c++) {
+            if (!held[r * width + c])
+                continue;
+            into->x[into->count] = ((double)c + (b.left + 0.5)) * frame->cell_m + frame->x0_m;
+            into->y[into->count++] = high;
+        }
+    }
+    free(held);
+    return NULL;
+}
+
+void without_strays(Footprint *cells, Strays strays, double *scratch)
+{
+    const size_t n = cells->count, half = n / 2;
+    double *away = scratch, *order = scratch + n, reach;
+    const double x = median(cells->x, n, order); /* in scan order the rows ascend */
+    const double y = (cells->y[(n - 1) / 2] + cells->y[n / 2]) / 2.0;
+    for (size_t i = 0; i < n; i++)
+        away[i] = hypot(cells->x[i] - x, cells->y[i] - y);
+    at_ranks(away, n, &half, 1, &reach, order);
+    reach = strays.times * reach > strays.least_m ? strays.times * reach : strays.least_m;
+    cells->count = 0;
+    for (size_t i = 0; i < n; i++) {
+        if (!(away[i] <= reach))
+            continue;
+        cells->x[cells->count] = cells->x[i];
+        cells->y[cells->count++] = cells->y[i];
+    }
+}
+
+PyObject *packed(const Footprint *cells)
+{
+    PyObject *bytes = PyBytes_FromStringAndSize(NULL, (Py_ssize_t)(cells->count * 16));
+    double *xy = bytes ? (double *)(void *)PyBytes_AsString(bytes) : NULL;
+    for (size_t i = 0; xy && i < cells->count; i++) {
+        xy[2 * i] = cells->x[i];
+        xy[2 * i + 1] = cells->y[i];
+    }
+    return bytes;
+}
+
+int cells_open(Grid *grid, PyObject *array, const char *name)
+{
+    if (grid_open(grid, array, 'd', 0, name) < 0)
+        return -1;
+    if (grid->rows > 0 && grid->rows < INT32_MAX && grid->cols == 2)
+        return 0;
+    PyErr_Format(PyExc_ValueError, "%s: (%zd, %zd), not (N, 2), N at least 1", name, grid->rows,
+                 grid->cols);
+    grid_close(grid);
+    return -1;
+}
+
+/* Two sets of cells made one. */
+typedef struct {
+    Footprint cells;
+    int whole; /* none of it was a stray */
+    int kept;  /* nothing but the first */
+    double x, y;
+    void *memory;
+} Union;
+
+static int equals(const Footprint *cells, const Grid *other)
+{
+    if (cells->count != (size_t)other->rows)
+        return 0;
+    for (size_t i = 0; i < cells->count; i++) {
+        const double *xy = GRID_ROW(*other, double, (Py_ssize_t)i);
+        if (cells->x[i] != xy[0] || cells->y[i] != xy[1])
+            return 0;
+    }
+    return 1;
+}
+
+/* `settled`: the first has no strays, and is kept if there is nothing new. */
+static const char *unite(const Grid *first, const Grid *other, const Frame *frame, Strays strays,
+                         int settled, Union *into)
+{
+    const size_t n = (size_t)first->rows + (size_t)other->rows;
+    double *at = into->memory = malloc((n + 1) * (6 * sizeof *at + 2 * sizeof(int32_t)));
+    if (!at)
+        return "out of memory";
+    double *x = at, *y = at + n, *scratch = at + 4 * n;
+    into->cells = (Footprint){at + 2 * n, at + 3 * n, 0};
+    for (size_t i = 0; i < n; i++) {
+        const Py_ssize_t row = (Py_ssize_t)i;
+        const double *xy = row < first->rows ? GRID_ROW(*first, double, row)
+                                             : GRID_ROW(*other, double, row - first->rows);
+        x[i] = xy[0];
+        y[i] = xy[1];
+    }
+    const char *problem = footprint(frame, x, y, n, &into->cells, (int32_t *)(at + 6 * n + 1));
+    if (problem)
+        return problem;
+    into->kept = settled && equals(&into->cells, first);
+    if (into->kept)
+        return NULL;
+    const size_t all = into->cells.count;
+    without_strays(&into->cells, strays, scratch);
+    const size_t left = into->cells.count;
+    into->whole = left == all;
+    into->x = median(into->cells.x, left, scratch);
+    into->y = (into->cells.y[(left - 1) / 2] + into->cells.y[left / 2]) / 2.0;
+    return NULL;
+}
+
+PyObject *kernel_joined_cells(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    Grid first, other;
+    Union found = {.memory = NULL};
+    double f[3], s[2];
+    (void)module;
+    if (count != 5)
+        return PyErr_Format(PyExc_TypeError, "joined_cells takes 5 arguments, not %zd", count);
+    const int settled = PyObject_IsTrue(args[4]);
+    if (settled < 0 || numbers_open(f, 3, args[2], "frame") < 0 ||
+        numbers_open(s, 2, args[3], "strays") < 0 || cells_open(&first, args[0], "cells") < 0)
+        return NULL;
+    if (cells_open(&other, args[1], "others") < 0) {
+        grid_close(&first);
+        return NULL;
+    }
+    const char *problem;
+    Py_BEGIN_ALLOW_THREADS
+    problem = unite(&first, &other, &(Frame){f[0], f[1], f[2]}, (Strays){s[0], s[1]}, settled,
+                    &found);
+    Py_END_ALLOW_THREADS
+    grid_close(&other);
+    grid_close(&first);
+    PyObject *told = NULL;
+    if (problem)
+        PyErr_Format(PyExc_ValueError, "joined_cells: %s", problem);
+    else if (found.kept)
+        told = Py_NewRef(Py_None);
+    else
+        told = Py_BuildValue("(Nidd)", packed(&found.cells), found.whole, found.x, found.y);
+    free(found.memory);
+    return told;
+}
+
+/* How near the nearest cell is to a point, m: to the last bit what `hypot` says of it. */
+static double nearest(const Grid *cells, double x, double y)
+{
+    double least = INFINITY, found = INFINITY;
+    for (Py_ssize_t n = 0; n < cells->rows; n++) {
+        const double *xy = GRID_ROW(*cells, double, n), dx = xy[0] - x, dy = xy[1] - y;
+        const double square = dx * dx + dy * dy;
+        if (square > least * (1.0 + 1e-9))
+            continue; /* what is rounded otherwise may be nearer by a bit */
+        least = square < least ? square : least;
+        const double away = hypot(dx, dy);
+        found = away < found ? away : found;
+    }
+    return found;
+}
+
+PyObject *kernel_cells_gap(PyObject *module, PyObject *const *args, Py_ssize_t count)
+{
+    Grid one, other;
+    double a[2], b[2], gap;
+    (void)module;
+    if (count != 4)
+        return PyErr_Format(PyExc_TypeError, "cells_gap takes 4 arguments, not %zd", count);
+    if (numbers_open(a, 2, args[1], "xy") < 0 || numbers_open(b, 2, args[3], "other_xy") < 0 ||
+        cells_open(&one, args[0], "cells") < 0)
+        return NULL;
+    if (cells_open(&other, args[2], "other_cells") < 0) {
+        grid_close(&one);
+        return NULL;
+    }
+    Py_BEGIN_ALLOW_THREADS
+    const double theirs = nearest(&one, b[0], b[1]), mine = nearest(&other, a[0], a[1]);
+    gap = theirs < mine ? theirs : mine;
+    Py_END_ALLOW_THREADS
+    grid_close(&other);
+    grid_close(&one);
+    return PyFloat_FromDouble(gap);
+}
