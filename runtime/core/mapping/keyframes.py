@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from runtime.core.geometry import map_to_optical, project, wrap_angle
+from runtime.core.kernels import objects as kernels
 from runtime.core.keys import key
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.types import (
@@ -28,6 +29,7 @@ MOVED_M = 0.3  # from every other, to be worth keeping
 TURNED_RAD = math.radians(25.0)  # or turned so far
 RANGE_M = (0.4, 5.0)  # to the frontier cells it shows
 HALF_VIEW_RAD = math.radians(34.0)  # they are well inside the image
+SHARP_SIZE = 120, 160  # rows and columns of the image whose edges tell how sharp it is
 BLURRED = 0.6  # share of the older one's sharpness below which the older is kept
 
 
@@ -68,9 +70,7 @@ class KeyframeView(NamedTuple):
 
 def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
     """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is."""
-    small = cv2.resize(obs.rgb, (160, 120), interpolation=cv2.INTER_AREA)
-    edges = cv2.Laplacian(cv2.cvtColor(small, cv2.COLOR_RGB2GRAY), cv2.CV_16S)
-    sharpness = float(np.abs(edges).mean())
+    sharpness = _sharpness(obs.rgb)
     if not image_width_px:
         return Keyframe(obs.pose, detections.scene, sharpness)
     k = obs.intrinsics
@@ -81,10 +81,21 @@ def take(obs: Observation, detections: Detections, mount: Mount, image_width_px:
     return Keyframe(obs.pose, detections.scene, sharpness, image, shrunk, mount)
 
 
+def _sharpness(rgb: U8) -> float:
+    """(H, W, 3) -> how strong its edges are, of an image of one size."""
+    rows, cols = SHARP_SIZE
+    if rgb.shape[0] % rows or rgb.shape[1] % cols:
+        small = cv2.resize(rgb, (cols, rows), interpolation=cv2.INTER_AREA)
+        rgb = np.asarray(small, np.uint8)
+    return kernels.sharpness(rgb.reshape(len(rgb), -1), rows, cols)
+
+
 def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
     them."""
-    same = [f for f in frames if _alike(f.pose, frame.pose)]
+    at = frame.pose
+    beside = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
+    same = [f for f in beside if _alike(f.pose, at)]
     if any(frame.sharpness < BLURRED * old.sharpness for old in same):
         return
     for old in same:
