@@ -46,6 +46,7 @@ PyObject *kernel_near_places(PyObject *module, PyObject *const *args, Py_ssize_t
 PyObject *kernel_in_plain_view(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_cosine(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_add_where(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_shortened(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_sharpness(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

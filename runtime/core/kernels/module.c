@@ -60,6 +60,7 @@ static PyMethodDef methods[] = {
     {"in_plain_view", (PyCFunction)(void (*)(void))kernel_in_plain_view, METH_FASTCALL, NULL},
     {"cosine", (PyCFunction)(void (*)(void))kernel_cosine, METH_FASTCALL, NULL},
     {"add_where", (PyCFunction)(void (*)(void))kernel_add_where, METH_FASTCALL, NULL},
+    {"shortened", (PyCFunction)(void (*)(void))kernel_shortened, METH_FASTCALL, NULL},
     {"sharpness", (PyCFunction)(void (*)(void))kernel_sharpness, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };

@@ -56,16 +56,32 @@ typedef struct {
 /* Reads so many numbers, or fails with an error that names the argument. */
 int numbers_open(double *into, Py_ssize_t count, PyObject *tuple, const char *name);
 
-/* The values at up to 4 ascending ranks of n values; the scratch holds n + 1. */
+typedef struct {
+    double low, high;
+} Range;
+
+/* Of n values, at least one. */
+Range range_of(const double *values, size_t n);
+/* The values at up to 4 ascending ranks of n values; the scratch holds n. */
 void at_ranks(const double *values, size_t n, const size_t *ranks, size_t count, double *found,
               double *scratch);
 double median(const double *values, size_t n, double *scratch);
+/* The same where the range is known. */
+void ranked(const double *values, size_t n, Range range, const size_t *ranks, size_t count,
+            double *found, double *scratch);
+double median_in(const double *values, size_t n, Range range, double *scratch);
 
-/* The cells under n points, each once. Room for n in `into`, and 2 n in the scratch. Returns what
- * is wrong, or NULL. */
-const char *footprint(const Frame *frame, const double *x, const double *y, size_t n,
-                      Footprint *into, int32_t *scratch);
-/* Leaves strays out. The scratch holds 2 of each cell and one more. */
+/* n points and their ranges, m. */
+typedef struct {
+    const double *x, *y;
+    size_t n;
+    Range across, along;
+} Points;
+
+/* The cells under points, each once. Room for as many in `into`, twice as many in the scratch.
+ * Returns what is wrong, or NULL. */
+const char *footprint(const Frame *frame, const Points *points, Footprint *into, int32_t *scratch);
+/* Leaves strays out. The scratch holds 2 of each cell. */
 void without_strays(Footprint *cells, Strays strays, double *scratch);
 /* Opens (N, 2) m, at least one; or fails with an error that names the argument. */
 int cells_open(Grid *grid, PyObject *array, const char *name);

@@ -85,6 +85,12 @@ def add_where(into: F32, mask: Mask, value: float) -> None:
     _compiled.add_where(into, mask, value)
 
 
+def shortened(outline: F64, reach_m: float) -> tuple[bytes, float, float, float, float]:
+    """(V, 2) m -> the same, packed, no point farther from the first than that; and how far it
+    reaches: left, below, right and above."""
+    return _compiled.shortened(outline, reach_m)
+
+
 def sharpness(rgb: U8, rows: int, cols: int) -> float:
     """The mean absolute Laplacian of an image (H, W * 3) made as small as (rows, cols), and grey:
     what OpenCV's area interpolation, conversion and Laplacian give. ValueError unless it is a

@@ -3,54 +3,53 @@
 #include <math.h>
 #include <stdlib.h>
 
-static inline int32_t cell_at(double at_m, double from_m, double cell_m)
+enum { MOST_CELLS = 1000000000 }; /* from a map's corner */
+
+static inline int32_t cell_at(double scaled)
 {
-    const double scaled = (at_m - from_m) / cell_m;
     const int32_t cut = (int32_t)scaled;
     return cut - (scaled < cut);
 }
 
-typedef struct {
-    int32_t left, top, right, bottom;
-} Bounds;
-
-static Bounds bounds_of(const int32_t *col, const int32_t *row, size_t n)
+/* How many of them are nowhere on a map. */
+static int32_t cells_at(const double *restrict at_m, size_t n, double from_m, double cell_m,
+                       int32_t *restrict cells)
 {
-    Bounds b = {col[0], row[0], col[0], row[0]};
-    for (size_t i = 1; i < n; i++) {
-        b.left = col[i] < b.left ? col[i] : b.left;
-        b.right = col[i] > b.right ? col[i] : b.right;
-        b.top = row[i] < b.top ? row[i] : b.top;
-        b.bottom = row[i] > b.bottom ? row[i] : b.bottom;
+    int32_t nowhere = 0;
+    for (size_t i = 0; i < n; i++) {
+        const double scaled = (at_m[i] - from_m) / cell_m;
+        const int there = fabs(scaled) < MOST_CELLS;
+        nowhere += !there;
+        cells[i] = cell_at(there ? scaled : 0.0);
     }
-    return b;
+    return nowhere;
 }
 
-const char *footprint(const Frame *frame, const double *x, const double *y, size_t n,
-                      Footprint *into, int32_t *scratch)
+const char *footprint(const Frame *frame, const Points *points, Footprint *into, int32_t *scratch)
 {
+    const size_t n = points->n;
+    const double cell_m = frame->cell_m;
     int32_t *col = scratch, *row = scratch + n;
-    const double most = 1e9 * frame->cell_m; /* cells that an int32_t can count */
-    for (size_t i = 0; i < n; i++) {
-        if (!(fabs(x[i] - frame->x0_m) < most && fabs(y[i] - frame->y0_m) < most))
-            return "points that are nowhere on a map";
-        col[i] = cell_at(x[i], frame->x0_m, frame->cell_m);
-        row[i] = cell_at(y[i], frame->y0_m, frame->cell_m);
-    }
-    const Bounds b = bounds_of(col, row, n);
-    const size_t width = (size_t)(b.right - b.left) + 1, height = (size_t)(b.bottom - b.top) + 1;
+    if (cells_at(points->x, n, frame->x0_m, cell_m, col) +
+        cells_at(points->y, n, frame->y0_m, cell_m, row))
+        return "points that are nowhere on a map";
+    const int32_t left = cell_at((points->across.low - frame->x0_m) / cell_m);
+    const int32_t top = cell_at((points->along.low - frame->y0_m) / cell_m);
+    const int32_t right = cell_at((points->across.high - frame->x0_m) / cell_m);
+    const int32_t bottom = cell_at((points->along.high - frame->y0_m) / cell_m);
+    const size_t width = (size_t)(right - left) + 1, height = (size_t)(bottom - top) + 1;
     uint8_t *held = calloc(width * height, 1);
     if (!held)
         return "out of memory";
     for (size_t i = 0; i < n; i++)
-        held[(size_t)(row[i] - b.top) * width + (size_t)(col[i] - b.left)] = 1;
+        held[(size_t)(row[i] - top) * width + (size_t)(col[i] - left)] = 1;
     into->count = 0;
     for (size_t r = 0; r < height; r++) {
-        const double high = ((double)r + (b.top + 0.5)) * frame->cell_m + frame->y0_m;
+        const double high = ((double)r + (top + 0.5)) * cell_m + frame->y0_m;
         for (size_t c = 0; c < width; c++) {
             if (!held[r * width + c])
                 continue;
-            into->x[into->count] = ((double)c + (b.left + 0.5)) * frame->cell_m + frame->x0_m;
+            into->x[into->count] = ((double)c + (left + 0.5)) * cell_m + frame->x0_m;
             into->y[into->count++] = high;
         }
     }
@@ -126,7 +125,7 @@ static const char *unite(const Grid *first, const Grid *other, const Frame *fram
                          int settled, Union *into)
 {
     const size_t n = (size_t)first->rows + (size_t)other->rows;
-    double *at = into->memory = malloc((n + 1) * (6 * sizeof *at + 2 * sizeof(int32_t)));
+    double *at = into->memory = malloc(n * (6 * sizeof *at + 2 * sizeof(int32_t)));
     if (!at)
         return "out of memory";
     double *x = at, *y = at + n, *scratch = at + 4 * n;
@@ -138,7 +137,8 @@ static const char *unite(const Grid *first, const Grid *other, const Frame *fram
         x[i] = xy[0];
         y[i] = xy[1];
     }
-    const char *problem = footprint(frame, x, y, n, &into->cells, (int32_t *)(at + 6 * n + 1));
+    const Points points = {x, y, n, range_of(x, n), range_of(y, n)};
+    const char *problem = footprint(frame, &points, &into->cells, (int32_t *)(at + 6 * n));
     if (problem)
         return problem;
     into->kept = settled && equals(&into->cells, first);

@@ -2,7 +2,7 @@
 #include "objects.h"
 #include <math.h>
 
-enum { BUCKETS = 256, FEW = 128, MOST_RANKS = 4 };
+enum { BUCKETS = 256 /* a power of two */, FEW = 128, MOST_RANKS = 4 };
 
 static inline void swap(double *a, double *b)
 {
@@ -43,80 +43,85 @@ static double selected(double *values, size_t n, size_t k)
     return *wanted;
 }
 
-typedef struct {
-    double low, high;
-} Range;
-
 static inline double lesser(double a, double b) { return a < b ? a : b; }
 
 static inline double greater(double a, double b) { return a > b ? a : b; }
 
-/* By two at a time, for none to wait for the one before it. */
-static Range range_of(const double *values, size_t n)
+/* Four at a time, for none to wait for the one before it. */
+Range range_of(const double *values, size_t n)
 {
-    const size_t half = n / 2;
-    const double *others = values + half;
-    Range one = {values[0], values[0]}, other = {values[n - 1], values[n - 1]};
-    for (size_t i = 0; i < half; i++) {
-        one.low = lesser(values[i], one.low);
-        one.high = greater(values[i], one.high);
-        other.low = lesser(others[i], other.low);
-        other.high = greater(others[i], other.high);
+    double low[4], high[4];
+    size_t i = 0;
+    for (int k = 0; k < 4; k++)
+        low[k] = high[k] = values[0];
+    for (; i + 4 <= n; i += 4) {
+        for (int k = 0; k < 4; k++) {
+            low[k] = lesser(values[i + k], low[k]);
+            high[k] = greater(values[i + k], high[k]);
+        }
     }
-    return (Range){lesser(one.low, other.low), greater(one.high, other.high)};
+    for (; i < n; i++) {
+        low[0] = lesser(values[i], low[0]);
+        high[0] = greater(values[i], high[0]);
+    }
+    return (Range){lesser(lesser(low[0], low[1]), lesser(low[2], low[3])),
+                   greater(greater(high[0], high[1]), greater(high[2], high[3]))};
 }
 
+/* The scale leaves the highest within the last bucket; the mask, what is not a number in one. */
 static inline uint32_t bucket_of(double value, double low, double scale)
 {
-    const uint32_t bucket = (uint32_t)(int32_t)((value - low) * scale);
-    return bucket < BUCKETS ? bucket : BUCKETS - 1;
+    return (uint32_t)(int32_t)((value - low) * scale) & (BUCKETS - 1);
+}
+
+/* Counts by bucket. Neighbours are much alike: four counts in turn wait less for each other. */
+static void count_buckets(const double *values, size_t n, double low, double scale, uint32_t *held)
+{
+    uint32_t counts[4][BUCKETS] = {{0}};
+    for (size_t i = 0; i < n; i++)
+        counts[i & 3][bucket_of(values[i], low, scale)]++;
+    for (size_t k = 0; k < BUCKETS; k++)
+        held[k] = (counts[0][k] + counts[1][k]) + (counts[2][k] + counts[3][k]);
 }
 
 /* Only what shares a bucket with a value that is asked for is put in order: buckets are counted,
- * then those few are gathered, side by side, and all else is written where it is overwritten. */
+ * then those few are gathered, side by side. */
 static void by_bucket(const double *values, size_t n, const size_t *ranks, size_t count,
                       double *found, double *scratch, double low, double scale)
 {
-    uint32_t held[2][BUCKETS] = {{0}}, to[BUCKETS], step[BUCKETS] = {0}, first[BUCKETS];
-    size_t before = 0, bucket = 0, gathered = 0, of[MOST_RANKS];
-    for (size_t i = 0; i < n; i++) /* neighbours are much alike: two counts wait less */
-        held[i & 1][bucket_of(values[i], low, scale)]++;
+    uint32_t held[BUCKETS], to[BUCKETS];
+    uint8_t wanted[BUCKETS] = {0};
+    size_t before[MOST_RANKS], of[MOST_RANKS], passed = 0, bucket = 0, gathered = 0;
+    count_buckets(values, n, low, scale, held);
     for (size_t r = 0; r < count; r++) {
-        while (before + held[0][bucket] + held[1][bucket] <= ranks[r]) {
-            before += held[0][bucket] + held[1][bucket];
-            bucket++;
-        }
+        while (passed + held[bucket] <= ranks[r])
+            passed += held[bucket++];
         of[r] = bucket;
-        found[r] = (double)(ranks[r] - before);
-        if (!step[bucket]) {
-            step[bucket] = 1;
-            first[bucket] = (uint32_t)gathered;
-            gathered += held[0][bucket] + held[1][bucket];
+        before[r] = passed;
+        if (!wanted[bucket]) {
+            wanted[bucket] = 1;
+            to[bucket] = (uint32_t)gathered;
+            gathered += held[bucket];
         }
     }
-    for (size_t k = 0; k < BUCKETS; k++)
-        to[k] = step[k] ? first[k] : (uint32_t)gathered;
     for (size_t i = 0; i < n; i++) {
         const uint32_t own = bucket_of(values[i], low, scale);
-        scratch[to[own]] = values[i];
-        to[own] += step[own];
+        if (wanted[own])
+            scratch[to[own]++] = values[i];
     }
     for (size_t r = 0; r < count; r++) {
-        const size_t own = of[r];
-        found[r] = selected(scratch + first[own], to[own] - first[own], (size_t)found[r]);
+        const size_t own = of[r], all = held[own];
+        found[r] = selected(scratch + to[own] - all, all, ranks[r] - before[r]);
     }
 }
 
-void at_ranks(const double *values, size_t n, const size_t *ranks, size_t count, double *found,
-              double *scratch)
+void ranked(const double *values, size_t n, Range range, const size_t *ranks, size_t count,
+            double *found, double *scratch)
 {
-    if (n > FEW) {
-        const Range range = range_of(values, n);
-        const double scale = (BUCKETS - 1) / (range.high - range.low);
-        if (scale > 0.0 && isfinite(scale)) {
-            by_bucket(values, n, ranks, count, found, scratch, range.low, scale);
-            return;
-        }
+    const double scale = (BUCKETS - 1) / (range.high - range.low);
+    if (n > FEW && scale > 0.0 && isfinite(scale)) {
+        by_bucket(values, n, ranks, count, found, scratch, range.low, scale);
+        return;
     }
     for (size_t i = 0; i < n; i++)
         scratch[i] = values[i];
@@ -124,10 +129,22 @@ void at_ranks(const double *values, size_t n, const size_t *ranks, size_t count,
         found[r] = selected(scratch, n, ranks[r]);
 }
 
-double median(const double *values, size_t n, double *scratch)
+void at_ranks(const double *values, size_t n, const size_t *ranks, size_t count, double *found,
+              double *scratch)
+{
+    const Range range = n > FEW ? range_of(values, n) : (Range){0.0, 0.0};
+    ranked(values, n, range, ranks, count, found, scratch);
+}
+
+double median_in(const double *values, size_t n, Range range, double *scratch)
 {
     const size_t ranks[2] = {(n - 1) / 2, n / 2};
     double found[2];
-    at_ranks(values, n, ranks, 2, found, scratch);
+    ranked(values, n, range, ranks, 2, found, scratch);
     return (found[0] + found[1]) / 2.0;
+}
+
+double median(const double *values, size_t n, double *scratch)
+{
+    return median_in(values, n, n > FEW ? range_of(values, n) : (Range){0.0, 0.0}, scratch);
 }

@@ -241,7 +241,7 @@ static inline Py_ssize_t clipped(Py_ssize_t at, Py_ssize_t size)
 static float depth_at(const Grid *depth_m, Py_ssize_t row, Py_ssize_t col)
 {
     double known[(2 * AROUND_PX + 1) * (2 * AROUND_PX + 1)];
-    double scratch[sizeof known / sizeof *known + 1];
+    double scratch[sizeof known / sizeof *known];
     size_t count = 0;
     for (Py_ssize_t r = row - AROUND_PX; r <= row + AROUND_PX; r++) {
         const float *depth = GRID_ROW(*depth_m, float, clipped(r, depth_m->rows));

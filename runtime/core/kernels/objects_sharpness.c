@@ -5,38 +5,58 @@
 enum { CHANNELS = 3, MOST_HIGH = 257 /* rows that a sum in 16 bits holds */ };
 
 /* To the nearest, halves to the even one: what is below 2^22 has no fraction left beside it. */
-static inline uint32_t rounded(float value)
+static inline int32_t rounded(float value)
 {
     const float whole = 12582912.0f;
-    return (uint32_t)((value + whole) - whole);
+    return (int32_t)((value + whole) - whole);
 }
 
-/* A row of the smaller image in grey: means of blocks, rounded as OpenCV's area interpolation
- * does, then OpenCV's weights of red, green and blue. */
-static void grey_row(const Grid *rgb, Py_ssize_t first, Py_ssize_t high, Py_ssize_t wide,
-                     uint16_t *restrict sums, uint8_t *restrict grey, Py_ssize_t cols)
+/* Sums of rows, by column; two at a time, for the sums to be read and written less. */
+static void sum_rows(const Grid *rgb, Py_ssize_t first, Py_ssize_t high, uint16_t *restrict sums)
 {
+    const Py_ssize_t end = first + high, n = rgb->cols;
+    Py_ssize_t row = first + high % 2;
     const uint8_t *restrict from = GRID_ROW(*rgb, uint8_t, first);
-    for (Py_ssize_t n = 0; n < rgb->cols; n++)
-        sums[n] = from[n];
-    for (Py_ssize_t r = first + 1; r < first + high; r++) {
-        from = GRID_ROW(*rgb, uint8_t, r);
-        for (Py_ssize_t n = 0; n < rgb->cols; n++)
-            sums[n] = (uint16_t)(sums[n] + from[n]);
+    for (Py_ssize_t col = 0; col < n; col++)
+        sums[col] = high % 2 ? from[col] : 0;
+    for (; row < end; row += 2) {
+        const uint8_t *restrict one = GRID_ROW(*rgb, uint8_t, row);
+        const uint8_t *restrict other = GRID_ROW(*rgb, uint8_t, row + 1);
+        for (Py_ssize_t col = 0; col < n; col++)
+            sums[col] = (uint16_t)(sums[col] + one[col] + other[col]);
     }
-    const float share = 1.0f / (float)(high * wide);
-    const int two = high == 2 && wide == 2; /* there OpenCV rounds halves up */
-    for (Py_ssize_t col = 0; col < cols; col++) {
-        uint32_t total[CHANNELS] = {0};
-        const uint16_t *block = sums + col * wide * CHANNELS;
-        for (Py_ssize_t n = 0; n < wide; n++)
+}
+
+/* Sums of blocks of a row, each so many pixels wide. */
+static void sum_blocks(const uint16_t *restrict sums, Py_ssize_t wide, int32_t *restrict totals,
+                       Py_ssize_t cols)
+{
+    for (Py_ssize_t n = 0; n < cols * CHANNELS; n++)
+        totals[n] = 0;
+    for (Py_ssize_t k = 0; k < wide; k++) {
+        const uint16_t *from = sums + k * CHANNELS;
+        for (Py_ssize_t col = 0; col < cols; col++, from += wide * CHANNELS)
             for (int channel = 0; channel < CHANNELS; channel++)
-                total[channel] += block[n * CHANNELS + channel];
-        for (int channel = 0; channel < CHANNELS; channel++)
-            total[channel] = two ? (total[channel] + 2) >> 2
-                                 : rounded((float)total[channel] * share);
-        grey[col] = (uint8_t)((total[0] * 9798 + total[1] * 19235 + total[2] * 3735 + (1 << 14)) >>
-                              15);
+                totals[col * CHANNELS + channel] += from[channel];
+    }
+}
+
+/* Means of blocks, rounded as OpenCV's area interpolation does, in grey by OpenCV's weights of
+ * red, green and blue. */
+static void grey_row(int32_t *restrict totals, Py_ssize_t high, Py_ssize_t wide,
+                     uint8_t *restrict grey, Py_ssize_t cols)
+{
+    const float share = 1.0f / (float)(high * wide);
+    if (high == 2 && wide == 2) { /* there OpenCV rounds halves up */
+        for (Py_ssize_t n = 0; n < cols * CHANNELS; n++)
+            totals[n] = (totals[n] + 2) >> 2;
+    } else {
+        for (Py_ssize_t n = 0; n < cols * CHANNELS; n++)
+            totals[n] = rounded((float)totals[n] * share);
+    }
+    for (Py_ssize_t col = 0; col < cols; col++) {
+        const int32_t *rgb = totals + col * CHANNELS;
+        grey[col] = (uint8_t)((rgb[0] * 9798 + rgb[1] * 19235 + rgb[2] * 3735 + (1 << 14)) >> 15);
     }
 }
 
@@ -74,11 +94,16 @@ static const char *sharpness(const Grid *rgb, Py_ssize_t rows, Py_ssize_t cols, 
         return "an image that is too large";
     uint16_t *sums = malloc((size_t)rgb->cols * sizeof *sums);
     uint8_t *grey = malloc((size_t)(rows * cols));
-    const int enough = sums && grey;
-    for (Py_ssize_t row = 0; enough && row < rows; row++)
-        grey_row(rgb, row * high, high, wide, sums, grey + row * cols, cols);
+    int32_t *totals = malloc((size_t)(cols * CHANNELS) * sizeof *totals);
+    const int enough = sums && grey && totals;
+    for (Py_ssize_t row = 0; enough && row < rows; row++) {
+        sum_rows(rgb, row * high, high, sums);
+        sum_blocks(sums, wide, totals, cols);
+        grey_row(totals, high, wide, grey + row * cols, cols);
+    }
     if (enough)
         *found = mean_edge(grey, (int32_t)rows, (int32_t)cols);
+    free(totals);
     free(grey);
     free(sums);
     return enough ? NULL : "out of memory";

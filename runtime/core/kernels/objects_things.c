@@ -75,8 +75,9 @@ static const char *measured(const View *view, Thing *thing, const double *x, con
     if (!cells)
         return "out of memory";
     thing->cells = (Footprint){cells, cells + n, 0};
+    const Points points = {x, y, n, range_of(x, n), range_of(y, n)};
     const char *problem =
-        footprint(&view->frame, x, y, n, &thing->cells, (int32_t *)(void *)scratch);
+        footprint(&view->frame, &points, &thing->cells, (int32_t *)(void *)scratch);
     if (problem)
         return problem;
     without_strays(&thing->cells, view->rules->strays, scratch);
@@ -86,8 +87,8 @@ static const char *measured(const View *view, Thing *thing, const double *x, con
     thing->low = found[0];
     thing->z = (found[1] + found[2]) / 2.0;
     thing->high = found[3];
-    thing->x = median(x, n, scratch);
-    thing->y = median(y, n, scratch);
+    thing->x = median_in(x, n, points.across, scratch);
+    thing->y = median_in(y, n, points.along, scratch);
     return NULL;
 }
 

@@ -51,13 +51,13 @@ const char *view_open(View *view, const Grid *depth_m, Py_ssize_t stride)
         view->up.cols != cols || (depth_m->rows - half + stride - 1) / stride != rows ||
         (depth_m->cols - half + stride - 1) / stride != cols)
         return "a depth image that its rays are not of";
-    view->memory = malloc((n + 1) * (6 * sizeof(double) + 2 * sizeof(Region) +
+    view->memory = malloc((n + 1) * (5 * sizeof(double) + 2 * sizeof(Region) +
                                      3 * sizeof(int32_t) + 2 * sizeof(float) + 1));
     if (!view->memory)
         return "out of memory";
     view->numbers = view->memory;
     view->surfaces = (Surfaces){.rows = rows, .cols = cols};
-    view->surfaces.regions = (Region *)(void *)(view->numbers + 6 * (n + 1));
+    view->surfaces.regions = (Region *)(void *)(view->numbers + 5 * (n + 1));
     view->within = view->surfaces.regions + n + 1;
     view->surfaces.label = (int32_t *)(void *)(view->within + n + 1);
     view->touched = view->surfaces.label + n + 1;

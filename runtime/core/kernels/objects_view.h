@@ -32,7 +32,7 @@ typedef struct {
     Region *within;   /* by label: of the box that is looked at */
     int32_t *touched; /* the labels that have one */
     int32_t *wanted;  /* by label, in which box it hangs together with the thing */
-    double *numbers;  /* 6 of each pixel */
+    double *numbers;  /* 5 of each pixel */
     void *memory;
 } View;
 

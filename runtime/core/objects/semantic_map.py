@@ -11,6 +11,7 @@ from runtime.core.kernels import objects as kernels
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import padded, polygon_mask
 from runtime.core.objects.depth_segments import STRIDE, Sighting, things_in
+from runtime.core.objects.footprints import unpacked
 from runtime.core.objects.instances import (
     ASSOCIATE_M,
     Instance,
@@ -176,18 +177,14 @@ def _credit_room(
 ) -> None:
     if rooms.size == 0:
         return
-    apex = outline[0]
-    offset = outline - apex
-    reach = np.maximum(np.hypot(*offset.T), 1e-6)
-    near = apex + offset * np.minimum(1.0, ROOM_CREDIT_M / reach)[:, None]
-    top, left = frame.cell(*near.min(axis=0).tolist())
-    bottom, right = frame.cell(*near.max(axis=0).tolist())
+    packed, low_x, low_y, high_x, high_y = kernels.shortened(outline, ROOM_CREDIT_M)
+    (top, left), (bottom, right) = frame.cell(low_x, low_y), frame.cell(high_x, high_y)
     top, left = max(0, top - 1), max(0, left - 1)
     bottom, right = min(frame.rows, bottom + 2), min(frame.cols, right + 2)
     cell_m = frame.resolution_m
     x0_m, y0_m = frame.x0_m + left * cell_m, frame.y0_m + top * cell_m
     patch = GridFrame(x0_m, y0_m, cell_m, bottom - top, right - left)
-    inside = polygon_mask(patch, near)
+    inside = polygon_mask(patch, unpacked(packed))
     for kind, share in enumerate(rooms.tolist()):
         if share:
             kernels.add_where(semantic.rooms[kind, top:bottom, left:right], inside, share)

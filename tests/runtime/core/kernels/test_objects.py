@@ -245,6 +245,16 @@ def test_a_number_is_added_where_a_mask_says(rows: int, cols: int, value: float,
     assert np.array_equal(whole, expected)
 
 
+@given(cells(), st.floats(0, 3))
+def test_an_outline_is_shortened_toward_its_first_point(outline, reach_m: float):
+    packed, *ends = kernels.shortened(outline, reach_m)
+    found = np.frombuffer(packed).reshape(-1, 2)
+    offset = outline - outline[0]
+    share = np.minimum(1.0, reach_m / np.maximum(np.hypot(*offset.T), 1e-6))
+    assert np.array_equal(found, outline[0] + offset * share[:, None])
+    assert ends == [*found.min(axis=0), *found.max(axis=0)]
+
+
 @pytest.mark.parametrize(("high", "wide"), [(1, 1), (2, 2), (2, 1), (3, 2), (4, 4), (6, 8), (9, 7)])
 @given(st.integers(0, 10**6), st.integers(1, 255))
 @settings(max_examples=10)
@@ -260,7 +270,7 @@ def test_sharpness_is_opencvs(high: int, wide: int, seed: int, most: int):
 
 PLACES, XY = np.zeros((7, 3)), (0.0, 0.0)
 SOME, ROW = np.zeros((2, 2)), np.zeros(4, np.float32)
-NOTHING = np.zeros((1, 6))
+NOTHING, LOST = np.zeros((1, 6)), np.array([[0.0, 0.0], [0.0, math.nan], [1.0, 1.0]])
 DEPTH, RAYS = np.ones((8, 8), np.float32), (np.ones((2, 2), np.float32),) * 3
 
 
@@ -280,7 +290,8 @@ def things(depth_m=DEPTH, stride=4, asked=NOTHING, place=(0.0,) * 7, rules=RULES
         ("things", things(rules=()), TypeError, "rules"),
         ("things", things(depth_m=SOME), TypeError, "depth_m"),
         ("joined_cells", (SOME[:0], SOME, CORNER, STRAYS, False), ValueError, "cells"),
-        ("joined_cells", (SOME, SOME * math.nan, CORNER, STRAYS, False), ValueError, "nowhere"),
+        ("joined_cells", (SOME, LOST, CORNER, STRAYS, False), ValueError, "nowhere"),
+        ("joined_cells", (SOME, LOST.T, CORNER, STRAYS, False), ValueError, "others"),
         ("cells_gap", (SOME, XY, SOME[:, :1], XY), ValueError, "other_cells"),
         ("cells_extent", (SOME.astype(np.float32),), TypeError, "cells"),
         ("put_place", (PLACES, 3, XY, 0.0, SOME), IndexError, "column"),
@@ -290,6 +301,7 @@ def things(depth_m=DEPTH, stride=4, asked=NOTHING, place=(0.0,) * 7, rules=RULES
         ("in_plain_view", (PLACES, [1], DEPTH, (1.0,)), TypeError, "lens"),
         ("cosine", (ROW, ROW.astype(float)), ValueError, "other"),
         ("add_where", (DEPTH, np.ones((8, 7), bool), 1.0), ValueError, "one shape"),
+        ("shortened", (SOME[:0], 1.0), ValueError, "outline"),
         ("sharpness", (np.zeros((10, 48), np.uint8), 4, 4), ValueError, "whole number"),
     ],
 )  # fmt: skip
