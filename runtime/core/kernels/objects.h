@@ -53,6 +53,12 @@ typedef struct {
     int32_t labels;
 } Surfaces;
 
+/* Whether cells have a size, and strays are no more than half. */
+static inline int can_be(Frame frame, Strays strays)
+{
+    return frame.cell_m > 0.0 && strays.times >= 1.0;
+}
+
 /* Reads so many numbers, or fails with an error that names the argument. */
 int numbers_open(double *into, Py_ssize_t count, PyObject *tuple, const char *name);
 

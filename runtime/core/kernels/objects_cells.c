@@ -169,11 +169,14 @@ PyObject *kernel_joined_cells(PyObject *module, PyObject *const *args, Py_ssize_
         grid_close(&first);
         return NULL;
     }
-    const char *problem;
-    Py_BEGIN_ALLOW_THREADS
-    problem = unite(&first, &other, &(Frame){f[0], f[1], f[2]}, (Strays){s[0], s[1]}, settled,
-                    &found);
-    Py_END_ALLOW_THREADS
+    const Frame frame = {f[0], f[1], f[2]};
+    const Strays strays = {s[0], s[1]};
+    const char *problem = "cells of no size, or strays that may be most";
+    if (can_be(frame, strays)) {
+        Py_BEGIN_ALLOW_THREADS
+        problem = unite(&first, &other, &frame, strays, settled, &found);
+        Py_END_ALLOW_THREADS
+    }
     grid_close(&other);
     grid_close(&first);
     PyObject *told = NULL;

@@ -141,9 +141,15 @@ static int grids_open(Grid *const *grids, PyObject *const *args)
     return opened;
 }
 
+static int is_share(double value) { return value >= 0.0 && value <= 1.0; }
+
 static const char *look_for(View *view, const Grid *depth_m, Py_ssize_t stride, const Grid *boxes,
                             Thing *things)
 {
+    const Rules *rules = view->rules;
+    if (!can_be(view->frame, rules->strays) || !is_share(rules->core_share) ||
+        !is_share(rules->quantile) || !(rules->rim >= 1.0 && rules->least_points >= 1.0))
+        return "a frame or rules that cannot be";
     const char *problem = view_open(view, depth_m, stride);
     for (Py_ssize_t n = 0; !problem && n < boxes->rows; n++)
         problem = thing_in(view, GRID_ROW(*boxes, double, n), (int32_t)n + 1, things + n);
