@@ -60,8 +60,7 @@ def test_no_stage_is_slower_than_was_accepted(images: Path, accepted: Path):
 
 def test_a_stage_that_is_slowed_by_30_percent_is_found(images: Path):
     with versions(Version(ROOT, images, SLOWED), Version(ROOT, images)) as (slowed, usual):
-        watched = {
-            s for s, (_, ms) in drive(usual, slowed).items() if ms >= LEAST_MS * (1 + SLOWED)
-        }
+        surely_ms = 1.3 * LEAST_MS * (1 + SLOWED)  # no stage that is now watched and now not
+        watched = {s for s, (_, ms) in drive(usual, slowed).items() if ms >= surely_ms}
         assert watched, "every stage is too short to be watched"
         assert slow(slowed, usual, 2) >= watched
