@@ -13,9 +13,8 @@ from runtime.tracing.stages import Stage
 GROWN_S = 240.0  # in less, growth is that of what comes and goes
 FEW = 20  # with fewer the 99th percentile says nothing
 STUDENT = (12.71, 4.30, 3.18, 2.78, 2.57, 2.45, 2.36, 2.31, 2.26, 2.23)
-"""97.5 % of Student's t, of 1 degree of freedom, 2, ...; of more than these NORMAL is near enough
-with a tenth of margin."""
-NORMAL = 2.16
+"""97.5 % of Student's t, of 1 degree of freedom, 2, ...; of more it is less than MANY."""
+MANY = 2.21
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def ratios(ours: Sequence[Measured], theirs: Sequence[Measured]) -> list[Ratio]:
         ]
         logs = np.array([math.log(a / b) for a, b in pairs if a > 0 and b > 0])
         if logs.size > 1:
-            t = STUDENT[logs.size - 2] if logs.size - 2 < len(STUDENT) else NORMAL
+            t = STUDENT[logs.size - 2] if logs.size - 2 < len(STUDENT) else MANY
             mean, error = float(logs.mean()), float(logs.std(ddof=1)) / math.sqrt(logs.size)
             ends = math.exp(mean - t * error), math.exp(mean + t * error)
             found.append(Ratio(stage, math.exp(mean), *ends))

@@ -137,7 +137,8 @@ class WholeSteps:
         if not step_search.clear(world.terrain, world.pose, p.plan, body_m):
             p.plan = ()
         if not p.plan and p.idle > (PATIENCE if action else 0):
-            way = step_search.through(*place, best_m=p.run_m)
+            field = world.plan.farther(field, world.terrain, world.pose, step_search.BEYOND_M)
+            way = step_search.through(world.terrain, field, world.pose, body_m, best_m=p.run_m)
             p.plan, p.idle = way.actions, p.idle + (PATIENCE if way.actions else 0)
             if not way.actions and p.idle > math.tau / discrete_policy.TURN_RAD:
                 beyond = descend(field, way.nearest_xy, BEYOND)[-1:]

@@ -91,12 +91,12 @@ class LoadedModels:
         understood = replace(understood, how=understood.how + told)
         if self._cloud is not None:
             self._cloud.begin(understood.name)
-        if seating is not None and not config.models.keep_scores:
-            seating.forget()
-        if seating is not None:
-            seating.begin(understood.name)
         if self._panel is not None:
             self._panel.close()
+        if seating is not None:
+            if not config.models.keep_scores:
+                seating.forget()
+            seating.begin(understood.name)
         rule = config.navigate.consensus
 
         def settled(votes: Sequence[Vote], pending: Collection[str], brief: Brief) -> bool:

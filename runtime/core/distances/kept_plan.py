@@ -12,7 +12,7 @@ from runtime.core.kernels import marching
 from runtime.core.mapping.windows import widened
 from runtime.core.types import F32, I32, Pose
 
-BEYOND_M = 1.5  # of arrival beyond the robot's own, that choosing its next steps may look at
+BEYOND_M = 1.5  # of arrival beyond the robot's own, that choosing its next step may look at
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class _Plan:
 
 
 class KeptPlan:
-    """One plan, the last. What it gives is what `planner.march` would, to the last bit, as far as
+    """One plan, the last. What it gives is what `planner.march` would, within rounding, as far as
     BEYOND_M beyond the robot: an arrival depends on earlier ones alone, so that those before the
     earliest that a change of the terrain can have touched are kept, and the front goes on from
     there."""
@@ -42,17 +42,29 @@ class KeptPlan:
         inside = sources[((sources >= 0) & (sources < frame.shape)).all(axis=1)]
         rows, cols = inside[terrain.traversable[inside[:, 0], inside[:, 1]]].T
         at = np.stack([rows + frame.first_row, cols + frame.first_col])
-        plan = self._plan = self._known(terrain, at)
-        if plan.limit_m >= plan.field.at(pose.x_m, pose.y_m) + BEYOND_M:
+        self._plan = self._known(terrain, at)
+        return self._as_far(self._plan, terrain, pose, BEYOND_M)
+
+    def farther(self, field: Field, terrain: Terrain, pose: Pose, beyond_m: float) -> Field:
+        """What `toward` gave of this terrain, with arrivals as far beyond the robot as that; a
+        field that it did not give, as it is."""
+        plan = self._plan
+        if plan is None or plan.field is not field:
+            return field
+        return self._as_far(plan, terrain, pose, beyond_m)
+
+    def _as_far(self, plan: _Plan, terrain: Terrain, pose: Pose, beyond_m: float) -> Field:
+        frame = terrain.frame
+        if plan.limit_m >= plan.field.at(pose.x_m, pose.y_m) + beyond_m:
             return plan.field
         arrival, here = plan.field.arrival_m.copy(), frame.cell(pose.x_m, pose.y_m)
-        arrival[rows, cols] = 0.0
-        marched_m = marching.march(
-            arrival, terrain.speed, frame.resolution_m, until=here, beyond=BEYOND_M
+        rows, cols = plan.sources
+        arrival[rows - frame.first_row, cols - frame.first_col] = 0.0
+        limit_m = marching.march(
+            arrival, terrain.speed, frame.resolution_m, until=here, beyond=beyond_m
         )
-        field, limit_m = Field(frame, arrival), max(plan.limit_m, marched_m)
-        self._plan = replace(plan, field=field, limit_m=limit_m)
-        return field
+        self._plan = replace(plan, field=Field(frame, arrival), limit_m=limit_m)
+        return self._plan.field
 
     def _known(self, terrain: Terrain, sources: I32) -> _Plan:
         """What of the plan still holds; of another plan nothing."""

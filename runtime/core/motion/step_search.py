@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.distances.planner import Field
-from runtime.core.distances.terrain import Terrain, clearance_between
+from runtime.core.distances.terrain import SLOWEST, Terrain, clearance_between
 from runtime.core.motion.courses import MARGIN_M
 from runtime.core.motion.discrete_policy import FORWARD_M, SAMPLES, TURN_RAD, whole_turns
 from runtime.core.types import F64, Action, Mask, Pose
 
 STEPS = 10  # at most, one after the other
 REACH_M = 1.2  # from the robot, within which a way is looked for
+BEYOND_M = REACH_M / SLOWEST  # of arrival, that so much way can take
 SAME_M = 0.03  # places nearer to each other count as one
 GAIN_M = 0.2  # of arrival, that the way must win
 

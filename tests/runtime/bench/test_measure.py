@@ -84,9 +84,19 @@ def test_goals_are_asked_for_in_turn_until_the_drive_is_over(
     monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
     played: Future[float] = Future()
     threading.Timer(0.33, lambda: played.set_result(7.0)).start()
-    assert robot.search(("bed", "sofa"), "", played) == (7.0, len(asked))
+    assert robot.search(("bed", "sofa"), "", played) == 7.0
     assert len(asked) > 3
     assert asked == ["bed", "sofa"] * (len(asked) // 2) + ["bed"] * (len(asked) % 2)
+
+
+def test_a_drive_that_itself_was_too_late_ends_the_goals(
+    robot: measure._Robot, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(robot, "ask", lambda query, body: None)
+    played: Future[float] = Future()
+    played.set_exception(TimeoutError("the player's own"))
+    with pytest.raises(TimeoutError, match="the player's own"):
+        robot.search(("bed", "sofa"), "", played)
 
 
 def test_one_goal_is_asked_for_once(robot: measure._Robot, monkeypatch: pytest.MonkeyPatch):
@@ -95,7 +105,7 @@ def test_one_goal_is_asked_for_once(robot: measure._Robot, monkeypatch: pytest.M
     monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
     played: Future[float] = Future()
     threading.Timer(0.1, lambda: played.set_result(7.0)).start()
-    assert robot.search(("bed",), "", played) == (7.0, 1)
+    assert robot.search(("bed",), "", played) == 7.0
     assert asked == ["bed"]
 
 

@@ -65,9 +65,9 @@ def check(plan: KeptPlan, terrain: Terrain, goal: np.ndarray, pose: Pose) -> Non
     here = whole.at(pose.x_m, pose.y_m)
     needed = whole.arrival_m <= here + BEYOND_M if math.isfinite(here) else np.isfinite(here)
     known = np.isfinite(field.arrival_m)
-    assert np.array_equal(field.arrival_m[known], whole.arrival_m[known])
+    assert np.allclose(field.arrival_m[known], whole.arrival_m[known], rtol=0, atol=1e-9)
     assert known[needed & np.isfinite(whole.arrival_m)].all()
-    assert field.at(pose.x_m, pose.y_m) == here
+    assert field.at(pose.x_m, pose.y_m) == pytest.approx(here, abs=1e-9)
 
 
 @settings(max_examples=60, deadline=None)
@@ -105,6 +105,19 @@ def test_a_plan_that_nothing_touches_is_the_same_field():
     speed[0:4, 36:40] = 0.0  # beyond what the robot may look at
     second = plan.toward(of_speeds(speed), goal, pose)
     assert second is first
+
+
+def test_a_plan_is_told_farther_when_asked_and_others_as_they_are():
+    speed = np.ones((SIDE, SIDE), np.float32)
+    terrain, plan, pose = of_speeds(speed), KeptPlan(), at(38, 2)
+    whole = march(terrain, goal_at(terrain, 38, 1))
+    assert plan.farther(whole, terrain, pose, 9.0) is whole
+    field = plan.toward(terrain, goal_at(terrain, 38, 1), pose)
+    assert np.isinf(field.arrival_m[0, 39])
+    far = plan.farther(field, terrain, pose, 9.0)
+    assert np.allclose(far.arrival_m, whole.arrival_m, rtol=0, atol=1e-9)
+    assert np.isinf(field.arrival_m[0, 39])
+    assert plan.toward(terrain, goal_at(terrain, 38, 1), pose) is far
 
 
 def test_what_others_go_by_is_not_written_to():
