@@ -1,9 +1,11 @@
-from collections.abc import Sequence
 from typing import Any
 
 from numpy.typing import NDArray
 
 from runtime.core.types import F32, F64, I32, U8, Mask
+
+Frame = tuple[float, float, float]
+Place = tuple[float, float, float, float, float, float, float]
 
 def march(
     arrival: F64,
@@ -33,7 +35,7 @@ def means(
     means: F32, layers: F32, passable: Mask, cells: I32, ends: I32, limit: int, /
 ) -> None: ...
 def nearest(*args: NDArray[Any] | int) -> None: ...
-def touch(nearest: F32, away: F32, cells: I32, starts: I32, margin: int, /) -> None: ...
+def reach_things(nearest: F32, away: F32, cells: I32, starts: I32, margin: int, /) -> None: ...
 def things(
     depth_m: F32,
     forward: F32,
@@ -41,13 +43,13 @@ def things(
     up: F32,
     stride: int,
     boxes: F64,
-    place: Sequence[float],
-    frame: Sequence[float],
-    rules: Sequence[float],
+    place: Place,
+    frame: Frame,
+    rules: tuple[float, ...],
     /,
 ) -> list[tuple[float, float, float, float, float, float, bytes] | None]: ...
 def joined_cells(
-    cells: F64, others: F64, frame: Sequence[float], strays: Sequence[float], settled: bool, /
+    cells: F64, others: F64, frame: Frame, strays: tuple[float, float], settled: bool, /
 ) -> tuple[bytes, bool, float, float] | None: ...
 def cells_gap(
     cells: F64, xy: tuple[float, float], other_cells: F64, other_xy: tuple[float, float], /
@@ -60,7 +62,7 @@ def near_places(
     places: F64, names: list[int], xy: tuple[float, float], cells: F64, within_m: float, /
 ) -> list[tuple[float, int]]: ...
 def in_plain_view(
-    places: F64, names: list[int], depth_m: F32, lens: Sequence[float], /
+    places: F64, names: list[int], depth_m: F32, lens: tuple[float, ...], /
 ) -> list[int]: ...
 def cosine(one: F32, other: F32, /) -> float: ...
 def add_where(into: F32, mask: Mask, value: float, /) -> None: ...

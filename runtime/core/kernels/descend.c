@@ -1,6 +1,6 @@
-/* What is done with arrival times: the way down them, and up to which of them a change leaves all as
- * it was. */
-#include "windows.h"
+/* What is done with arrival times: the way down them, and up to which of them a change leaves all
+ * as it was. */
+#include "arguments.h"
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,36 +28,48 @@ static int lower(const Grid *arrival, Py_ssize_t *row, Py_ssize_t *col)
     return steepest > 0.0;
 }
 
-PyObject *kernel_descend(PyObject *module, PyObject *const *args, Py_ssize_t count)
+/* From a cell of the grid always on to where it falls most steeply, for at most so many cells in
+ * all; how many they are. */
+static Py_ssize_t descend(const Grid *arrival, Py_ssize_t row, Py_ssize_t col, Py_ssize_t most,
+                          int32_t *cells)
 {
-    (void)module;
+    Py_ssize_t found = 0;
+    while (found < most) {
+        cells[2 * found] = (int32_t)row;
+        cells[2 * found + 1] = (int32_t)col;
+        found++;
+        if (GRID_ROW(*arrival, double, row)[col] <= 0.0 || !lower(arrival, &row, &col))
+            break;
+    }
+    return found;
+}
+
+PyObject *kernel_descend(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
+{
     Grid arrival;
-    if (count != 4)
-        return PyErr_Format(PyExc_TypeError, "descend takes 4 arguments, not %zd", count);
-    Py_ssize_t row = PyNumber_AsSsize_t(args[1], PyExc_OverflowError), col = PyNumber_AsSsize_t(args[2], PyExc_OverflowError);
-    const Py_ssize_t limit = PyNumber_AsSsize_t(args[3], PyExc_OverflowError);
-    if (PyErr_Occurred() || grid_open(&arrival, args[0], 'd', 0, "arrival") < 0)
+    Py_ssize_t wholes[3], found = 0;
+    if (count_is("descend", count, 4) < 0 || wholes_of(wholes, args + 1, 3) < 0)
+        return NULL;
+    const Py_ssize_t row = wholes[0], col = wholes[1], limit = wholes[2];
+    if (limit < 0)
+        return failed("descend", "limit: below 0");
+    if (grid_open(&arrival, args[0], (GridSpec){'d', 0, "arrival"}) < 0)
         return NULL;
     const int starts = row >= 0 && col >= 0 && row < arrival.rows && col < arrival.cols &&
                        isfinite(GRID_ROW(arrival, double, row)[col]);
-    const Py_ssize_t most = starts ? limit + 1 : 0;
+    const Py_ssize_t all = arrival.rows * arrival.cols; /* no cell is passed twice */
+    const Py_ssize_t most = !starts ? 0 : limit < all ? limit + 1 : all;
     int32_t *cells = malloc((size_t)(2 * most + 2) * sizeof *cells);
-    Py_ssize_t found = 0;
     if (cells) {
         Py_BEGIN_ALLOW_THREADS
-        while (found < most) {
-            cells[2 * found] = (int32_t)row;
-            cells[2 * found + 1] = (int32_t)col;
-            found++;
-            if (GRID_ROW(arrival, double, row)[col] <= 0.0 || !lower(&arrival, &row, &col))
-                break;
-        }
+        found = descend(&arrival, row, col, most, cells);
         Py_END_ALLOW_THREADS
     }
     grid_close(&arrival);
     if (!cells)
         return PyErr_NoMemory();
-    PyObject *path = PyBytes_FromStringAndSize((char *)cells, 2 * found * (Py_ssize_t)sizeof *cells);
+    const Py_ssize_t bytes = 2 * found * (Py_ssize_t)sizeof *cells;
+    PyObject *path = PyBytes_FromStringAndSize((char *)cells, bytes);
     free(cells);
     return path;
 }
@@ -95,19 +107,19 @@ static double touched(const Grid *arrival, Grid *before, const Grid *speed)
     return least;
 }
 
-PyObject *kernel_touched(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_touched(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
-    (void)module;
+    static const GridSpec specs[] = {{'d', 0, "arrival"}, {'f', 1, "before"}, {'f', 0, "speed"}};
     Grid grids[3];
-    const GridSpec specs[3] = {{'d', 0, "arrival"}, {'f', 1, "before"}, {'f', 0, "speed"}};
     if (count_is("touched", count, 3) < 0 || grids_open(grids, args, specs, 3) < 0)
         return NULL;
     double least = INFINITY;
-    if (grids_alike(grids, specs, 3) == 0) {
+    const int alike = grids_alike(grids, specs, 3);
+    if (alike == 0) {
         Py_BEGIN_ALLOW_THREADS
         least = touched(&grids[0], &grids[1], &grids[2]);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 3);
-    return PyErr_Occurred() ? NULL : PyFloat_FromDouble(least);
+    return alike < 0 ? NULL : PyFloat_FromDouble(least);
 }

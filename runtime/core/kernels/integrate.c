@@ -6,9 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* What a pixel shows; of a cell FLOOR is a bit, the others count obstacles. HOLE is where floor would
- * be near enough to be seen, and depth is unknown. */
+/* What a pixel shows; of a cell FLOOR is a bit, the others count obstacles. HOLE is where floor
+ * would be near enough to be seen, and depth is unknown. */
 enum { NOTHING = 0, OBSTACLE = 1, HOLE = 2, FLOOR = 0x80, OBSTACLES = 0x7F };
+
+enum { MOST_SIDE = 1 << 24 }; /* of a grid, whose cells single precision numbers */
 
 /* Both in the order in which Python gives them. */
 typedef union {
@@ -22,7 +24,7 @@ typedef union {
     double all[16];
     struct {
         double stride, max_depth_m, camera_m, floor_m, height_m; /* heights above the floor */
-        double cosine, sine, x_m, y_m, per_m; /* the camera's yaw, its place in the grid; 1 / cell */
+        double cosine, sine, x_m, y_m, per_m; /* of the camera's yaw, its place in the grid; 1/m */
         double hits_needed, hit, miss, most, cells_around;
         double hole_pixels; /* one above the other, of unknown depth, that may hide something */
     };
@@ -70,13 +72,14 @@ static void project(const Arrays *arrays, const Numbers *n, const View *view, Py
         col = col < high ? col : high;
         line = line < bottom ? line : bottom;
         view->distance[i] = d * reach[i];
-        view->cell[i] = ((int32_t)line - (int32_t)top) * (int32_t)width + (int32_t)col - (int32_t)low;
+        view->cell[i] =
+            ((int32_t)line - (int32_t)top) * (int32_t)width + (int32_t)col - (int32_t)low;
         view->what[i] = (uint8_t)(obstacle * OBSTACLE + floor * FLOOR + hole * HOLE);
     }
 }
 
-/* What may stand where the lowest pixel of some above each other is a hole: as near as the floor that
- * the pixel below it would show. */
+/* What may stand where the lowest pixel of some above each other is a hole: as near as the floor
+ * that the pixel below it would show. */
 static float hole_from(const Arrays *arrays, const Numbers *n, Py_ssize_t row, Py_ssize_t col)
 {
     const Py_ssize_t below = row + 1 < arrays->up.rows ? row + 1 : row;
@@ -236,6 +239,8 @@ static const char *problem_of(const Arrays *a, const Numbers *n)
         return "groups: not one of the azimuths for each pixel, or for each column";
     if (!(n->hole_pixels >= 1.0 && n->hole_pixels < 1e6))
         return "hole_pixels: no number of pixels";
+    if (a->evidence.rows > MOST_SIDE || a->evidence.cols > MOST_SIDE)
+        return TOO_MANY_CELLS;
     if (!(n->cells_around >= 0.0 && n->cells_around < 16384.0) || !a->evidence.rows ||
         !a->evidence.cols)
         return "cells_around: more than any camera sees, or no cell";
@@ -269,7 +274,7 @@ PyObject *kernel_integrate(PyObject *Py_UNUSED(module), PyObject *const *args, P
     }
     grids_close(arrays.all, ARRAYS);
     if (problem)
-        return PyErr_Format(PyExc_ValueError, "%s", problem);
+        return failed("integrate", problem);
     if (done < 0)
         return PyErr_NoMemory();
     return alike < 0 ? NULL : box_as_tuple(&changed);

@@ -1,26 +1,10 @@
-/* What the kernels share: grids of a NumPy array as C sees them. */
+/* The kernels, as the module has them. */
 #ifndef RFNAV_KERNELS_H
 #define RFNAV_KERNELS_H
 
 #define PY_SSIZE_T_CLEAN
 #define Py_LIMITED_API 0x030B0000 /* one wheel a machine type, for Python 3.11 and newer */
 #include <Python.h>
-#include <stdint.h>
-
-/* A 2-D array whose rows are contiguous; rows may lie apart, as in a window of a larger array. */
-typedef struct {
-    Py_buffer view;
-    char *at;
-    Py_ssize_t rows, cols, stride; /* stride in bytes, from row to row */
-} Grid;
-
-/* Opens an array of the item's kind: a struct module code such as 'd', 'f', 'B' or '?', 0 for any
- * of one byte. Returns -1 with TypeError or ValueError set, which name the argument. */
-int grid_open(Grid *grid, PyObject *array, char kind, int writable, const char *name);
-void grid_close(Grid *grid);
-
-/* A row of it. */
-#define GRID_ROW(grid, type, row) ((type *)((grid).at + (row) * (grid).stride))
 
 /* The rows of the method table. */
 PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count);
@@ -34,7 +18,7 @@ PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t cou
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t count);
-PyObject *kernel_touch(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_reach_things(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_touched(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_walk(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_things(PyObject *module, PyObject *const *args, Py_ssize_t count);

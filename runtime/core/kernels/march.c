@@ -2,10 +2,11 @@
  * speed, by the first-order upwind scheme of the eikonal equation.
  *
  * Cells wait in buckets by arrival, half a cell's fastest crossing wide, and not in order within
- * one; a cell is computed again whenever a neighbour comes nearer. So what comes out is the scheme's
- * one solution, whatever the order: a front that goes on from known arrivals ends at the same bits
- * as one from the start. */
-#include "windows.h"
+ * one; a cell is computed again whenever a neighbour comes nearer. So, whatever the order, what
+ * comes out is the scheme's one solution within rounding: where the neighbours' gap is about the
+ * crossing, one that comes nearer may give an arrival that is later by an ulp. A front that goes on
+ * from known arrivals ends within a few ulps of one from the start, not always at the same bits. */
+#include "arguments.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -31,6 +32,9 @@ typedef struct {
     int32_t cell;
 } Seed;
 
+/* Between these no crossing's square is beyond what a double holds. */
+static const double LEAST_CELL_M = 1e-100, MOST_CELL_M = 1e100;
+
 /* How far to march: `limit`, and no more than `beyond` later than at a cell, if that is inside. */
 typedef struct {
     double limit, beyond;
@@ -53,16 +57,14 @@ static int push(Front *front, int64_t bucket, int32_t cell)
     return 0;
 }
 
-static inline double nearer(double a, double b) { return a < b ? a : b; }
-
 /* The arrival that a cell's neighbours give it. */
 static inline double upwind(const Front *front, Py_ssize_t cell, double crossing)
 {
     const double *t = front->arrival + cell;
-    double a = nearer(t[-1], t[1]), b = nearer(t[-front->width], t[front->width]);
+    double a = lesser(t[-1], t[1]), b = lesser(t[-front->width], t[front->width]);
     double gap = a - b;
     if (fabs(gap) >= crossing || isnan(gap))
-        return nearer(a, b) + crossing;
+        return lesser(a, b) + crossing;
     return 0.5 * (a + b + sqrt(2.0 * crossing * crossing - gap * gap));
 }
 
@@ -90,7 +92,7 @@ static void limit_by(Front *front, int64_t now)
 {
     if (!front->until || !(front->arrival[front->until] * front->per_bucket < (double)now))
         return; /* inf never is */
-    front->limit = nearer(front->limit, front->arrival[front->until] + front->beyond);
+    front->limit = lesser(front->limit, front->arrival[front->until] + front->beyond);
     front->until = 0;
 }
 
@@ -165,6 +167,14 @@ static Seed *find_seeds(const Front *front, Py_ssize_t rows, Py_ssize_t cols, si
     return seeds;
 }
 
+/* Up to which number of a bucket the next one's is exact in double precision. */
+static const double MOST_BUCKETS = 0x1p50;
+
+static int can_arrive(double time, double per_bucket)
+{
+    return time >= 0.0 && (isinf(time) || time * per_bucket < MOST_BUCKETS);
+}
+
 /* Fills the padded arrays; the slowest crossing, or -1 for a speed or arrival that cannot be. */
 static double fill(Front *front, const Grid *arrival, const Grid *speed, double cell_m)
 {
@@ -178,7 +188,7 @@ static double fill(Front *front, const Grid *arrival, const Grid *speed, double 
         double *c = front->crossing + (row + 1) * front->width + 1;
         const double *known = GRID_ROW(*arrival, double, row);
         for (Py_ssize_t col = 0; col < arrival->cols; col++) {
-            if (!(known[col] >= 0.0))
+            if (!can_arrive(known[col], front->per_bucket))
                 return -1.0;
             t[col] = known[col];
         }
@@ -212,82 +222,89 @@ static void take(const Front *front, Grid *arrival)
     }
 }
 
+/* How many buckets hold all that waits at a time, a power of two; 0 where those are too many. */
+static int64_t ring_for(double slowest, double per_bucket)
+{
+    const double most = slowest * per_bucket + 2.0;
+    int64_t size = 8;
+    if (!(most <= 1 << 20))
+        return 0;
+    while ((double)size < most)
+        size *= 2;
+    return size;
+}
+
+/* Lays the ring out and marches, once the arrays are filled. */
+static const char *march_filled(Front *front, Grid *arrival, double slowest)
+{
+    size_t count = 0;
+    if (slowest < 0.0)
+        return "an arrival below 0, not a number or too late, or a speed outside 0 to 1";
+    front->ring_size = ring_for(slowest, front->per_bucket);
+    if (!front->ring_size)
+        return "a speed so small that it is none";
+    front->ring = calloc((size_t)front->ring_size, sizeof *front->ring);
+    Seed *seeds = find_seeds(front, arrival->rows, arrival->cols, &count);
+    const int done = front->ring && seeds ? run(front, seeds, count) : -1;
+    for (int64_t n = 0; front->ring && n < front->ring_size; n++)
+        free(front->ring[n].cells);
+    free(front->ring);
+    free(seeds);
+    if (done < 0)
+        return NO_MEMORY;
+    take(front, arrival);
+    return NULL;
+}
+
 static const char *march(Grid *arrival, const Grid *speed, double cell_m, Ending *ending)
 {
-    const char *problem = "out of memory";
-    Front front = {.width = arrival->cols + 2, .limit = ending->limit, .per_bucket = 2.0 / cell_m};
+    const char *problem = NO_MEMORY;
+    Front front = {.width = arrival->cols + 2,
+                   .limit = ending->limit,
+                   .beyond = ending->beyond,
+                   .per_bucket = 2.0 / cell_m};
+    if (!are_few(arrival->rows + 2, front.width))
+        return TOO_MANY_CELLS;
     const size_t cells = (size_t)front.width * (size_t)(arrival->rows + 2);
-    Seed *seeds = NULL;
-    size_t count = 0;
-    front.arrival = malloc(cells * sizeof *front.arrival);
-    front.crossing = calloc(cells, sizeof *front.crossing);
-    if (!front.arrival || !front.crossing)
-        goto end;
-    const double slowest = fill(&front, arrival, speed, cell_m);
-    if (slowest < 0.0) {
-        problem = "an arrival below 0 or not a number, or a speed outside 0 to 1";
-        goto end;
-    }
-    const double most = slowest * front.per_bucket + 2.0;
-    if (most > 1 << 20) {
-        problem = "a speed so small that it is none";
-        goto end;
-    }
-    for (front.ring_size = 8; (double)front.ring_size < most;)
-        front.ring_size *= 2;
-    front.ring = calloc((size_t)front.ring_size, sizeof *front.ring);
-    seeds = find_seeds(&front, arrival->rows, arrival->cols, &count);
     if (ending->row >= 0 && ending->row < arrival->rows && ending->col >= 0 &&
         ending->col < arrival->cols)
         front.until = (ending->row + 1) * front.width + ending->col + 1;
-    front.beyond = ending->beyond;
-    if (!front.ring || !seeds || run(&front, seeds, count) < 0)
-        goto end;
-    take(&front, arrival);
-    ending->limit = front.limit;
-    problem = NULL;
-end:
-    for (int64_t n = 0; front.ring && n < front.ring_size; n++)
-        free(front.ring[n].cells);
-    free(front.ring);
-    free(seeds);
+    front.arrival = malloc(cells * sizeof *front.arrival);
+    front.crossing = calloc(cells, sizeof *front.crossing);
+    if (front.arrival && front.crossing)
+        problem = march_filled(&front, arrival, fill(&front, arrival, speed, cell_m));
     free(front.crossing);
     free(front.arrival);
+    ending->limit = front.limit;
     return problem;
 }
 
-PyObject *kernel_march(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_march(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
-    (void)module;
+    static const GridSpec specs[] = {{'d', 1, "arrival"}, {BYTES_OR_FLOATS, 0, "speed"}};
     Grid grids[2];
-    double numbers[3];
-    GridSpec specs[2] = {{'d', 1, "arrival"}, {'f', 0, "speed"}};
-    if (count_is("march", count, 7) < 0)
-        return NULL;
-    PyObject *const told[3] = {args[2], args[3], args[6]};
-    if (numbers_of(numbers, told, 3) < 0)
+    double numbers[2], beyond;
+    Py_ssize_t until[2];
+    if (count_is("march", count, 7) < 0 || numbers_of(numbers, args + 2, 2) < 0 ||
+        wholes_of(until, args + 4, 2) < 0 || numbers_of(&beyond, args + 6, 1) < 0)
         return NULL;
     const double cell_m = numbers[0];
-    Ending ending = {numbers[1], numbers[2], PyNumber_AsSsize_t(args[4], PyExc_OverflowError),
-                     PyNumber_AsSsize_t(args[5], PyExc_OverflowError)};
-    if (PyErr_Occurred())
+    Ending ending = {numbers[1], beyond, until[0], until[1]};
+    if (!(cell_m >= LEAST_CELL_M && cell_m <= MOST_CELL_M))
+        return failed("march", "cell_m: cells of no size, or of one without end");
+    if (isnan(ending.limit) || !(ending.beyond >= 0.0))
+        return failed("march", "limit, beyond: no limit");
+    if (grids_open(grids, args, specs, 2) < 0)
         return NULL;
-    if (!(cell_m > 0.0) || isnan(ending.limit) || !(ending.beyond >= 0.0))
-        return PyErr_Format(PyExc_ValueError, "march: cells of no size, or no limit");
-    if (grids_open(grids, args, specs, 2) < 0) {
-        PyErr_Clear();
-        specs[1].kind = 0; /* a mask */
-        if (grids_open(grids, args, specs, 2) < 0)
-            return NULL;
-    }
+    const int alike = grids_alike(grids, specs, 2);
     const char *problem = NULL;
-    if (grids_alike(grids, specs, 2) == 0) {
+    if (alike == 0) {
         Py_BEGIN_ALLOW_THREADS
         problem = march(&grids[0], &grids[1], cell_m, &ending);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 2);
     if (problem)
-        PyErr_Format(PyExc_ValueError, "march: %s", problem);
-    return PyErr_Occurred() ? NULL : PyFloat_FromDouble(ending.limit);
+        return failed("march", problem);
+    return alike < 0 ? NULL : PyFloat_FromDouble(ending.limit);
 }

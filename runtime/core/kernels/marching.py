@@ -23,17 +23,17 @@ def march(
     """Fast marching, in place. `arrival` (r, c) holds the times of a front where they are known, 0
     or more, and inf elsewhere; after it, how early the front is at each cell that it reaches by
     `limit`, and by no more than `beyond` later than it is at the cell `until`; returned is the
-    limit that came of both. It goes on from what is known and ends at the same bits as from the
-    start. `speed` (r, c) is relative, float 0 to 1, 0 where it cannot move; or a mask of where it
+    limit that came of both. It goes on from what is known, and ends within rounding, a few ulps,
+    of where it would from the start. `speed` (r, c) is relative, float 0 to 1, 0 where it cannot move; or a mask of where it
     can, at 1. Times are in metres at speed 1. First-order upwind scheme of the eikonal equation
-    (Sethian 1996). ValueError for shapes that differ and numbers that cannot be."""
+    (Sethian 1996). ValueError for shapes that differ, too many cells, and numbers that cannot be."""
     return _compiled.march(arrival, speed, cell_m, limit, *until, beyond)
 
 
 def descend(arrival: F64, start: tuple[int, int], limit: int) -> I32:
     """(r, c) and a cell of it -> (N, 2) row, col: from there always to that of the eight neighbours
     to which it falls most steeply, to an arrival of 0 or where none is lower, or for `limit` cells
-    more; (0, 2) from outside or where the arrival is inf."""
+    more; (0, 2) from outside or where the arrival is inf. ValueError for a limit below 0."""
     path = _compiled.descend(arrival, *start, limit)
     return np.frombuffer(path, np.int32).reshape(-1, 2)
 

@@ -89,8 +89,8 @@ static void find_occupied(const Masks *masks, const Box *box, int occupied_at, P
     }
 }
 
-/* One row of the masks; `closed` is the row of obstacles without their gaps. `line` tells afterwards
- * where the masks changed, and `known` where something is known. */
+/* One row of the masks; `closed` is the row of obstacles without their gaps. `line` tells
+ * afterwards where the masks changed, and `known` where something is known. */
 static void derive_row(const Masks *masks, Py_ssize_t row, const Box *box, int occupied_at,
                        const uint8_t *closed, uint8_t *restrict line, uint8_t *restrict known)
 {
@@ -153,7 +153,7 @@ PyObject *kernel_derive(PyObject *Py_UNUSED(module), PyObject *const *args, Py_s
     if (count_is("derive", count, 11) < 0 || numbers_of(&occupied_at, args + 6, 1) < 0)
         return NULL;
     if (!(occupied_at > INT16_MIN && occupied_at < INT16_MAX))
-        return PyErr_Format(PyExc_ValueError, "occupied_at: more than evidence can be");
+        return failed("derive", "occupied_at: more than evidence can be");
     if (grids_open(masks.all, args, specs, 6) < 0)
         return NULL;
     if (grids_alike(masks.all, specs, 6) == 0 && box_of(&window, args + 7, &masks.evidence) == 0) {
@@ -202,7 +202,8 @@ static int find_edge(Edges *e, const Box *window, Py_ssize_t wall_gap, Box *chan
         uint8_t *edge = GRID_ROW(e->edge, uint8_t, row) + window->left;
         Py_ssize_t first, end;
         for (Py_ssize_t i = 0; i < cols; i++) {
-            const uint8_t now = (uint8_t)((open[i] != 0) & (beside[i] != 0) & !wall[i] & !given_up[i]);
+            const int borders = (open[i] != 0) & (beside[i] != 0);
+            const uint8_t now = (uint8_t)(borders & !wall[i] & !given_up[i]);
             line[i] = edge[i] ^ now;
             edge[i] = now;
         }
@@ -226,7 +227,7 @@ PyObject *kernel_boundary(PyObject *Py_UNUSED(module), PyObject *const *args, Py
     if (count_is("boundary", count, 10) < 0 || numbers_of(&wall_gap, args + 5, 1) < 0)
         return NULL;
     if (!(wall_gap >= 0.0 && wall_gap < 1024.0))
-        return PyErr_Format(PyExc_ValueError, "wall_gap: no number of cells");
+        return failed("boundary", "wall_gap: no number of cells");
     if (grids_open(edges.all, args, specs, 5) < 0)
         return NULL;
     if (grids_alike(edges.all, specs, 5) == 0 && box_of(&window, args + 6, &edges.edge) == 0) {

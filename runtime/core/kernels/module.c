@@ -1,40 +1,6 @@
 /* The compiled part of the core: what a frame costs most. Nothing here keeps anything from call to
  * call, and each kernel lets other threads run while it computes. */
 #include "kernels.h"
-#include <string.h>
-
-static const char *kind_of(const Py_buffer *view)
-{
-    const char *format = view->format ? view->format : "B";
-    return *format == '@' || *format == '=' || *format == '<' ? format + 1 : format;
-}
-
-int grid_open(Grid *grid, PyObject *array, char kind, int writable, const char *name)
-{
-    int flags = PyBUF_STRIDES | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
-    if (PyObject_GetBuffer(array, &grid->view, flags) < 0)
-        return -1;
-    const Py_buffer *view = &grid->view;
-    const char *found = kind_of(view);
-    if (kind ? *found != kind : view->itemsize != 1) {
-        PyErr_Format(PyExc_TypeError, "%s: items of kind '%s' are not what is asked for", name,
-                     found);
-    } else if (view->ndim != 2) {
-        PyErr_Format(PyExc_ValueError, "%s: %d dimensions, not 2", name, view->ndim);
-    } else if (view->shape[1] > 1 && view->strides[1] != view->itemsize) {
-        PyErr_Format(PyExc_ValueError, "%s: its rows are not contiguous", name);
-    } else {
-        grid->at = view->buf;
-        grid->rows = view->shape[0];
-        grid->cols = view->shape[1];
-        grid->stride = view->strides[0];
-        return 0;
-    }
-    PyBuffer_Release(&grid->view);
-    return -1;
-}
-
-void grid_close(Grid *grid) { PyBuffer_Release(&grid->view); }
 
 static PyMethodDef methods[] = {
     {"march", (PyCFunction)(void (*)(void))kernel_march, METH_FASTCALL, NULL},
@@ -48,7 +14,7 @@ static PyMethodDef methods[] = {
     {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},
     {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},
     {"survey", (PyCFunction)(void (*)(void))kernel_survey, METH_FASTCALL, NULL},
-    {"touch", (PyCFunction)(void (*)(void))kernel_touch, METH_FASTCALL, NULL},
+    {"reach_things", (PyCFunction)(void (*)(void))kernel_reach_things, METH_FASTCALL, NULL},
     {"touched", (PyCFunction)(void (*)(void))kernel_touched, METH_FASTCALL, NULL},
     {"walk", (PyCFunction)(void (*)(void))kernel_walk, METH_FASTCALL, NULL},
     {"things", (PyCFunction)(void (*)(void))kernel_things, METH_FASTCALL, NULL},

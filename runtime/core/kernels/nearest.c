@@ -72,17 +72,20 @@ static void mark_near(const Search *search, const Box *box, uint8_t *near)
     }
 }
 
-/* The first of the nearest in the squares round the set's cells; where none is reached the first. */
-static int close_by(const Search *search, Found *found)
+/* The first of the nearest in the squares round the set's cells; where none is reached the first
+ * of all. */
+static const char *close_by(const Search *search, Found *found)
 {
     const Box box = box_of_set(search);
     const Py_ssize_t width = box.right - box.left;
     uint8_t *near = NULL;
     if (box.top >= box.bottom || box.left >= box.right)
-        return 0;
-    near = calloc((size_t)((box.bottom - box.top) * width), 1);
+        return NULL;
+    if (box_cells(&box) < 0 || box.bottom > INT32_MAX || box.right > INT32_MAX)
+        return TOO_MANY_CELLS;
+    near = calloc((size_t)box_cells(&box), 1);
     if (!near)
-        return -1;
+        return NO_MEMORY;
     mark_near(search, &box, near);
     int any = 0;
     for (Py_ssize_t row = box.top; row < box.bottom; row++) {
@@ -96,23 +99,24 @@ static int close_by(const Search *search, Found *found)
         }
     }
     free(near);
-    return 0;
+    return NULL;
 }
 
-static int nearest(const Grid *ends, Search *search, Grid *places, Grid *away)
+static const char *nearest(const Grid *ends, Search *search, Grid *places, Grid *away)
 {
     const int32_t *end = GRID_ROW(*ends, int32_t, 0);
     for (Py_ssize_t n = 0; n < ends->cols; n++) {
         search->start = n ? end[n - 1] : 0;
         search->end = end[n];
         Found found = of_set(search);
-        if (isinf(found.away) && close_by(search, &found) < 0)
-            return -1;
+        const char *problem = isinf(found.away) ? close_by(search, &found) : NULL;
+        if (problem)
+            return problem;
         GRID_ROW(*places, int32_t, n)[0] = found.row;
         GRID_ROW(*places, int32_t, n)[1] = found.col;
         GRID_ROW(*away, double, 0)[n] = found.away;
     }
-    return 0;
+    return NULL;
 }
 
 static int sets_are_right(const Grid *cells, const Grid *ends, const Grid *places, const Grid *away)
@@ -133,25 +137,22 @@ PyObject *kernel_nearest(PyObject *Py_UNUSED(module), PyObject *const *args, Py_
                                      {'i', 1, "places"},  {'d', 1, "away"}};
     Grid grids[5];
     double numbers[3];
-    int done = 0;
+    const char *problem = "cells, ends: not (N, 2), and (1, M) rising in it";
     if (count_is("nearest", count, 8) < 0 || numbers_of(numbers, args + 5, 3) < 0)
         return NULL;
     if (!(numbers[0] >= 0.0 && numbers[0] < 1e6 && fabs(numbers[1]) + fabs(numbers[2]) < 1e9))
-        return PyErr_Format(PyExc_ValueError, "snap, first: no number of cells, or no cell");
+        return failed("nearest", "snap, first: no number of cells, or no cell");
     if (grids_open(grids, args, specs, 5) < 0)
         return NULL;
-    const int right = sets_are_right(&grids[1], &grids[2], &grids[3], &grids[4]);
-    if (right) {
+    if (sets_are_right(&grids[1], &grids[2], &grids[3], &grids[4])) {
         Search search = {&grids[0], &grids[1], 0, 0, (Py_ssize_t)numbers[0],
                          (Py_ssize_t)numbers[1], (Py_ssize_t)numbers[2]};
         Py_BEGIN_ALLOW_THREADS
-        done = nearest(&grids[2], &search, &grids[3], &grids[4]);
+        problem = nearest(&grids[2], &search, &grids[3], &grids[4]);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 5);
-    if (!right)
-        return PyErr_Format(PyExc_ValueError, "cells, ends: not (N, 2), and (1, M) rising in it");
-    if (done < 0)
-        return PyErr_NoMemory();
+    if (problem)
+        return failed("nearest", problem);
     Py_RETURN_NONE;
 }

@@ -2,7 +2,7 @@
 #ifndef RFNAV_OBJECTS_H
 #define RFNAV_OBJECTS_H
 
-#include "kernels.h"
+#include "arguments.h"
 #include <stddef.h>
 
 /* A grid's corner and the length of its cells, m. */
@@ -53,14 +53,12 @@ typedef struct {
     int32_t labels;
 } Surfaces;
 
-/* Whether cells have a size, and strays are no more than half. */
+/* Whether cells have the size of some on a map, and strays are no more than half. */
 static inline int can_be(Frame frame, Strays strays)
 {
-    return frame.cell_m > 0.0 && strays.times >= 1.0;
+    return frame.cell_m > 0.0 && frame.cell_m < 1e9 && strays.times >= 1.0 &&
+           strays.least_m >= 0.0;
 }
-
-/* Reads so many numbers, or fails with an error that names the argument. */
-int numbers_open(double *into, Py_ssize_t count, PyObject *tuple, const char *name);
 
 typedef struct {
     double low, high;
@@ -84,13 +82,14 @@ typedef struct {
     Range across, along;
 } Points;
 
-/* The cells under points, each once. Room for as many in `into`, twice as many in the scratch.
- * Returns what is wrong, or NULL. */
+/* Of points: they are nowhere on a map. */
+extern const char NOWHERE[];
+
+/* The cells under points, each once, in scan order. Room for as many in `into`, twice as many in
+ * the scratch. Returns what is wrong, or NULL. */
 const char *footprint(const Frame *frame, const Points *points, Footprint *into, int32_t *scratch);
 /* Leaves strays out. The scratch holds 2 of each cell. */
 void without_strays(Footprint *cells, Strays strays, double *scratch);
-/* Opens (N, 2) m, at least one; or fails with an error that names the argument. */
-int cells_open(Grid *grid, PyObject *array, const char *name);
 /* Bytes of (N, 2) numbers. */
 PyObject *packed(const Footprint *cells);
 

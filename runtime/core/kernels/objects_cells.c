@@ -1,9 +1,13 @@
 /* The map cells under things: which they are, which of them are strays, how near two are. */
 #include "objects.h"
+#include "windows.h"
 #include <math.h>
 #include <stdlib.h>
 
+const char NOWHERE[] = "points that are nowhere on a map";
+
 enum { MOST_CELLS = 1000000000 }; /* from a map's corner */
+enum { MOST_HELD = 1 << 24 };     /* cells of a box, of which each is looked at */
 
 static inline int32_t cell_at(double scaled)
 {
@@ -25,6 +29,60 @@ static int32_t cells_at(const double *restrict at_m, size_t n, double from_m, do
     return nowhere;
 }
 
+/* Takes a cell for one under points. */
+static inline void add_cell(const Frame *frame, Footprint *into, int64_t row, int64_t col)
+{
+    into->x[into->count] = ((double)col + 0.5) * frame->cell_m + frame->x0_m;
+    into->y[into->count++] = ((double)row + 0.5) * frame->cell_m + frame->y0_m;
+}
+
+/* Cells of a box that is not much larger than what is in it: each of it is looked at. */
+static const char *collect(const Frame *frame, const int32_t *row, const int32_t *col, size_t n,
+                           const Box *box, Footprint *into)
+{
+    const Py_ssize_t width = box->right - box->left;
+    uint8_t *held = calloc((size_t)box_cells(box), 1);
+    if (!held)
+        return NO_MEMORY;
+    for (size_t i = 0; i < n; i++)
+        held[(row[i] - box->top) * width + col[i] - box->left] = 1;
+    for (Py_ssize_t r = box->top; r < box->bottom; r++)
+        for (Py_ssize_t c = box->left; c < box->right; c++)
+            if (held[(r - box->top) * width + c - box->left])
+                add_cell(frame, into, r, c);
+    free(held);
+    return NULL;
+}
+
+typedef struct {
+    int32_t row, col;
+} Cell;
+
+static int in_scan_order(const void *a, const void *b)
+{
+    const Cell *one = a, *other = b;
+    if (one->row != other->row)
+        return one->row < other->row ? -1 : 1;
+    return (one->col > other->col) - (one->col < other->col);
+}
+
+/* The same of any box. */
+static const char *collect_far(const Frame *frame, const int32_t *row, const int32_t *col,
+                               size_t n, Footprint *into)
+{
+    Cell *cells = malloc(n * sizeof *cells);
+    if (!cells)
+        return NO_MEMORY;
+    for (size_t i = 0; i < n; i++)
+        cells[i] = (Cell){row[i], col[i]};
+    qsort(cells, n, sizeof *cells, in_scan_order);
+    for (size_t i = 0; i < n; i++)
+        if (!i || in_scan_order(cells + i - 1, cells + i) != 0)
+            add_cell(frame, into, cells[i].row, cells[i].col);
+    free(cells);
+    return NULL;
+}
+
 const char *footprint(const Frame *frame, const Points *points, Footprint *into, int32_t *scratch)
 {
     const size_t n = points->n;
@@ -32,29 +90,15 @@ const char *footprint(const Frame *frame, const Points *points, Footprint *into,
     int32_t *col = scratch, *row = scratch + n;
     if (cells_at(points->x, n, frame->x0_m, cell_m, col) +
         cells_at(points->y, n, frame->y0_m, cell_m, row))
-        return "points that are nowhere on a map";
-    const int32_t left = cell_at((points->across.low - frame->x0_m) / cell_m);
-    const int32_t top = cell_at((points->along.low - frame->y0_m) / cell_m);
-    const int32_t right = cell_at((points->across.high - frame->x0_m) / cell_m);
-    const int32_t bottom = cell_at((points->along.high - frame->y0_m) / cell_m);
-    const size_t width = (size_t)(right - left) + 1, height = (size_t)(bottom - top) + 1;
-    uint8_t *held = calloc(width * height, 1);
-    if (!held)
-        return "out of memory";
-    for (size_t i = 0; i < n; i++)
-        held[(size_t)(row[i] - top) * width + (size_t)(col[i] - left)] = 1;
+        return NOWHERE;
+    const Box box = {cell_at((points->along.low - frame->y0_m) / cell_m),
+                     cell_at((points->along.high - frame->y0_m) / cell_m) + 1,
+                     cell_at((points->across.low - frame->x0_m) / cell_m),
+                     cell_at((points->across.high - frame->x0_m) / cell_m) + 1};
+    const Py_ssize_t held = box_cells(&box);
     into->count = 0;
-    for (size_t r = 0; r < height; r++) {
-        const double high = ((double)r + (top + 0.5)) * cell_m + frame->y0_m;
-        for (size_t c = 0; c < width; c++) {
-            if (!held[r * width + c])
-                continue;
-            into->x[into->count] = ((double)c + (left + 0.5)) * cell_m + frame->x0_m;
-            into->y[into->count++] = high;
-        }
-    }
-    free(held);
-    return NULL;
+    return held >= 0 && held <= MOST_HELD ? collect(frame, row, col, n, &box, into)
+                                          : collect_far(frame, row, col, n, into);
 }
 
 void without_strays(Footprint *cells, Strays strays, double *scratch)
@@ -87,18 +131,6 @@ PyObject *packed(const Footprint *cells)
     return bytes;
 }
 
-int cells_open(Grid *grid, PyObject *array, const char *name)
-{
-    if (grid_open(grid, array, 'd', 0, name) < 0)
-        return -1;
-    if (grid->rows > 0 && grid->rows < INT32_MAX && grid->cols == 2)
-        return 0;
-    PyErr_Format(PyExc_ValueError, "%s: (%zd, %zd), not (N, 2), N at least 1", name, grid->rows,
-                 grid->cols);
-    grid_close(grid);
-    return -1;
-}
-
 /* Two sets of cells made one. */
 typedef struct {
     Footprint cells;
@@ -127,7 +159,7 @@ static const char *unite(const Grid *first, const Grid *other, const Frame *fram
     const size_t n = (size_t)first->rows + (size_t)other->rows;
     double *at = into->memory = malloc(n * (6 * sizeof *at + 2 * sizeof(int32_t)));
     if (!at)
-        return "out of memory";
+        return NO_MEMORY;
     double *x = at, *y = at + n, *scratch = at + 4 * n;
     into->cells = (Footprint){at + 2 * n, at + 3 * n, 0};
     for (size_t i = 0; i < n; i++) {
@@ -153,39 +185,43 @@ static const char *unite(const Grid *first, const Grid *other, const Frame *fram
     return NULL;
 }
 
-PyObject *kernel_joined_cells(PyObject *module, PyObject *const *args, Py_ssize_t count)
+/* (the cells, whether none was a stray, the medians); None where the first are kept. */
+static PyObject *united(const Union *found)
+{
+    if (found->kept)
+        Py_RETURN_NONE;
+    PyObject *whole = PyBool_FromLong(found->whole);
+    return Py_BuildValue("(NNdd)", packed(&found->cells), whole, found->x, found->y);
+}
+
+PyObject *kernel_joined_cells(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid first, other;
     Union found = {.memory = NULL};
     double f[3], s[2];
-    (void)module;
-    if (count != 5)
-        return PyErr_Format(PyExc_TypeError, "joined_cells takes 5 arguments, not %zd", count);
-    const int settled = PyObject_IsTrue(args[4]);
-    if (settled < 0 || numbers_open(f, 3, args[2], "frame") < 0 ||
-        numbers_open(s, 2, args[3], "strays") < 0 || cells_open(&first, args[0], "cells") < 0)
+    if (count_is("joined_cells", count, 5) < 0)
         return NULL;
-    if (cells_open(&other, args[1], "others") < 0) {
+    const int settled = PyObject_IsTrue(args[4]);
+    if (settled < 0 || numbers_in(f, 3, args[2], "frame") < 0 ||
+        numbers_in(s, 2, args[3], "strays") < 0)
+        return NULL;
+    const Frame frame = {f[0], f[1], f[2]};
+    const Strays strays = {s[0], s[1]};
+    if (!can_be(frame, strays))
+        return failed("joined_cells", "frame, strays: no size, or strays may be most");
+    if (points_open(&first, args[0], "cells") < 0)
+        return NULL;
+    if (points_open(&other, args[1], "others") < 0) {
         grid_close(&first);
         return NULL;
     }
-    const Frame frame = {f[0], f[1], f[2]};
-    const Strays strays = {s[0], s[1]};
-    const char *problem = "cells of no size, or strays that may be most";
-    if (can_be(frame, strays)) {
-        Py_BEGIN_ALLOW_THREADS
-        problem = unite(&first, &other, &frame, strays, settled, &found);
-        Py_END_ALLOW_THREADS
-    }
+    const char *problem;
+    Py_BEGIN_ALLOW_THREADS
+    problem = unite(&first, &other, &frame, strays, settled, &found);
+    Py_END_ALLOW_THREADS
     grid_close(&other);
     grid_close(&first);
-    PyObject *told = NULL;
-    if (problem)
-        PyErr_Format(PyExc_ValueError, "joined_cells: %s", problem);
-    else if (found.kept)
-        told = Py_NewRef(Py_None);
-    else
-        told = Py_BuildValue("(Nidd)", packed(&found.cells), found.whole, found.x, found.y);
+    PyObject *told = problem ? failed("joined_cells", problem) : united(&found);
     free(found.memory);
     return told;
 }
@@ -206,17 +242,14 @@ static double nearest(const Grid *cells, double x, double y)
     return found;
 }
 
-PyObject *kernel_cells_gap(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_cells_gap(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid one, other;
     double a[2], b[2], gap;
-    (void)module;
-    if (count != 4)
-        return PyErr_Format(PyExc_TypeError, "cells_gap takes 4 arguments, not %zd", count);
-    if (numbers_open(a, 2, args[1], "xy") < 0 || numbers_open(b, 2, args[3], "other_xy") < 0 ||
-        cells_open(&one, args[0], "cells") < 0)
+    if (count_is("cells_gap", count, 4) < 0 || numbers_in(a, 2, args[1], "xy") < 0 ||
+        numbers_in(b, 2, args[3], "other_xy") < 0 || points_open(&one, args[0], "cells") < 0)
         return NULL;
-    if (cells_open(&other, args[2], "other_cells") < 0) {
+    if (points_open(&other, args[2], "other_cells") < 0) {
         grid_close(&one);
         return NULL;
     }

@@ -1,5 +1,5 @@
 /* How alike two embeddings are. */
-#include "objects.h"
+#include "arguments.h"
 #include <math.h>
 #include <string.h>
 
@@ -31,14 +31,11 @@ static double cosine(const float *a, const float *b, Py_ssize_t n)
     return ((both[0] + both[1]) + (both[2] + both[3])) / sqrt(lengths);
 }
 
-PyObject *kernel_cosine(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_cosine(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Py_buffer one, other;
     double found = NAN;
-    (void)module;
-    if (count != 2)
-        return PyErr_Format(PyExc_TypeError, "cosine takes 2 arguments, not %zd", count);
-    if (vector_open(&one, args[0], "one") < 0)
+    if (count_is("cosine", count, 2) < 0 || vector_open(&one, args[0], "one") < 0)
         return NULL;
     if (vector_open(&other, args[1], "other") < 0) {
         PyBuffer_Release(&one);

@@ -43,10 +43,6 @@ static double selected(double *values, size_t n, size_t k)
     return *wanted;
 }
 
-static inline double lesser(double a, double b) { return a < b ? a : b; }
-
-static inline double greater(double a, double b) { return a > b ? a : b; }
-
 /* Four at a time, for none to wait for the one before it. */
 Range range_of(const double *values, size_t n)
 {
@@ -68,7 +64,7 @@ Range range_of(const double *values, size_t n)
                    greater(greater(high[0], high[1]), greater(high[2], high[3]))};
 }
 
-/* The scale leaves the highest within the last bucket; the mask, what is not a number in one. */
+/* The scale leaves the highest within the last bucket; the mask, any value within some. */
 static inline uint32_t bucket_of(double value, double low, double scale)
 {
     return (uint32_t)(int32_t)((value - low) * scale) & (BUCKETS - 1);
@@ -86,8 +82,8 @@ static void count_buckets(const double *values, size_t n, double low, double sca
 
 /* Only what shares a bucket with a value that is asked for is put in order: buckets are counted,
  * then those few are gathered, side by side. */
-static void by_bucket(const double *values, size_t n, const size_t *ranks, size_t count,
-                      double *found, double *scratch, double low, double scale)
+static void rank_by_bucket(const double *values, size_t n, const size_t *ranks, size_t count,
+                           double *found, double *scratch, double low, double scale)
 {
     uint32_t held[BUCKETS], to[BUCKETS];
     uint8_t wanted[BUCKETS] = {0};
@@ -120,7 +116,7 @@ void ranked(const double *values, size_t n, Range range, const size_t *ranks, si
 {
     const double scale = (BUCKETS - 1) / (range.high - range.low);
     if (n > FEW && scale > 0.0 && isfinite(scale)) {
-        by_bucket(values, n, ranks, count, found, scratch, range.low, scale);
+        rank_by_bucket(values, n, ranks, count, found, scratch, range.low, scale);
         return;
     }
     for (size_t i = 0; i < n; i++)

@@ -37,7 +37,7 @@ typedef struct {
 } Near;
 
 /* The ends of a box round cells: left, below, right, above. */
-static void box_of(const Grid *cells, double *box)
+static void ends_of(const Grid *cells, double *box)
 {
     const double *first = GRID_ROW(*cells, double, 0);
     box[0] = box[2] = first[0];
@@ -51,17 +51,14 @@ static void box_of(const Grid *cells, double *box)
     }
 }
 
-PyObject *kernel_cells_extent(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_cells_extent(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid cells;
     double box[4];
-    (void)module;
-    if (count != 1)
-        return PyErr_Format(PyExc_TypeError, "cells_extent takes 1 argument, not %zd", count);
-    if (cells_open(&cells, args[0], "cells") < 0)
+    if (count_is("cells_extent", count, 1) < 0 || points_open(&cells, args[0], "cells") < 0)
         return NULL;
     Py_BEGIN_ALLOW_THREADS
-    box_of(&cells, box);
+    ends_of(&cells, box);
     Py_END_ALLOW_THREADS
     grid_close(&cells);
     return Py_BuildValue("(dd)", box[2] - box[0], box[3] - box[1]);
@@ -86,8 +83,10 @@ static inline int beyond(const double *middle, const double *low, const double *
 static Py_ssize_t find_near(const Grid *table, const double *thing, double within_m, Near *found)
 {
     const double *at[TABLE_ROWS], most = within_m * within_m;
-    const double left = fmin(thing[0], thing[2]) - within_m, below = fmin(thing[1], thing[3]) - within_m;
-    const double right = fmax(thing[0], thing[4]) + within_m, above = fmax(thing[1], thing[5]) + within_m;
+    const double left = fmin(thing[0], thing[2]) - within_m;
+    const double below = fmin(thing[1], thing[3]) - within_m;
+    const double right = fmax(thing[0], thing[4]) + within_m;
+    const double above = fmax(thing[1], thing[5]) + within_m;
     for (Py_ssize_t row = 0; row < TABLE_ROWS; row++)
         at[row] = GRID_ROW(*table, double, row);
     Py_ssize_t count = 0;
@@ -105,7 +104,7 @@ static Py_ssize_t find_near(const Grid *table, const double *thing, double withi
 
 static int table_open(Grid *table, PyObject *array, int writable)
 {
-    if (grid_open(table, array, 'd', writable, "places") < 0)
+    if (grid_open(table, array, (GridSpec){'d', writable, "places"}) < 0)
         return -1;
     if (table->rows == TABLE_ROWS)
         return 0;
@@ -132,17 +131,14 @@ static int places_open(Grid *table, PyObject *array, PyObject *names)
     return -1;
 }
 
-PyObject *kernel_put_place(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_put_place(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid table, cells;
     double place[TABLE_ROWS];
-    (void)module;
-    if (count != 5)
-        return PyErr_Format(PyExc_TypeError, "put_place takes 5 arguments, not %zd", count);
-    const Py_ssize_t column = PyNumber_AsSsize_t(args[1], PyExc_OverflowError);
-    place[MIDDLE_Z] = PyFloat_AsDouble(args[3]);
-    if (PyErr_Occurred() || numbers_open(place, 2, args[2], "xy") < 0 ||
-        cells_open(&cells, args[4], "cells") < 0)
+    Py_ssize_t column;
+    if (count_is("put_place", count, 5) < 0 || wholes_of(&column, args + 1, 1) < 0 ||
+        numbers_in(place, 2, args[2], "xy") < 0 || numbers_of(place + MIDDLE_Z, args + 3, 1) < 0 ||
+        points_open(&cells, args[4], "cells") < 0)
         return NULL;
     if (table_open(&table, args[0], 1) < 0) {
         grid_close(&cells);
@@ -150,7 +146,7 @@ PyObject *kernel_put_place(PyObject *module, PyObject *const *args, Py_ssize_t c
     }
     const int there = column >= 0 && column < table.cols;
     Py_BEGIN_ALLOW_THREADS
-    box_of(&cells, place + LEFT);
+    ends_of(&cells, place + LEFT);
     for (Py_ssize_t row = 0; there && row < TABLE_ROWS; row++)
         GRID_ROW(table, double, row)[column] = place[row];
     Py_END_ALLOW_THREADS
@@ -174,16 +170,13 @@ static PyObject *gaps_told(const Near *found, Py_ssize_t count, PyObject *names)
     return list;
 }
 
-PyObject *kernel_near_places(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_near_places(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid table, cells;
-    double thing[6];
-    (void)module;
-    if (count != 5)
-        return PyErr_Format(PyExc_TypeError, "near_places takes 5 arguments, not %zd", count);
-    const double within_m = PyFloat_AsDouble(args[4]);
-    if (PyErr_Occurred() || numbers_open(thing, 2, args[2], "xy") < 0 ||
-        cells_open(&cells, args[3], "cells") < 0)
+    double thing[6], within_m;
+    if (count_is("near_places", count, 5) < 0 || numbers_of(&within_m, args + 4, 1) < 0 ||
+        numbers_in(thing, 2, args[2], "xy") < 0 ||
+        points_open(&cells, args[3], "cells") < 0)
         return NULL;
     if (places_open(&table, args[0], args[1]) < 0) {
         grid_close(&cells);
@@ -192,7 +185,7 @@ PyObject *kernel_near_places(PyObject *module, PyObject *const *args, Py_ssize_t
     Near *found = malloc(((size_t)table.cols + 1) * sizeof *found);
     Py_ssize_t near = 0;
     Py_BEGIN_ALLOW_THREADS
-    box_of(&cells, thing + 2);
+    ends_of(&cells, thing + 2);
     if (found)
         near = find_near(&table, thing, within_m, found);
     Py_END_ALLOW_THREADS
@@ -282,15 +275,16 @@ static Py_ssize_t find_shown(const Grid *table, const Grid *depth_m, const Lens 
     return count;
 }
 
-PyObject *kernel_in_plain_view(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_in_plain_view(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid table, depth_m;
     Lens lens;
-    (void)module;
-    if (count != 4)
-        return PyErr_Format(PyExc_TypeError, "in_plain_view takes 4 arguments, not %zd", count);
-    if (numbers_open((double *)&lens, LENS, args[3], "lens") < 0 ||
-        grid_open(&depth_m, args[2], 'f', 0, "depth_m") < 0)
+    if (count_is("in_plain_view", count, 4) < 0 ||
+        numbers_in((double *)&lens, LENS, args[3], "lens") < 0)
+        return NULL;
+    if (!(lens.margin_x >= 0.0 && lens.margin_y >= 0.0))
+        return failed("in_plain_view", "lens: a margin below 0");
+    if (grid_open(&depth_m, args[2], (GridSpec){'f', 0, "depth_m"}) < 0)
         return NULL;
     if (places_open(&table, args[0], args[1]) < 0) {
         grid_close(&depth_m);

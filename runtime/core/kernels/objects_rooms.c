@@ -1,5 +1,5 @@
 /* Evidence of rooms, added where a view reaches. */
-#include "objects.h"
+#include "arguments.h"
 #include <math.h>
 
 /* Adding 0 elsewhere changes nothing, and is done four cells at a time. */
@@ -13,29 +13,23 @@ static void add_where(const Grid *into, const Grid *mask, float value)
     }
 }
 
-PyObject *kernel_add_where(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_add_where(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
-    Grid into, mask;
-    (void)module;
-    if (count != 3)
-        return PyErr_Format(PyExc_TypeError, "add_where takes 3 arguments, not %zd", count);
-    const double value = PyFloat_AsDouble(args[2]);
-    if (PyErr_Occurred() || grid_open(&into, args[0], 'f', 1, "into") < 0)
+    static const GridSpec specs[] = {{'f', 1, "into"}, {BYTES, 0, "mask"}};
+    Grid grids[2];
+    double value;
+    if (count_is("add_where", count, 3) < 0 || numbers_of(&value, args + 2, 1) < 0 ||
+        grids_open(grids, args, specs, 2) < 0)
         return NULL;
-    if (grid_open(&mask, args[1], 0, 0, "mask") < 0) {
-        grid_close(&into);
-        return NULL;
-    }
-    const int fits = into.rows == mask.rows && into.cols == mask.cols;
-    if (fits) {
+    const int alike = grids_alike(grids, specs, 2);
+    if (alike == 0) {
         Py_BEGIN_ALLOW_THREADS
-        add_where(&into, &mask, (float)value);
+        add_where(&grids[0], &grids[1], (float)value);
         Py_END_ALLOW_THREADS
     }
-    grid_close(&mask);
-    grid_close(&into);
-    if (!fits)
-        return PyErr_Format(PyExc_ValueError, "add_where: into and mask are not of one shape");
+    grids_close(grids, 2);
+    if (alike < 0)
+        return NULL;
     Py_RETURN_NONE;
 }
 
@@ -47,7 +41,8 @@ static void shorten(const Grid *outline, double reach_m, double *to, double *end
     ends[0] = ends[1] = INFINITY;
     ends[2] = ends[3] = -INFINITY;
     for (Py_ssize_t n = 0; n < outline->rows; n++, to += 2) {
-        const double *xy = GRID_ROW(*outline, double, n), dx = xy[0] - apex[0], dy = xy[1] - apex[1];
+        const double *xy = GRID_ROW(*outline, double, n);
+        const double dx = xy[0] - apex[0], dy = xy[1] - apex[1];
         const double share = reach_m / fmax(hypot(dx, dy), 1e-6);
         to[0] = apex[0] + dx * (share < 1.0 ? share : 1.0);
         to[1] = apex[1] + dy * (share < 1.0 ? share : 1.0);
@@ -58,17 +53,15 @@ static void shorten(const Grid *outline, double reach_m, double *to, double *end
     }
 }
 
-PyObject *kernel_shortened(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_shortened(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid outline;
-    double ends[4];
-    (void)module;
-    if (count != 2)
-        return PyErr_Format(PyExc_TypeError, "shortened takes 2 arguments, not %zd", count);
-    const double reach_m = PyFloat_AsDouble(args[1]);
-    if (PyErr_Occurred() || cells_open(&outline, args[0], "outline") < 0)
+    double ends[4], reach_m;
+    if (count_is("shortened", count, 2) < 0 || numbers_of(&reach_m, args + 1, 1) < 0 ||
+        points_open(&outline, args[0], "outline") < 0)
         return NULL;
-    PyObject *bytes = PyBytes_FromStringAndSize(NULL, outline.rows * 2 * (Py_ssize_t)sizeof(double));
+    const Py_ssize_t size = outline.rows * 2 * (Py_ssize_t)sizeof(double);
+    PyObject *bytes = PyBytes_FromStringAndSize(NULL, size);
     if (bytes) {
         double *to = (double *)(void *)PyBytes_AsString(bytes);
         Py_BEGIN_ALLOW_THREADS

@@ -1,8 +1,9 @@
 /* How sharp an image is. */
-#include "objects.h"
+#include "arguments.h"
 #include <stdlib.h>
 
-enum { CHANNELS = 3, MOST_HIGH = 257 /* rows that a sum in 16 bits holds */ };
+enum { CHANNELS = 3 };
+enum { MOST_HIGH = 257 /* rows that a sum in 16 bits holds */, MOST_COLS = 1 << 20 };
 
 /* To the nearest, halves to the even one: what is below 2^22 has no fraction left beside it. */
 static inline int32_t rounded(float value)
@@ -90,7 +91,7 @@ static const char *sharpness(const Grid *rgb, Py_ssize_t rows, Py_ssize_t cols, 
         rgb->cols % (cols * CHANNELS) || !rgb->rows || !rgb->cols)
         return "an image that is no whole number of times the smaller one";
     const Py_ssize_t high = rgb->rows / rows, wide = rgb->cols / cols / CHANNELS;
-    if (high > MOST_HIGH || wide > MOST_HIGH)
+    if (high > MOST_HIGH || wide > MOST_HIGH || cols > MOST_COLS)
         return "an image that is too large";
     uint16_t *sums = malloc((size_t)rgb->cols * sizeof *sums);
     uint8_t *grey = malloc((size_t)(rows * cols));
@@ -106,26 +107,21 @@ static const char *sharpness(const Grid *rgb, Py_ssize_t rows, Py_ssize_t cols, 
     free(totals);
     free(grey);
     free(sums);
-    return enough ? NULL : "out of memory";
+    return enough ? NULL : NO_MEMORY;
 }
 
-PyObject *kernel_sharpness(PyObject *module, PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_sharpness(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     Grid rgb;
+    Py_ssize_t size[2];
     double found = 0.0;
-    (void)module;
-    if (count != 3)
-        return PyErr_Format(PyExc_TypeError, "sharpness takes 3 arguments, not %zd", count);
-    const Py_ssize_t rows = PyNumber_AsSsize_t(args[1], PyExc_OverflowError);
-    const Py_ssize_t cols = PyNumber_AsSsize_t(args[2], PyExc_OverflowError);
-    if (PyErr_Occurred() || grid_open(&rgb, args[0], 'B', 0, "rgb") < 0)
+    if (count_is("sharpness", count, 3) < 0 || wholes_of(size, args + 1, 2) < 0 ||
+        grid_open(&rgb, args[0], (GridSpec){'B', 0, "rgb"}) < 0)
         return NULL;
     const char *problem;
     Py_BEGIN_ALLOW_THREADS
-    problem = sharpness(&rgb, rows, cols, &found);
+    problem = sharpness(&rgb, size[0], size[1], &found);
     Py_END_ALLOW_THREADS
     grid_close(&rgb);
-    if (problem)
-        return PyErr_Format(PyExc_ValueError, "sharpness: %s", problem);
-    return PyFloat_FromDouble(found);
+    return problem ? failed("sharpness", problem) : PyFloat_FromDouble(found);
 }

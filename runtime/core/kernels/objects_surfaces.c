@@ -1,23 +1,7 @@
 /* Connected components of a depth image, and how large they are. */
+#include "labels.h"
 #include "objects.h"
 #include <string.h>
-
-static int32_t root(const int32_t *parent, int32_t label)
-{
-    while (parent[label] != label)
-        label = parent[label];
-    return label;
-}
-
-/* Of two labels that meet the smaller stands for both. */
-static int32_t joined(int32_t *parent, int32_t a, int32_t b)
-{
-    a = root(parent, a);
-    b = root(parent, b);
-    const int32_t least = a < b ? a : b;
-    parent[a] = parent[b] = least;
-    return least;
-}
 
 /* Labels for the time being, the first pixel's the smallest of each component; how many. */
 static int32_t first_labels(Surfaces *s, const uint8_t *inside, int32_t *parent)

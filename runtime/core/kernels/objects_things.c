@@ -3,21 +3,13 @@
 #include <math.h>
 #include <stdlib.h>
 
+static const double MOST_M = 100.0; /* of a thing, along each axis */
+enum { LEAST_RIM = 3, MOST_RIM = 1000000000 };
+
 typedef struct {
     double near_m, x, y, z, low, high;
     Footprint cells; /* of which arrays are its own */
 } Thing;
-
-int numbers_open(double *into, Py_ssize_t count, PyObject *tuple, const char *name)
-{
-    if (!PyTuple_Check(tuple) || PyTuple_Size(tuple) != count) {
-        PyErr_Format(PyExc_TypeError, "%s: not a tuple of %zd numbers", name, count);
-        return -1;
-    }
-    for (Py_ssize_t n = 0; n < count; n++)
-        into[n] = PyFloat_AsDouble(PyTuple_GetItem(tuple, n));
-    return PyErr_Occurred() ? -1 : 0;
-}
 
 /* Marks the labels that have something as far away as that. */
 static void mark_attached(View *view, Box box, float near_m, int32_t number)
@@ -37,7 +29,7 @@ static void mark_attached(View *view, Box box, float near_m, int32_t number)
 static size_t points_of(View *view, Box box, double near_m, double wide, int32_t number,
                         double *x, double *y, double *z)
 {
-    const Rules *rules = view->rules;
+    const SegmentRules *rules = view->rules;
     const Place at = view->place;
     double before_m = rules->before_share * wide * near_m;
     before_m = before_m > rules->before_m ? before_m : rules->before_m;
@@ -67,19 +59,28 @@ static size_t points_of(View *view, Box box, double near_m, double wide, int32_t
     return n;
 }
 
-/* The middle of n points, their height without strays at the rim, and the cells under them. */
+/* Whether points are no farther apart than those of a thing. */
+static int is_near(Range range) { return range.high - range.low <= MOST_M; }
+
+/* The middle of n points, their height without strays at the rim, and the cells under them; nothing
+ * where they are not of one thing, but of a sensor's fault. */
 static const char *measured(const View *view, Thing *thing, const double *x, const double *y,
                             const double *z, size_t n, double *scratch)
 {
+    const Points points = {x, y, n, range_of(x, n), range_of(y, n)};
+    if (!is_near(points.across) || !is_near(points.along))
+        return NULL;
     double *cells = malloc(2 * n * sizeof *cells), found[4];
     if (!cells)
-        return "out of memory";
+        return NO_MEMORY;
     thing->cells = (Footprint){cells, cells + n, 0};
-    const Points points = {x, y, n, range_of(x, n), range_of(y, n)};
     const char *problem =
         footprint(&view->frame, &points, &thing->cells, (int32_t *)(void *)scratch);
-    if (problem)
-        return problem;
+    if (problem) {
+        free(cells);
+        thing->cells.x = NULL;
+        return problem == NOWHERE ? NULL : problem;
+    }
     without_strays(&thing->cells, view->rules->strays, scratch);
     const size_t rim = n / (size_t)view->rules->rim;
     const size_t ranks[4] = {rim, (n - 1) / 2, n / 2, n - 1 - rim};
@@ -98,7 +99,7 @@ static const char *thing_in(View *view, const double *row, int32_t number, Thing
 {
     const double h = (double)view->surfaces.rows, w = (double)view->surfaces.cols;
     if (!(row[0] >= 0.0 && row[1] >= 0.0))
-        return "a box that begins before the image";
+        return "boxes: one begins before the image";
     Box box = {.top = (Py_ssize_t)fmin(row[0], h), .left = (Py_ssize_t)fmin(row[1], w)};
     box.bottom = (Py_ssize_t)fmax(fmin(row[2], h), (double)box.top);
     box.right = (Py_ssize_t)fmax(fmin(row[3], w), (double)box.left);
@@ -125,31 +126,43 @@ static PyObject *told(const Thing *things, Py_ssize_t count)
     return list;
 }
 
-/* Opens the arguments that are grids; how many of them, fewer than all with an error set. */
-static int grids_open(Grid *const *grids, PyObject *const *args)
+static int is_share(double value) { return value >= 0.0 && value <= 1.0; }
+
+/* One in so many points is a stray at the rim: at either end fewer than half of them. */
+static int are_rules(const SegmentRules *rules)
 {
-    static const struct {
-        const char *name;
-        int at;
-        char kind;
-    } each[5] = {{"depth_m", 0, 'f'}, {"forward", 1, 'f'}, {"left", 2, 'f'}, {"up", 3, 'f'},
-                 {"boxes", 5, 'd'}};
-    int opened = 0;
-    while (opened < 5 && grid_open(grids[opened], args[each[opened].at], each[opened].kind, 0,
-                                   each[opened].name) == 0)
-        opened++;
-    return opened;
+    return is_share(rules->core_share) && is_share(rules->quantile) && rules->rim >= LEAST_RIM &&
+           rules->rim < MOST_RIM && rules->least_points >= 1.0;
 }
 
-static int is_share(double value) { return value >= 0.0 && value <= 1.0; }
+static int is_place(const Place *place)
+{
+    const double *numbers = (const double *)place;
+    for (int n = 0; n < PLACE; n++)
+        if (!isfinite(numbers[n]))
+            return 0;
+    return 1;
+}
+
+/* What is wrong with the arguments, or NULL. */
+static const char *problem_of(const View *view, Py_ssize_t stride, const Grid *boxes)
+{
+    if (stride < 1)
+        return "stride: below 1";
+    if (boxes->cols != 6)
+        return "boxes: other than 6 numbers each";
+    if (boxes->rows >= INT32_MAX)
+        return "boxes: too many";
+    if (!is_place(&view->place))
+        return "place: nowhere";
+    if (!can_be(view->frame, view->rules->strays))
+        return "frame, rules: no size, or strays may be most";
+    return are_rules(view->rules) ? NULL : "rules: they cannot be";
+}
 
 static const char *look_for(View *view, const Grid *depth_m, Py_ssize_t stride, const Grid *boxes,
                             Thing *things)
 {
-    const Rules *rules = view->rules;
-    if (!can_be(view->frame, rules->strays) || !is_share(rules->core_share) ||
-        !is_share(rules->quantile) || !(rules->rim >= 1.0 && rules->least_points >= 1.0))
-        return "a frame or rules that cannot be";
     const char *problem = view_open(view, depth_m, stride);
     for (Py_ssize_t n = 0; !problem && n < boxes->rows; n++)
         problem = thing_in(view, GRID_ROW(*boxes, double, n), (int32_t)n + 1, things + n);
@@ -157,39 +170,47 @@ static const char *look_for(View *view, const Grid *depth_m, Py_ssize_t stride, 
     return problem;
 }
 
-PyObject *kernel_things(PyObject *module, PyObject *const *args, Py_ssize_t count)
+/* What is in each box, as Python has it. */
+static PyObject *found_in(View *view, const Grid *depth_m, Py_ssize_t stride, const Grid *boxes)
 {
-    Grid depth_m, boxes;
-    Rules rules;
+    const char *problem = problem_of(view, stride, boxes);
+    if (problem)
+        return failed("things", problem);
+    Thing *things = calloc((size_t)boxes->rows + 1, sizeof *things);
+    if (!things)
+        return PyErr_NoMemory();
+    Py_BEGIN_ALLOW_THREADS
+    problem = look_for(view, depth_m, stride, boxes, things);
+    Py_END_ALLOW_THREADS
+    PyObject *list = problem ? failed("things", problem) : told(things, boxes->rows);
+    for (Py_ssize_t n = 0; n < boxes->rows; n++)
+        free(things[n].cells.x);
+    free(things);
+    return list;
+}
+
+PyObject *kernel_things(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
+{
+    static const GridSpec specs[] = {
+        {'f', 0, "depth_m"}, {'f', 0, "forward"}, {'f', 0, "left"}, {'f', 0, "up"}};
+    Grid grids[4], boxes;
+    SegmentRules rules;
     View view = {.rules = &rules};
-    Grid *const grids[5] = {&depth_m, &view.forward, &view.left, &view.up, &boxes};
-    (void)module;
-    if (count != 9)
-        return PyErr_Format(PyExc_TypeError, "things takes 9 arguments, not %zd", count);
-    const Py_ssize_t stride = PyNumber_AsSsize_t(args[4], PyExc_OverflowError);
-    if (PyErr_Occurred() || numbers_open((double *)&view.place, PLACE, args[6], "place") < 0 ||
-        numbers_open((double *)&view.frame, 3, args[7], "frame") < 0 ||
-        numbers_open((double *)&rules, RULES, args[8], "rules") < 0)
+    Py_ssize_t stride;
+    if (count_is("things", count, 9) < 0 || wholes_of(&stride, args + 4, 1) < 0 ||
+        numbers_in((double *)&view.place, PLACE, args[6], "place") < 0 ||
+        numbers_in((double *)&view.frame, 3, args[7], "frame") < 0 ||
+        numbers_in((double *)&rules, SEGMENT_RULES, args[8], "rules") < 0 ||
+        grids_open(grids, args, specs, 4) < 0)
         return NULL;
     PyObject *list = NULL;
-    const int opened = grids_open(grids, args);
-    Thing *things = opened == 5 ? calloc((size_t)boxes.rows + 1, sizeof *things) : NULL;
-    if (opened == 5) {
-        const char *problem = "a stride below 1, boxes of other than 6 numbers, or no memory";
-        if (things && stride > 0 && boxes.cols == 6) {
-            Py_BEGIN_ALLOW_THREADS
-            problem = look_for(&view, &depth_m, stride, &boxes, things);
-            Py_END_ALLOW_THREADS
-        }
-        if (problem)
-            PyErr_Format(PyExc_ValueError, "things: %s", problem);
-        else
-            list = told(things, boxes.rows);
-        for (Py_ssize_t n = 0; things && n < boxes.rows; n++)
-            free(things[n].cells.x);
-        free(things);
+    if (grid_open(&boxes, args[5], (GridSpec){'d', 0, "boxes"}) == 0) {
+        view.forward = grids[1];
+        view.left = grids[2];
+        view.up = grids[3];
+        list = found_in(&view, &grids[0], stride, &boxes);
+        grid_close(&boxes);
     }
-    for (int n = 0; n < opened; n++)
-        grid_close(grids[n]);
+    grids_close(grids, 4);
     return list;
 }

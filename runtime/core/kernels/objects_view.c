@@ -6,7 +6,8 @@
 #include <string.h>
 
 /* Whether a surface goes on to a pixel from those beside it. */
-static inline uint8_t goes_on(float here, float left, float above, float high, const Rules *rules)
+static inline uint8_t goes_on(float here, float left, float above, float high,
+                              const SegmentRules *rules)
 {
     const float edge = (float)rules->edge_m, share = (float)rules->edge_share * here;
     const float limit = share > edge ? share : edge;
@@ -17,7 +18,7 @@ static inline uint8_t goes_on(float here, float left, float above, float high, c
 /* Known depth, what may be of a thing, and where surfaces go on from pixel to pixel. */
 static void look(View *view, const Grid *depth_m, Py_ssize_t stride, uint8_t *inside)
 {
-    const Rules rules = *view->rules;
+    const SegmentRules rules = *view->rules;
     const double camera = view->place.camera_z;
     const Py_ssize_t cols = view->surfaces.cols, half = stride / 2;
     for (Py_ssize_t row = 0; row < view->surfaces.rows; row++) {
@@ -54,7 +55,7 @@ const char *view_open(View *view, const Grid *depth_m, Py_ssize_t stride)
     view->memory = malloc((n + 1) * (5 * sizeof(double) + 2 * sizeof(Region) +
                                      3 * sizeof(int32_t) + 2 * sizeof(float) + 1));
     if (!view->memory)
-        return "out of memory";
+        return NO_MEMORY;
     view->numbers = view->memory;
     view->surfaces = (Surfaces){.rows = rows, .cols = cols};
     view->surfaces.regions = (Region *)(void *)(view->numbers + 5 * (n + 1));
@@ -88,7 +89,7 @@ static Box core_of(Box box, double share)
 {
     const Py_ssize_t dy = (Py_ssize_t)((double)(box.bottom - box.top) * (1.0 - share) / 2.0);
     const Py_ssize_t dx = (Py_ssize_t)((double)(box.right - box.left) * (1.0 - share) / 2.0);
-    return (Box){box.top + dy, box.left + dx, box.bottom - dy, box.right - dx};
+    return (Box){box.top + dy, box.bottom - dy, box.left + dx, box.right - dx};
 }
 
 /* Of known depths in a box, of one label or of all (-1): how many, and their quantile. */
@@ -162,7 +163,7 @@ static size_t note_regions(View *view, Box box)
  * 0 where there is none, and where `own`, the nearest, is one of them. */
 static int32_t spanning(View *view, Box box, int32_t own)
 {
-    const Rules *rules = view->rules;
+    const SegmentRules *rules = view->rules;
     const size_t touched = note_regions(view, box);
     double largest = rules->span_share *
                      (double)((box.bottom - box.top) * (box.right - box.left));

@@ -3,6 +3,7 @@
 #define RFNAV_OBJECTS_VIEW_H
 
 #include "objects.h"
+#include "windows.h"
 
 /* What is what, m and shares; `depth_segments.py` explains each. */
 typedef struct {
@@ -11,8 +12,8 @@ typedef struct {
     double cluster_m, before_share, before_m;
     double least_points, rim; /* one in so many of a thing's points is a stray at its rim */
     Strays strays;
-} Rules;
-enum { RULES = sizeof(Rules) / sizeof(double) };
+} SegmentRules;
+enum { SEGMENT_RULES = sizeof(SegmentRules) / sizeof(double) };
 
 /* Of the camera in the base's frame, and of the base in the map's. */
 typedef struct {
@@ -22,12 +23,12 @@ enum { PLACE = sizeof(Place) / sizeof(double) };
 
 /* A depth image, every n-th pixel of it. */
 typedef struct {
-    const Rules *rules;
+    const SegmentRules *rules;
     Place place;
     Frame frame;
     Grid forward, left, up; /* of each pixel's ray, m per metre of depth */
     float *depth;           /* m, 0 for unknown */
-    float *standing;        /* the same where a thing may be, neither floor nor ceiling; else -inf */
+    float *standing;        /* the same where a thing may be, not floor nor ceiling; else -inf */
     Surfaces surfaces;
     Region *within;   /* by label: of the box that is looked at */
     int32_t *touched; /* the labels that have one */
@@ -35,11 +36,6 @@ typedef struct {
     double *numbers;  /* 5 of each pixel */
     void *memory;
 } View;
-
-/* A part of it: from a row and column to another, those not included. */
-typedef struct {
-    Py_ssize_t top, left, bottom, right;
-} Box;
 
 /* Looks at every n-th pixel of a depth image, whose rays the view has. Returns what is wrong, or
  * NULL; its memory is to be freed either way. */

@@ -1,6 +1,6 @@
 /* Depth without flying pixels: see runtime/core/mapping/solid_depth.py. Nine rows of the image at a
  * time are held as inverse depth in 16 bits. */
-#include "windows.h"
+#include "arguments.h"
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,10 +21,10 @@ static void nearness(const float *restrict depth, int16_t *restrict out, Py_ssiz
     }
 }
 
-static inline int16_t lesser(int16_t a, int16_t b) { return a < b ? a : b; }
-static inline int16_t greater(int16_t a, int16_t b) { return a > b ? a : b; }
+static inline int16_t low_of(int16_t a, int16_t b) { return a < b ? a : b; }
+static inline int16_t high_of(int16_t a, int16_t b) { return a > b ? a : b; }
 static inline int16_t less(int16_t a, int16_t b) { return (int16_t)(a - b); }
-static inline int16_t apart(int16_t a, int16_t b) { return less(greater(a, b), lesser(a, b)); }
+static inline int16_t apart(int16_t a, int16_t b) { return less(high_of(a, b), low_of(a, b)); }
 static inline int16_t bend(int16_t a, int16_t b, int16_t c)
 {
     return apart(less(b, a), less(c, b));
@@ -40,10 +40,10 @@ static void mark(const int16_t *const at[HELD], uint8_t *restrict flies, Py_ssiz
     for (Py_ssize_t i = 0; i < n; i++) {
         const int16_t p = here[i], before = less(p, b[i]), after = less(f[i], p);
         const int16_t between =
-            greater(lesser(before, after), less(0, greater(before, after)));
-        const int16_t off = lesser(bend(a[i], b[i], p), bend(p, f[i], g[i]));
-        const int16_t alone = lesser(apart(p, c[i]), apart(e[i], p));
-        flies[i] |= (uint8_t)((lesser(between, off) > jump) & (alone > same));
+            high_of(low_of(before, after), less(0, high_of(before, after)));
+        const int16_t off = low_of(bend(a[i], b[i], p), bend(p, f[i], g[i]));
+        const int16_t alone = low_of(apart(p, c[i]), apart(e[i], p));
+        flies[i] |= (uint8_t)((low_of(between, off) > jump) & (alone > same));
     }
 }
 
@@ -96,7 +96,7 @@ PyObject *kernel_solid(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ss
     const double units = numbers[0], nearest_m = numbers[1];
     if (!(units > 0.0 && nearest_m > 0.0 && units / nearest_m < 8192.0) ||
         !(numbers[2] >= 0.0 && numbers[2] < 8192.0 && numbers[3] >= 0.0 && numbers[3] < 8192.0))
-        return PyErr_Format(PyExc_ValueError, "solid: inverse depth beyond 16 bits");
+        return failed("solid", "inverse depth beyond 16 bits");
     if (grids_open(grids, args, specs, 2) < 0)
         return NULL;
     const int alike = grids_alike(grids, specs, 2);

@@ -1,5 +1,6 @@
 /* Means of layers of a map over what can be walked to from sets of cells. */
 #include "walk.h"
+#include "windows.h"
 #include <string.h>
 
 typedef struct {
@@ -39,7 +40,7 @@ static void mean_of_walk(const Around *around, const Walk *walk, const Box *box,
         mean[layer] /= (float)walk->count;
 }
 
-static int means(const Around *around)
+static const char *means(const Around *around)
 {
     const int32_t *ends = GRID_ROW(around->ends, int32_t, 0);
     for (Py_ssize_t set = 0; set < around->ends.cols; set++) {
@@ -50,8 +51,8 @@ static int means(const Around *around)
         part.at = GRID_ROW(part, char, box.top) + box.left;
         part.rows = box.bottom - box.top;
         part.cols = box.right - box.left;
-        const int done = walk_begin(&walk, &part);
-        if (done == 0) {
+        const char *problem = walk_begin(&walk, &part);
+        if (!problem) {
             for (Py_ssize_t n = start; n < ends[set]; n++) {
                 const int32_t *cell = GRID_ROW(around->cells, int32_t, n);
                 walk_start(&walk, cell[0] - box.top, cell[1] - box.left);
@@ -60,10 +61,10 @@ static int means(const Around *around)
             mean_of_walk(around, &walk, &box, GRID_ROW(around->found, float, set));
         }
         walk_end(&walk);
-        if (done < 0)
-            return -1;
+        if (problem)
+            return problem;
     }
-    return 0;
+    return NULL;
 }
 
 static int fits(const Around *around)
@@ -91,7 +92,7 @@ PyObject *kernel_means(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ss
                                      {'i', 0, "cells"}, {'i', 0, "ends"}};
     Grid grids[5];
     double limit;
-    int done = 0;
+    const char *problem = "cells, ends: not sets of cells of the layers' map";
     if (count_is("means", count, 6) < 0 || numbers_of(&limit, args + 5, 1) < 0)
         return NULL;
     if (!(limit >= 0.0 && limit < OPEN - 1))
@@ -99,16 +100,13 @@ PyObject *kernel_means(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ss
     if (grids_open(grids, args, specs, 5) < 0)
         return NULL;
     const Around around = {grids[0], grids[1], grids[2], grids[3], grids[4], (long)limit};
-    const int right = fits(&around);
-    if (right) {
+    if (fits(&around)) {
         Py_BEGIN_ALLOW_THREADS
-        done = means(&around);
+        problem = means(&around);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 5);
-    if (!right)
-        return PyErr_Format(PyExc_ValueError, "cells, ends: not sets of cells of the layers' map");
-    if (done < 0)
-        return PyErr_NoMemory();
+    if (problem)
+        return failed("means", problem);
     Py_RETURN_NONE;
 }

@@ -1,6 +1,6 @@
 /* What the planner sees of a window of the map, of the distance to the nearest obstacle. See
  * runtime/core/distances/terrain.py. */
-#include "windows.h"
+#include "arguments.h"
 #include <math.h>
 
 /* Both in the order in which Python gives them. */
@@ -16,13 +16,13 @@ typedef union {
     struct {
         double cell_m, x0_m, y0_m, first_row, first_col; /* where the window lies */
         double x_m, y_m;                                 /* where the robot is */
-        double most_m, hard_m, comfort_m, slowest;       /* of clearance; the speed at an obstacle */
+        double most_m, hard_m, comfort_m, slowest; /* of clearance; the speed at an obstacle */
         double squeeze_m, loose_m; /* so near to the robot cells of that clearance are clear */
         double escape_m, dead_end_m; /* so near to it free cells pass, and dead ends are open */
     };
-} Rules;
+} SurveyRules;
 
-static void clear(const Layers *layers, const Rules *rules, Py_ssize_t row)
+static void clear(const Layers *layers, const SurveyRules *rules, Py_ssize_t row)
 {
     const float cell = (float)rules->cell_m, half = (float)(rules->cell_m / 2);
     const float most = (float)rules->most_m, hard = (float)rules->hard_m;
@@ -39,7 +39,7 @@ static void clear(const Layers *layers, const Rules *rules, Py_ssize_t row)
 }
 
 /* The columns whose middles are no farther from the robot along x than the radius. */
-static void columns(const Rules *rules, double radius_m, Py_ssize_t cols, Py_ssize_t *first,
+static void columns(const SurveyRules *rules, double radius_m, Py_ssize_t cols, Py_ssize_t *first,
                     Py_ssize_t *end)
 {
     const double middle = (rules->x_m - rules->x0_m) / rules->cell_m - rules->first_col;
@@ -49,17 +49,17 @@ static void columns(const Rules *rules, double radius_m, Py_ssize_t cols, Py_ssi
     *end = high > 0.0 ? (high < (double)cols ? (Py_ssize_t)high : cols) : 0;
 }
 
-static double aside(const Rules *rules, Py_ssize_t col)
+static double aside(const SurveyRules *rules, Py_ssize_t col)
 {
     return rules->x0_m + (rules->first_col + (double)col + 0.5) * rules->cell_m - rules->x_m;
 }
 
-static double ahead(const Rules *rules, Py_ssize_t row)
+static double ahead(const SurveyRules *rules, Py_ssize_t row)
 {
     return rules->y0_m + (rules->first_row + (double)row + 0.5) * rules->cell_m - rules->y_m;
 }
 
-static void squeeze(const Layers *layers, const Rules *rules, Py_ssize_t row)
+static void squeeze(const Layers *layers, const SurveyRules *rules, Py_ssize_t row)
 {
     const double y = ahead(rules, row), radius_m = rules->squeeze_m;
     const float hard = (float)rules->hard_m, loose = (float)rules->loose_m;
@@ -73,7 +73,7 @@ static void squeeze(const Layers *layers, const Rules *rules, Py_ssize_t row)
             clearance[i] = hard;
 }
 
-static void pass(const Layers *layers, const Rules *rules, Py_ssize_t row)
+static void pass(const Layers *layers, const SurveyRules *rules, Py_ssize_t row)
 {
     const float hard = (float)rules->hard_m;
     const uint8_t *restrict open = GRID_ROW(layers->free, uint8_t, row);
@@ -96,7 +96,7 @@ static void pass(const Layers *layers, const Rules *rules, Py_ssize_t row)
     }
 }
 
-static void pace(const Layers *layers, const Rules *rules, Py_ssize_t row)
+static void pace(const Layers *layers, const SurveyRules *rules, Py_ssize_t row)
 {
     const float hard = (float)rules->hard_m, comfort = (float)rules->comfort_m;
     const float slowest = (float)rules->slowest, rest = (float)(1.0 - rules->slowest);
@@ -112,7 +112,7 @@ static void pace(const Layers *layers, const Rules *rules, Py_ssize_t row)
     }
 }
 
-static void survey(const Layers *layers, const Rules *rules)
+static void survey(const Layers *layers, const SurveyRules *rules)
 {
     for (Py_ssize_t row = 0; row < layers->free.rows; row++) {
         clear(layers, rules, row);
@@ -129,11 +129,11 @@ PyObject *kernel_survey(PyObject *Py_UNUSED(module), PyObject *const *args, Py_s
                                      {0, 0, "dead_end"},   {'f', 1, "clearance_m"},
                                      {0, 1, "traversable"}, {'f', 1, "speed"}};
     Layers layers;
-    Rules rules;
+    SurveyRules rules;
     if (count_is("survey", count, 22) < 0 || numbers_of(rules.all, args + 7, 15) < 0)
         return NULL;
     if (!(rules.cell_m > 0.0 && rules.comfort_m > 0.0))
-        return PyErr_Format(PyExc_ValueError, "cell_m, comfort_m: not more than 0");
+        return failed("survey", "cell_m, comfort_m: not more than 0");
     if (grids_open(layers.all, args, specs, 7) < 0)
         return NULL;
     const int alike = grids_alike(layers.all, specs, 7);

@@ -2,22 +2,22 @@
 #include "walk.h"
 #include <stdlib.h>
 
-int walk_begin(Walk *walk, const Grid *passable)
+const char *walk_begin(Walk *walk, const Grid *passable)
 {
     walk->width = passable->cols + 2;
-    if (passable->rows + 2 > INT32_MAX / walk->width)
-        return -1; /* more cells than the queue can number */
+    if (!are_few(passable->rows + 2, walk->width))
+        return TOO_MANY_CELLS;
     walk->state = calloc((size_t)(walk->width * (passable->rows + 2)), sizeof *walk->state);
     walk->queue = malloc((size_t)(passable->rows * passable->cols + 1) * sizeof *walk->queue);
     if (!walk->state || !walk->queue)
-        return -1;
+        return NO_MEMORY;
     for (Py_ssize_t row = 0; row < passable->rows; row++) {
         uint16_t *state = walk->state + (row + 1) * walk->width + 1;
         const uint8_t *open = GRID_ROW(*passable, uint8_t, row);
         for (Py_ssize_t col = 0; col < passable->cols; col++)
             state[col] = open[col] ? OPEN : CLOSED;
     }
-    return 0;
+    return NULL;
 }
 
 void walk_end(Walk *walk)
@@ -46,7 +46,7 @@ static inline void reach(Walk *walk, Py_ssize_t cell, uint16_t step)
 void walk_on(Walk *walk, long limit)
 {
     const Py_ssize_t w = walk->width;
-    Py_ssize_t before = 0, last = 0; /* where the queue has the step before the last, and the last */
+    Py_ssize_t before = 0, last = 0; /* where the queue has the last step but one, and the last */
     for (long step = 1; step <= limit; step++) {
         const Py_ssize_t end = walk->count;
         const uint16_t mark = (uint16_t)(step + 1);
@@ -59,8 +59,8 @@ void walk_on(Walk *walk, long limit)
         } else { /* the step before the last went to the sides alone */
             for (Py_ssize_t n = before; n < end; n++) {
                 const Py_ssize_t cell = walk->queue[n];
-                for (Py_ssize_t near = cell - w; near <= cell + w; near += w)
-                    reach(walk, near - 1, mark), reach(walk, near, mark), reach(walk, near + 1, mark);
+                for (Py_ssize_t at = cell - w; at <= cell + w; at += w)
+                    reach(walk, at - 1, mark), reach(walk, at, mark), reach(walk, at + 1, mark);
             }
         }
         if (walk->count == end)

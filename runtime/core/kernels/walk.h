@@ -1,7 +1,7 @@
 /* A walk over cells, step by step. */
 #ifndef RFNAV_WALK_H
 #define RFNAV_WALK_H
-#include "windows.h"
+#include "arguments.h"
 
 /* Of a cell; else one more than the step that reached it. */
 enum { CLOSED = 0, OPEN = 0xFFFF };
@@ -13,8 +13,9 @@ typedef struct {
     Py_ssize_t count;
 } Walk;
 
-/* Begins a walk of no steps, from nowhere, over what is passable; -1 where memory lacks. */
-int walk_begin(Walk *walk, const Grid *passable);
+/* Begins a walk of no steps, from nowhere, over what is passable. Returns what is wrong, or NULL;
+ * it is to be ended either way. */
+const char *walk_begin(Walk *walk, const Grid *passable);
 void walk_end(Walk *walk);
 
 /* One more cell to start at, passable or not. */

@@ -1,13 +1,14 @@
 /* Walking distance by whole cells, and what of it reaches things. */
 #include "walk.h"
+#include "windows.h"
 #include <math.h>
 
-static int walk_in(Grid *steps, const Grid *passable, const Grid *seeds, long limit,
-                   Py_ssize_t *reached)
+static const char *walk_in(Grid *steps, const Grid *passable, const Grid *seeds, long limit,
+                           Py_ssize_t *reached)
 {
     Walk walk = {0};
-    const int done = walk_begin(&walk, passable);
-    for (Py_ssize_t row = 0; row < seeds->rows && done == 0; row++) {
+    const char *problem = walk_begin(&walk, passable);
+    for (Py_ssize_t row = 0; row < seeds->rows && !problem; row++) {
         const uint8_t *seed = GRID_ROW(*seeds, uint8_t, row);
         Py_ssize_t col, last;
         if (!bytes_span(seed, seeds->cols, &col, &last))
@@ -16,7 +17,7 @@ static int walk_in(Grid *steps, const Grid *passable, const Grid *seeds, long li
             if (seed[col])
                 walk_start(&walk, row, col);
     }
-    if (done == 0) {
+    if (!problem) {
         walk_on(&walk, limit);
         for (Py_ssize_t row = 0; row < steps->rows; row++) {
             const uint16_t *state = walk.state + (row + 1) * walk.width + 1;
@@ -27,7 +28,7 @@ static int walk_in(Grid *steps, const Grid *passable, const Grid *seeds, long li
         *reached = walk.count;
     }
     walk_end(&walk);
-    return done;
+    return problem;
 }
 
 PyObject *kernel_walk(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
@@ -35,7 +36,7 @@ PyObject *kernel_walk(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssi
     static const GridSpec specs[] = {{'f', 1, "steps"}, {0, 0, "passable"}, {0, 0, "seeds"}};
     Grid grids[3];
     double limit;
-    int done = 0;
+    const char *problem = NULL;
     Py_ssize_t reached = 0;
     if (count_is("walk", count, 4) < 0 || numbers_of(&limit, args + 3, 1) < 0)
         return NULL;
@@ -46,12 +47,12 @@ PyObject *kernel_walk(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssi
     const int alike = grids_alike(grids, specs, 3);
     if (alike == 0) {
         Py_BEGIN_ALLOW_THREADS
-        done = walk_in(&grids[0], &grids[1], &grids[2], (long)limit, &reached);
+        problem = walk_in(&grids[0], &grids[1], &grids[2], (long)limit, &reached);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 3);
-    if (done < 0)
-        return PyErr_NoMemory();
+    if (problem)
+        return failed("walk", problem);
     return alike < 0 ? NULL : PyLong_FromSsize_t(reached);
 }
 
@@ -90,7 +91,7 @@ static float least_of(const Grid *away, const Grid *cells, Py_ssize_t start, Py_
     return least;
 }
 
-static void touch(Grid *nearest, const Grid *away, const Grid *cells, const Grid *starts,
+static void reach_things(Grid *nearest, const Grid *away, const Grid *cells, const Grid *starts,
                   Py_ssize_t margin)
 {
     float *found = GRID_ROW(*nearest, float, 0);
@@ -110,28 +111,27 @@ static int in_order(const Grid *starts, Py_ssize_t count)
     return 1;
 }
 
-PyObject *kernel_touch(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
+PyObject *kernel_reach_things(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     static const GridSpec specs[] = {
         {'f', 1, "nearest"}, {'f', 0, "away"}, {'i', 0, "cells"}, {'i', 0, "starts"}};
     Grid grids[4];
     double margin;
-    if (count_is("touch", count, 5) < 0 || numbers_of(&margin, args + 4, 1) < 0)
+    if (count_is("reach_things", count, 5) < 0 || numbers_of(&margin, args + 4, 1) < 0)
         return NULL;
     if (!(margin >= 0.0 && margin < 1e6))
-        return PyErr_Format(PyExc_ValueError, "margin: no number of cells");
+        return failed("reach_things", "margin: no number of cells");
     if (grids_open(grids, args, specs, 4) < 0)
         return NULL;
     const int right = grids[0].rows == 1 && grids[3].rows == 1 && grids[0].cols == grids[3].cols &&
                       grids[2].cols == 2 && in_order(&grids[3], grids[2].rows);
     if (right) {
         Py_BEGIN_ALLOW_THREADS
-        touch(&grids[0], &grids[1], &grids[2], &grids[3], (Py_ssize_t)margin);
+        reach_things(&grids[0], &grids[1], &grids[2], &grids[3], (Py_ssize_t)margin);
         Py_END_ALLOW_THREADS
     }
     grids_close(grids, 4);
     if (!right)
-        return PyErr_Format(PyExc_ValueError,
-                            "cells, starts: not (N, 2), and (1, M) in order within them");
+        return failed("reach_things", "cells, starts: not (N, 2), and (1, M) in order within them");
     Py_RETURN_NONE;
 }

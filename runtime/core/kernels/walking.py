@@ -15,12 +15,12 @@ def walk(passable: Mask, seeds: Mask, limit: int) -> tuple[F32, int]:
     return steps, reached
 
 
-def touch(away: F32, cells: I32, starts: I32, margin: int) -> F32:
+def reach_things(away: F32, cells: I32, starts: I32, margin: int) -> F32:
     """(M,) the least of `away` (r, c) in squares of `margin` cells around the cells (N, 2) of M
     things, those of one from `starts` (M,) on; cells outside count for nothing. inf for none."""
     nearest: F32 = np.empty(len(starts), np.float32)
     each, first = np.ascontiguousarray(cells), starts.reshape(1, -1)
-    _compiled.touch(nearest.reshape(1, -1), away, each, first, margin)
+    _compiled.reach_things(nearest.reshape(1, -1), away, each, first, margin)
     return nearest
 
 

@@ -1,63 +1,12 @@
-/* Windows of grids, and kernels' arguments. */
+/* Windows of grids. */
 #include "windows.h"
 #include <string.h>
-
-int grids_open(Grid *grids, PyObject *const *args, const GridSpec *specs, int count)
-{
-    for (int n = 0; n < count; n++) {
-        if (grid_open(&grids[n], args[n], specs[n].kind, specs[n].writable, specs[n].name) < 0) {
-            grids_close(grids, n);
-            return -1;
-        }
-    }
-    return 0;
-}
-
-void grids_close(Grid *grids, int count)
-{
-    while (count-- > 0)
-        grid_close(&grids[count]);
-}
-
-int grids_alike(const Grid *grids, const GridSpec *specs, int count)
-{
-    for (int n = 1; n < count; n++) {
-        if (grids[n].rows != grids[0].rows || grids[n].cols != grids[0].cols) {
-            PyErr_Format(PyExc_ValueError, "%s: (%zd, %zd) is not the shape of %s, (%zd, %zd)",
-                         specs[n].name, grids[n].rows, grids[n].cols, specs[0].name,
-                         grids[0].rows, grids[0].cols);
-            return -1;
-        }
-    }
-    return 0;
-}
-
-int numbers_of(double *numbers, PyObject *const *args, int count)
-{
-    for (int n = 0; n < count; n++) {
-        numbers[n] = PyFloat_AsDouble(args[n]);
-        if (numbers[n] == -1.0 && PyErr_Occurred())
-            return -1;
-    }
-    return 0;
-}
-
-int count_is(const char *kernel, Py_ssize_t count, Py_ssize_t wanted)
-{
-    if (count == wanted)
-        return 0;
-    PyErr_Format(PyExc_TypeError, "%s takes %zd arguments, not %zd", kernel, wanted, count);
-    return -1;
-}
 
 int box_of(Box *box, PyObject *const *args, const Grid *grid)
 {
     Py_ssize_t ends[4];
-    for (int n = 0; n < 4; n++) {
-        ends[n] = PyLong_AsSsize_t(args[n]);
-        if (ends[n] == -1 && PyErr_Occurred())
-            return -1;
-    }
+    if (wholes_of(ends, args, 4) < 0)
+        return -1;
     *box = (Box){ends[0], ends[1], ends[2], ends[3]};
     if (0 <= box->top && box->top <= box->bottom && box->bottom <= grid->rows && 0 <= box->left &&
         box->left <= box->right && box->right <= grid->cols)

@@ -1,28 +1,7 @@
-/* Windows of grids, and kernels' arguments: several arrays, numbers, a window. */
+/* Windows of grids. */
 #ifndef RFNAV_WINDOWS_H
 #define RFNAV_WINDOWS_H
-#include "kernels.h"
-
-/* How an argument that is an array must be; see grid_open. */
-typedef struct {
-    char kind;
-    int writable;
-    const char *name;
-} GridSpec;
-
-/* Opens several arrays, or none of them. Where `as` is not NULL, all must have its shape, or 0
- * comes before its specification. */
-int grids_open(Grid *grids, PyObject *const *args, const GridSpec *specs, int count);
-void grids_close(Grid *grids, int count);
-
-/* -1 with ValueError set where grids from the first on are not all of one shape. */
-int grids_alike(const Grid *grids, const GridSpec *specs, int count);
-
-/* Reads numbers; -1 with TypeError set. */
-int numbers_of(double *numbers, PyObject *const *args, int count);
-
-/* -1 with TypeError set where the count of arguments is another. */
-int count_is(const char *kernel, Py_ssize_t count, Py_ssize_t wanted);
+#include "arguments.h"
 
 /* Rows from top on and before bottom, columns from left on and before right. */
 typedef struct {
@@ -31,8 +10,8 @@ typedef struct {
 
 #define NO_BOX ((Box){PY_SSIZE_T_MAX, 0, PY_SSIZE_T_MAX, 0}) /* which holds nothing */
 
-/* Reads top, bottom, left, right of a window of a grid; -1 with ValueError set where it reaches
- * beyond. */
+/* Reads top, bottom, left, right of a window of a grid; -1 with TypeError or OverflowError set, or
+ * with ValueError where it reaches beyond. */
 int box_of(Box *box, PyObject *const *args, const Grid *grid);
 
 /* As four numbers, or None where it holds nothing. */
@@ -40,6 +19,13 @@ PyObject *box_as_tuple(const Box *box);
 
 /* The box and so many cells around it, as far as the grid reaches. */
 Box box_widened(const Box *box, Py_ssize_t margin, const Grid *grid);
+
+/* Its cells; -1 where they are more than an int32_t numbers. It holds something. */
+static inline Py_ssize_t box_cells(const Box *box)
+{
+    const Py_ssize_t rows = box->bottom - box->top, cols = box->right - box->left;
+    return are_few(rows, cols) ? rows * cols : -1;
+}
 
 static inline void box_join_row(Box *box, Py_ssize_t row, Py_ssize_t left, Py_ssize_t right)
 {

@@ -1,7 +1,7 @@
 """Where the instances are, as arrays: which of them may be meant by a place is asked for each
 detection, and mostly answered by none."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Protocol
 
 import numpy as np
@@ -65,7 +65,7 @@ class InstancePlaces:
         None is left out, some may be too many."""
         return kernels.near_places(self._rows, self._ids, xy, cells_xy, within_m + SLACK_M)
 
-    def in_plain_view(self, depth_m: F32, lens: Sequence[float]) -> list[int]:
+    def in_plain_view(self, depth_m: F32, lens: tuple[float, ...]) -> list[int]:
         """Ids of the instances whose middle is in the depth image, and not hidden: see the kernel
         of that name."""
         return kernels.in_plain_view(self._rows, self._ids, depth_m, lens)

@@ -195,7 +195,7 @@ def _objects(things: Things, origin: I32, walk_m: F32) -> tuple[NearbyObject, ..
     """Objects whose footprint can be walked up to."""
     if not things.named:
         return ()
-    nearest = walking.touch(walk_m, things.cells - origin, things.starts, TOUCH_CELLS)
+    nearest = walking.reach_things(walk_m, things.cells - origin, things.starts, TOUCH_CELLS)
     near = []
     for thing in np.flatnonzero(nearest <= OBJECT_RANGE_M).tolist():
         name, confidence = things.named[thing]

@@ -304,7 +304,7 @@ def things(depth_m=DEPTH, stride=4, asked=NOTHING, place=(0.0,) * 7, rules=RULES
         ("near_places", (PLACES, (1, 2), XY, SOME, 1.0), TypeError, "names"),
         ("in_plain_view", (PLACES, [1], DEPTH, (1.0,)), TypeError, "lens"),
         ("cosine", (ROW, ROW.astype(float)), ValueError, "other"),
-        ("add_where", (DEPTH, np.ones((8, 7), bool), 1.0), ValueError, "one shape"),
+        ("add_where", (DEPTH, np.ones((8, 7), bool), 1.0), ValueError, "not the shape"),
         ("shortened", (SOME[:0], 1.0), ValueError, "outline"),
         ("sharpness", (np.zeros((10, 48), np.uint8), 4, 4), ValueError, "whole number"),
     ],

@@ -63,7 +63,7 @@ def test_touch_is_the_least_of_a_filtered_image(seed, rows, cols, things, margin
         min((least[r, c] for r, c in blob if 0 <= r < rows and 0 <= c < cols), default=np.inf)
         for blob in blobs
     ]
-    assert walking.touch(away, cells, starts, margin).tolist() == expected
+    assert walking.reach_things(away, cells, starts, margin).tolist() == expected
 
 
 @settings(max_examples=60, deadline=None)
@@ -126,7 +126,7 @@ def test_the_nearest_cell_of_a_set_or_close_by_it(seed, rows, cols, snap, sets):
         (lambda: walking.walk(np.ones((3, 3), bool), np.ones((3, 3), bool), 65535), "limit"),
         (lambda: walking.walk(np.ones((3, 3), bool), np.ones((3, 3), bool), -1), "limit"),
         (
-            lambda: walking.touch(
+            lambda: walking.reach_things(
                 np.ones((3, 3), np.float32), np.zeros((2, 2), np.int32), np.array([3], np.int32), 1
             ),
             "starts",
