@@ -31,7 +31,7 @@ int grid_open(Grid *grid, PyObject *array, GridSpec spec)
         PyErr_Format(PyExc_ValueError, "%s: %d dimensions, not 2", spec.name, view->ndim);
     } else if (view->shape[1] > 1 && view->strides[1] != view->itemsize) {
         PyErr_Format(PyExc_ValueError, "%s: its rows are not contiguous", spec.name);
-    } else if (view->shape[0] > MOST_ROWS || view->shape[1] > MOST_ROWS) {
+    } else if (view->shape[0] > LONGEST_SIDE || view->shape[1] > LONGEST_SIDE) {
         PyErr_Format(PyExc_ValueError, "%s: (%zd, %zd) is too large", spec.name, view->shape[0],
                      view->shape[1]);
     } else {

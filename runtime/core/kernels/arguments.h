@@ -15,8 +15,8 @@ typedef struct {
 /* A row of it. */
 #define GRID_ROW(grid, type, row) ((type *)((grid).at + (row) * (grid).stride))
 
-/* Of a grid: what is computed of two of them, in bytes, is no more than 64 bits hold. */
-enum { MOST_ROWS = 1 << 28 };
+/* Of a grid: 64 bits hold the bytes of whatever is made of its cells, or of rows of them. */
+enum { LONGEST_SIDE = 1 << 28 };
 
 /* What an array's items are: a struct module code such as 'd', 'f' or 'B', or one of these. */
 enum { BYTES = 0, BYTES_OR_FLOATS = 'S' };

@@ -24,9 +24,10 @@ def march(
     or more, and inf elsewhere; after it, how early the front is at each cell that it reaches by
     `limit`, and by no more than `beyond` later than it is at the cell `until`; returned is the
     limit that came of both. It goes on from what is known, and ends within rounding, a few ulps,
-    of where it would from the start. `speed` (r, c) is relative, float 0 to 1, 0 where it cannot move; or a mask of where it
-    can, at 1. Times are in metres at speed 1. First-order upwind scheme of the eikonal equation
-    (Sethian 1996). ValueError for shapes that differ, too many cells, and numbers that cannot be."""
+    of where it would from the start. `speed` (r, c) is relative, float 0 to 1, 0 where it cannot
+    move; or a mask of where it can, at 1. Times are in metres at speed 1. First-order upwind scheme
+    of the eikonal equation (Sethian 1996). ValueError for shapes that differ, more cells than can
+    be numbered, and numbers that cannot be."""
     return _compiled.march(arrival, speed, cell_m, limit, *until, beyond)
 
 

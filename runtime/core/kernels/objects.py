@@ -7,8 +7,8 @@ from runtime.core.types import F32, F64, U8, Mask
 Frame = tuple[float, float, float]
 """A grid's corner and its cells' length, m."""
 Place = tuple[float, float, float, float, float, float, float]
-"""A camera's x, y, z in the base frame, the base's x, y in the map frame, the cosine and sine of its
-yaw."""
+"""A camera's x, y, z in the base frame, m, the base's x, y in the map frame, m, the cosine and sine
+of its yaw."""
 Told = tuple[float, float, float, float, float, float, bytes]
 """Of a thing: how far away it is; the medians x, y, z of its points in the map frame; from which
 height to which they reach, strays left out; and `packed` cells. m"""
@@ -23,13 +23,13 @@ def things(
     frame: Frame,
     rules: tuple[float, ...],
 ) -> list[Told | None]:
-    """The thing in each box; None where there are too few points of one, or where they are more than
-    100 m apart along an axis, or nowhere: a sensor's fault. `depth_m` (H, W) m along
-    the axis, what is not finite or not above 0 is unknown; of its every `stride`-th pixel, from
-    half of that on, `rays` (h, w) go so far forward, left and up in the base frame per metre.
-    `boxes` (N, 6): the pixels of those from top, left (0 or more) to bottom, right (not included),
-    the thing's distance if it is known, else NaN, and the box's width per metre of distance.
-    `rules`: as `SegmentRules`. ValueError for shapes that do not fit, and numbers that cannot be."""
+    """The thing in each box; None where there are too few points of one, or they are more than
+    100 m apart along an axis, or nowhere: a sensor's fault. `depth_m` (H, W) m along the axis, what
+    is not finite or not above 0 is unknown; of its every `stride`-th pixel, from half of that on,
+    `rays` (h, w) go so far forward, left and up in the base frame per metre. `boxes` (N, 6): the
+    pixels of those from top, left (0 or more) to bottom, right (not included), the thing's distance
+    if it is known, else NaN, and the box's width per metre of distance. `rules`: as `SegmentRules`.
+    ValueError for shapes that do not fit, and numbers that cannot be."""
     return _compiled.things(depth_m, *rays, stride, boxes, place, frame, rules)
 
 
@@ -71,7 +71,9 @@ def near_places(
     return _compiled.near_places(places, names, xy, cells, within_m)
 
 
-def in_plain_view(places: F64, names: list[int], depth_m: F32, lens: tuple[float, ...]) -> list[int]:
+def in_plain_view(
+    places: F64, names: list[int], depth_m: F32, lens: tuple[float, ...]
+) -> list[int]:
     """Which of the first columns of `places`, that have a name, have their middle well inside the
     image (H, W) m, in range, and nothing before it: the median of what is known in the 9 x 9 pixels
     round it is as far. `lens`: as `Lens`."""
