@@ -28,6 +28,8 @@ from runtime.core.objects.depth_segments import (
 from runtime.core.objects.footprints import LEAST_M, STRAY
 from runtime.core.types import F32, F64, Mask, Mount, Observation, Pose
 
+MOST_M = 100.0  # of a thing, along x and along y
+
 
 def base_to_map(points: F64, pose: Pose) -> F64:
     """(N, 3) m in the base frame -> (N, 3) m in the map frame, each coordinate in one piece."""
@@ -57,8 +59,11 @@ def without_strays(cells_xy: F64) -> F64:
     return cells_xy[away <= max(STRAY * float(np.sort(away)[half]), LEAST_M)]
 
 
-def thing_of(range_m: float, points: F64, frame: GridFrame) -> SeenThing:
-    """What points (N, 3) m in the map frame tell of a thing."""
+def thing_of(range_m: float, points: F64, frame: GridFrame) -> SeenThing | None:
+    """What points (N, 3) m in the map frame tell of a thing; None where they are too few, or
+    farther apart than those of one."""
+    if len(points) < MIN_POINTS or np.ptp(points[:, :2], axis=0).max() > MOST_M:
+        return None
     x, y, z_m = np.median(points, axis=0).tolist()
     ordered, rim = np.sort(points[:, 2]).tolist(), len(points) // RIM
     cells = without_strays(footprint(frame, points[:, :2]))
@@ -133,7 +138,7 @@ def things_in(
         box = slice(int(top), int(bottom)), slice(int(left), int(right))
         near_m = view.distance_m(box) if math.isnan(known) else known
         points = view.points_in(box, near_m, wide)
-        found.append(thing_of(near_m, points, frame) if len(points) >= MIN_POINTS else None)
+        found.append(thing_of(near_m, points, frame))
     return found
 
 

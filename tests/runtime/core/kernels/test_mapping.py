@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from runtime.core.geometry import GridFrame, rays
+from runtime.core.kernels import _compiled
 from runtime.core.kernels import mapping as kernels
 from runtime.core.types import Intrinsics, Mount, Pose
 
@@ -280,6 +281,16 @@ def test_terrain_is_what_numpy_makes_of_the_distances(seed, squeeze_m, x, y):
 
 FREE = np.ones((4, 4), bool)
 EVIDENCE = np.zeros((4, 4), np.int16)
+FAR = np.array([[-(2**31), -(2**31)], [2**31 - 1, 2**31 - 1]], np.int32)
+MANY = np.broadcast_to(np.zeros(50000, bool), (50000, 50000))
+LONG = np.broadcast_to(np.zeros((1, 4), np.int16), (2**29, 4))
+
+
+def test_a_window_may_be_in_numpys_numbers():
+    window = tuple(np.array([1, 3, 0, 4]))
+    masks = np.zeros((4, 4), bool), np.ones((4, 4), bool), np.ones((4, 4), bool)
+    kernels.derive(EVIDENCE, ~FREE, ~FREE, masks, 4, window)
+    assert masks[1].any(axis=1).tolist() == [True, False, False, True]
 
 
 @pytest.mark.parametrize(
@@ -299,6 +310,12 @@ EVIDENCE = np.zeros((4, 4), np.int16)
             lambda: kernels.shared(np.zeros((2, 3), np.int32), np.zeros((2, 2), np.int32), 1),
             "cells",
         ),
+        (lambda: kernels.shared(FAR, FAR, 1), "more cells than"),
+        (
+            lambda: _compiled.components(MANY, FAR[:0], np.zeros((1, 0), np.int32), 0, 0),
+            "more cells than",
+        ),
+        (lambda: kernels.derive(LONG, FREE, FREE, (FREE,) * 3, 4, (0, 4, 0, 4)), "too large"),
     ],
 )
 def test_what_does_not_fit_is_told(call, error):

@@ -6,10 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from runtime.core.kernels import walking
+from runtime.core.kernels import _compiled, walking
 
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
 SQUARE = np.ones((3, 3), np.uint8)
+FAR = np.array([[0, 0], [2**31 - 1, 2**31 - 1]], np.int32)
+ROW, MANY = np.zeros(50000, np.float32), np.broadcast_to(np.zeros(50000, bool), (50000, 50000))
+STEPS = np.lib.stride_tricks.as_strided(ROW, (50000, 50000), (0, 4))  # all rows are one
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -147,6 +150,13 @@ def test_the_nearest_cell_of_a_set_or_close_by_it(seed, rows, cols, snap, sets):
             ),
             "ends",
         ),
+        (
+            lambda: walking.nearest(
+                np.full((3, 3), np.inf), FAR, np.array([2], np.int32), 1, (0, 0)
+            ),
+            "more cells than",
+        ),
+        (lambda: _compiled.walk(STEPS, MANY, MANY, 3), "more cells than"),
     ],
 )
 def test_what_does_not_fit_is_told(call, error):
