@@ -151,8 +151,6 @@ static const char *problem_of(const View *view, Py_ssize_t stride, const Grid *b
         return "stride: below 1";
     if (boxes->cols != 6)
         return "boxes: other than 6 numbers each";
-    if (boxes->rows >= INT32_MAX)
-        return "boxes: too many";
     if (!is_place(&view->place))
         return "place: nowhere";
     if (!can_be(view->frame, view->rules->strays))

@@ -52,6 +52,8 @@ const char *view_open(View *view, const Grid *depth_m, Py_ssize_t stride)
         view->up.cols != cols || (depth_m->rows - half + stride - 1) / stride != rows ||
         (depth_m->cols - half + stride - 1) / stride != cols)
         return "a depth image that its rays are not of";
+    if (!are_few(rows + 1, cols + 1))
+        return TOO_MANY_CELLS;
     view->memory = malloc((n + 1) * (5 * sizeof(double) + 2 * sizeof(Region) +
                                      3 * sizeof(int32_t) + 2 * sizeof(float) + 1));
     if (!view->memory)
