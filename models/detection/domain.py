@@ -11,6 +11,9 @@ REMEMBERED = 200
 """Images: what was seen longer ago counts less and less."""
 OTHERWISE = 1.0
 """Log odds in the mean from which on the other domain is believed: between them nothing changes."""
+SURELY = 6.0
+"""Log odds of all images together, without which it is not: one or two unsure images at the start
+of a run are not worth half of the detectors."""
 
 DomainSetting = Literal["auto", "photographs", "renderings"]
 
@@ -38,11 +41,9 @@ class DomainEvidence:
         self.log_odds += (bounded - self.log_odds) / min(self.images, REMEMBERED)
         if self.setting != "auto":
             return
-        bar = OTHERWISE if self.images > 1 else 0.0
-        if self.believed == "photographs" and self.log_odds < -bar:
-            self.believed = "renderings"
-        elif self.believed == "renderings" and self.log_odds > bar:
-            self.believed = "photographs"
+        together = abs(self.log_odds) * min(self.images, REMEMBERED)
+        if abs(self.log_odds) > OTHERWISE and together >= SURELY:
+            self.believed = "photographs" if self.log_odds > 0 else "renderings"
 
     def told(self) -> dict[str, object]:
         """For people: JSON."""

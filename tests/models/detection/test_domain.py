@@ -3,16 +3,25 @@
 from models.detection.domain import OTHERWISE, DomainEvidence
 
 
-def test_the_first_image_is_believed_and_one_other_changes_nothing() -> None:
+def test_an_image_that_is_sure_is_believed_at_once_and_one_other_changes_nothing() -> None:
     seen = DomainEvidence()
-    seen.add(-3.0)
+    seen.add(-9.0)
     assert seen.believed == "renderings"
     seen.add(3.0)
     assert seen.believed == "renderings"
-    for _ in range(3):
+    for _ in range(4):
         seen.add(4.0)
     assert seen.believed == "photographs"
-    assert seen.told() == {"is": "photographs", "set": False, "log_odds": 2.4, "images": 5}
+    assert seen.told() == {"is": "photographs", "set": False, "log_odds": 2.17, "images": 6}
+
+
+def test_unsure_images_at_the_start_change_nothing_until_they_are_many() -> None:
+    seen = DomainEvidence()
+    for _ in range(3):
+        seen.add(-1.9)
+        assert seen.believed == "photographs"
+    seen.add(-1.9)
+    assert seen.believed == "renderings"
 
 
 def test_images_that_say_little_never_make_it_flicker() -> None:
