@@ -94,13 +94,13 @@ GONE = {
         "semantics.floor_m": "FLOOR_M",
         "semantics.within_share": "WITHIN_SHARE",
         "semantics.span_share": "SPAN_SHARE",
-    },
-    "runtime/core/objects/semantic_map.py": {
-        "semantics.stride": "STRIDE",
         "semantics.cluster_m": "CLUSTER_M",
         "semantics.before_share": "BEFORE_SHARE",
         "semantics.before_m": "BEFORE_M",
         "semantics.min_points": "MIN_POINTS",
+    },
+    "runtime/core/objects/semantic_map.py": {
+        "semantics.stride": "STRIDE",
         "semantics.miss_range_m": "MISS_RANGE_M",
         "semantics.room_range_m": "ROOM_CREDIT_M",
     },
