@@ -29,7 +29,7 @@ READY_S = 120.0  # after which a runtime that does not answer is given up
 ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
-GOAL_S = 20.0  # after which the next is asked for, where there are several
+GOAL_S = 14.0  # after which the next is asked for, where there are several
 MB = 1024.0  # kB
 SAID = "said.txt"
 
