@@ -198,9 +198,9 @@ GONE = {
         "explore.weak_log_odds": "WEAK_LOG_ODDS",
         "explore.faint_log_odds": "FAINT_LOG_ODDS",
     },
+    "runtime/core/objects/catalogue.py": {"brief.object_confidence": "OBJECT_CONFIDENCE"},
     "runtime/core/voting/brief.py": {
         "brief.object_range_m": "OBJECT_RANGE_M",
-        "brief.object_confidence": "OBJECT_CONFIDENCE",
         "brief.room_range_m": "ROOM_RANGE_M",
         "brief.room_weight_min": "ROOM_WEIGHT_MIN",
         "brief.doorway_m": "DOORWAY_M",

@@ -194,12 +194,9 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
 def _evidence(world: World) -> tuple[object, ...]:
     """What makes a decision worth repeating when it changes: the confirmed objects, and the room
     type around each reachable frontier."""
-    objects = tuple(
-        i.id for i in world.semantic.instances.values() if i.confidence >= brief.OBJECT_CONFIDENCE
-    )
     rooms = tuple(
         (f.id, world.semantic.room_around(world.map.frame, f.goal_xy, brief.ROOM_RANGE_M))
         for f in world.frontiers
         if math.isfinite(f.distance_m)
     )
-    return objects, rooms
+    return world.semantic.catalogue.sure, rooms

@@ -2,6 +2,7 @@
 in real time through Zenoh, and beside it a process that only sleeps."""
 
 import json
+import math
 import os
 import socket
 import subprocess
@@ -24,12 +25,14 @@ from runtime.bench.synthetic import Published
 from runtime.errors import BusError, RfNavError
 from runtime.robot import wire
 from runtime.robot.session import CANCEL, GOAL, STATUS, BusConfig, TopicsConfig, open_session
+from runtime.tracing.stages import Stage
 
 READY_S = 120.0  # after which a runtime that does not answer is given up
 ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
-GOAL_S = 14.0  # after which the next is asked for, where there are several
+GOAL_S = 14.0  # after which the next is asked for, where there are several,
+POLL_S = 0.5  # or as soon as the experts were idle for half of such a time
 MB = 1024.0  # kB
 SAID = "said.txt"
 
@@ -70,7 +73,8 @@ def measured(
     hz: float,
 ) -> Measured:
     """Play a drive to a runtime that is asked for one of the goals after the other, each for
-    GOAL_S; for a single one until the end. BenchError when the runtime ends."""
+    GOAL_S, or until its experts have no more to do; for a single one until the end. BenchError when
+    the runtime ends."""
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
         endpoint = f"tcp/127.0.0.1:{_free_port()}"
         session: Any = open_session(BusConfig(listen=(endpoint,)))
@@ -134,14 +138,27 @@ class _Robot:
 
     def search(self, goals: Sequence[str], folder: str, played: Future[float]) -> float:
         """Ask for the goals in turn until a drive was played; what that came to."""
+        if len(goals) == 1:
+            self.ask(GOAL, {"goal": goals[0], "log_dir": folder})
+            return played.result()
         for goal in cycle(goals):
             self.ask(GOAL, {"goal": goal, "log_dir": folder})
-            try:
-                return played.result(GOAL_S if len(goals) > 1 else None)
-            except NotYet:
-                if played.done():  # of its own, then
-                    raise
+            by_s, scored_s = time.monotonic() + GOAL_S, -math.inf
+            while time.monotonic() < by_s:
+                try:
+                    return played.result(POLL_S)
+                except NotYet:
+                    if played.done():  # of its own, then
+                        raise
+                before_s, scored_s = scored_s, self._scored_s()
+                if scored_s - before_s < POLL_S / 2:
+                    break
         raise BenchError("there is nothing to look for")
+
+    def _scored_s(self) -> float:
+        """For how long the language model was at work."""
+        stages: dict[str, dict[str, float]] = self.ask(STATUS, {}).get("stages", {})
+        return stages.get(Stage.SCORE, {}).get("total_s", 0.0)
 
     @contextmanager
     def playing(self, drive: Iterable[Published]) -> Iterator[Future[float]]:

@@ -41,6 +41,7 @@ def approach_target(
             return command
         outcome = verdict(thing, goal, reached)
         settle(thing, goal, outcome, world.pose)
+        world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
             what, found = f"found {_named(thing, goal)}", SearchState.FOUND
             return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)

@@ -52,7 +52,7 @@ class Outlook:
     def snapshot(self) -> Snapshot:
         """What the decision is made on."""
         found = self.candidates
-        views = {f.id: keyframes.best_view(self.frames, f.cells_xy, self.map) for f in found}
+        views = keyframes.best_views(self.frames, {f.id: f.cells_xy for f in found}, self.map)
         told = brief.compose(self.goal, self.stamp_ns, self.map, self.semantic, found, views)
         told = brief.worthwhile(told, WORTH_M2)
         unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}

@@ -199,7 +199,7 @@ class Search:
         self.record("heard", {"name": "likeness", "value": likeness})
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness)
-        known = [i for i in world.semantic.instances.values() if goal in i.evidence]
+        known = world.semantic.called(goal)
         told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
         self.journal.write(
             "memory", objects=len(world.semantic.instances), renamed=recalled, goal=told

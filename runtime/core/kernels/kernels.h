@@ -13,6 +13,7 @@ PyObject *kernel_boundary(PyObject *module, PyObject *const *args, Py_ssize_t co
 PyObject *kernel_components(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_derive(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_integrate(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_in_sight(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_means(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);

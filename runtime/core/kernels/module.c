@@ -9,6 +9,7 @@ static PyMethodDef methods[] = {
     {"components", (PyCFunction)(void (*)(void))kernel_components, METH_FASTCALL, NULL},
     {"derive", (PyCFunction)(void (*)(void))kernel_derive, METH_FASTCALL, NULL},
     {"integrate", (PyCFunction)(void (*)(void))kernel_integrate, METH_FASTCALL, NULL},
+    {"in_sight", (PyCFunction)(void (*)(void))kernel_in_sight, METH_FASTCALL, NULL},
     {"means", (PyCFunction)(void (*)(void))kernel_means, METH_FASTCALL, NULL},
     {"nearest", (PyCFunction)(void (*)(void))kernel_nearest, METH_FASTCALL, NULL},
     {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},

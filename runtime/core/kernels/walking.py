@@ -1,4 +1,4 @@
-"""The compiled part of what is told by walking distance."""
+"""The compiled part of what is told by walking distance, or by what is in sight."""
 
 import numpy as np
 
@@ -45,3 +45,19 @@ def nearest(
     each, last = np.ascontiguousarray(cells), ends.reshape(1, -1)
     _compiled.nearest(arrival, each, last, places, away, snap, *first)
     return places, away[0]
+
+
+def in_sight(
+    occupied: Mask,
+    place: tuple[float, float, float, int, int],
+    start: tuple[float, float],
+    ends: F64,
+    steps: int,
+) -> Mask:
+    """Of lines from a point to others, (N, 2) m: whether none of `steps` points of each, the last,
+    its end, left out, is in an occupied cell (r, c); what is outside is none. (N,) `place`: the
+    whole grid's corner and its cells' length, m, and the first row and column of this part."""
+    seen: Mask = np.empty(len(ends), bool)
+    lines = np.ascontiguousarray(ends)
+    _compiled.in_sight(seen.reshape(1, -1), occupied, lines, *place, *start, steps)
+    return seen

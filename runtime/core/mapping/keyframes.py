@@ -1,7 +1,7 @@
 """Keyframes: which of the images seen so far looks toward a frontier best."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from runtime.core.geometry import map_to_optical, project, wrap_angle
 from runtime.core.kernels import objects as kernels
+from runtime.core.kernels import walking
 from runtime.core.keys import key
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.types import (
@@ -104,15 +105,19 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     del frames[:-KEYFRAMES_KEPT]
 
 
-def best_view(
-    frames: Sequence[Keyframe], cells_xy: F64, grid: NavigationMap | MapCopy
+def best_views(
+    frames: Sequence[Keyframe], frontiers: Mapping[int, F64], grid: NavigationMap | MapCopy
+) -> dict[int, KeyframeView]:
+    """Of frontiers by id, their cells (N, 2) m: the keyframe that shows most of them, the nearer
+    the better, with nothing known in between; an empty view when none shows any."""
+    poses = np.array([(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in frames]).reshape(-1, 3)
+    return {id: _best_view(frames, poses, cells, grid) for id, cells in frontiers.items()}
+
+
+def _best_view(
+    frames: Sequence[Keyframe], poses: F64, cells_xy: F64, grid: NavigationMap | MapCopy
 ) -> KeyframeView:
-    """The keyframe that shows most of a frontier's cells (N, 2) m, the nearer the better, with
-    nothing known in between; an empty view when none shows any."""
-    if not frames:
-        return KeyframeView()
     cells = cells_xy[np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)]
-    poses = np.array([(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in frames])
     worth = _worth(poses, cells)
     ranked = np.argsort(-worth.sum(axis=1), kind="stable")[:TRIED]
     best, found = 0.0, -1
@@ -144,13 +149,11 @@ def _worth(poses: F64, cells: F64) -> F64:
 
 def _clear(grid: NavigationMap | MapCopy, start: F64, ends: F64) -> Mask:
     """(2,), (M, 2) m -> (M,) whether nothing is known to stand on the straight line."""
+    f = grid.frame
     span = float(np.hypot(*(ends - start).T).max())
-    steps = max(2, math.ceil(span / grid.frame.resolution_m))
-    share = np.linspace(0.0, 1.0, steps)[:-1, None, None]
-    line = start + share * (ends - start)
-    cells = grid.frame.cells(line.reshape(-1, 2))
-    blocked = grid.occupied[cells[:, 0], cells[:, 1]].reshape(steps - 1, len(ends))
-    return np.asarray(~blocked.any(axis=0), bool)
+    steps = max(2, math.ceil(span / f.resolution_m))
+    place = f.x0_m, f.y0_m, f.resolution_m, f.first_row, f.first_col
+    return walking.in_sight(grid.occupied, place, (float(start[0]), float(start[1])), ends, steps)
 
 
 def _marked(frame: Keyframe, cells_xy: F64) -> bytes:

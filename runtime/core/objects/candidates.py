@@ -47,9 +47,8 @@ def ranked(
 
     candidates = [
         i
-        for i in semantic.instances.values()
-        if goal in i.evidence
-        and i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
+        for i in semantic.called(goal)
+        if i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
         and i.views_as(goal)
         and worth(i)
         and not _outdone(i, goal, semantic)

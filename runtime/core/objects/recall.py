@@ -47,4 +47,5 @@ def recall(
             other.odds = min(other.odds, odds - MISS_STEP)
         instance.evidence_of(goal).odds = float(odds)
         found.append(instance.id)
+        semantic.learnt((instance,))
     return tuple(found)

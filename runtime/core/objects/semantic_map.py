@@ -1,7 +1,7 @@
 """The semantic map: object instances with fused evidence, and room types per cell."""
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Container, Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +10,7 @@ from runtime.core.geometry import GridFrame, optical_to_base
 from runtime.core.kernels import objects as kernels
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import padded, polygon_mask
+from runtime.core.objects.catalogue import Catalogue
 from runtime.core.objects.depth_segments import STRIDE, Sighting, things_in
 from runtime.core.objects.footprints import unpacked
 from runtime.core.objects.instances import (
@@ -41,6 +42,7 @@ class SemanticMap:
     instances: dict[int, Instance] = field(default_factory=dict)
     next_id: int = 1
     _places: tuple[dict[int, Instance], InstancePlaces] | None = field(default=None, repr=False)
+    _catalogue: tuple[dict[int, Instance], Catalogue] | None = field(default=None, repr=False)
 
     @classmethod
     def empty(
@@ -58,6 +60,23 @@ class SemanticMap:
         if held is None or held[0] is not self.instances or len(held[1]) != len(self.instances):
             held = self._places = self.instances, InstancePlaces.of(self.instances)
         return held[1]
+
+    @property
+    def catalogue(self) -> Catalogue:
+        """What the instances are called, and which are sure."""
+        held = self._catalogue
+        if held is None or held[0] is not self.instances or len(held[1]) != len(self.instances):
+            held = self._catalogue = self.instances, Catalogue.of(self.instances)
+        return held[1]
+
+    def called(self, name: str) -> list[Instance]:
+        """The instances that were ever called that, by id."""
+        return [self.instances[id] for id in self.catalogue.called(name)]
+
+    def learnt(self, instances: Iterable[Instance]) -> None:
+        """What is known of these is not what it was."""
+        if self._catalogue is not None and self._catalogue[0] is self.instances:
+            self._catalogue[1].note(instances)
 
     def room_around(self, frame: GridFrame, xy: tuple[float, float], range_m: float) -> str:
         """The room type with most evidence in the square around a point; "" when there is none."""
@@ -138,7 +157,8 @@ def place(
             whole.add(instance.id)
     for id, those in names.items():
         uncalled(semantic.instances[id], those, obs.pose, cut=id not in whole)
-    _miss(semantic, obs, mount, names)
+    missed = _miss(semantic, obs, mount, names)
+    semantic.learnt(semantic.instances[id] for id in (*names, *missed))
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline)
 
 
@@ -147,8 +167,8 @@ def _miss(
     obs: Observation,
     mount: Mount,
     seen: Container[int],
-) -> None:
-    """Lower what should be in plain view and was not detected."""
+) -> list[int]:
+    """Lower what should be in plain view and was not detected: their ids."""
     pose, k = obs.pose, obs.intrinsics
     reach_m = math.hypot(mount.x_m, mount.y_m) + MISS_RANGE_M[1] * _widest(k)
     lens = (
@@ -156,9 +176,10 @@ def _miss(
         mount.x_m, mount.y_m, mount.z_m, *optical_to_base(mount).ravel().tolist(),
         k.fx, k.fy, k.cx, k.cy, *MISS_RANGE_M, reach_m, *MISS_MARGIN, HIDDEN_M,
     )  # fmt: skip
-    for id in semantic.places.in_plain_view(obs.depth_m, lens):
-        if id not in seen:
-            uncalled(semantic.instances[id], (), pose)
+    missed = [id for id in semantic.places.in_plain_view(obs.depth_m, lens) if id not in seen]
+    for id in missed:
+        uncalled(semantic.instances[id], (), pose)
+    return missed
 
 
 def _widest(intrinsics: Intrinsics) -> float:

@@ -26,8 +26,6 @@ from runtime.core.types import (
 
 OBJECT_RANGE_M = 3.5  # objects further on foot are not mentioned
 TOUCH_CELLS = 4  # around an object: to walk there is to have walked up to it
-OBJECT_CONFIDENCE = 0.6  # less certain ones are not mentioned
-_UNSURE_ODDS = math.log(OBJECT_CONFIDENCE / (1 - OBJECT_CONFIDENCE)) - 1e-6
 ROOM_RANGE_M = 1.5  # around the frontier, where room evidence is averaged
 ROOM_WEIGHT_MIN = 1.0  # mean evidence, in views, below which no room type is told
 DOORWAY_M = (0.5, 1.4)  # width of a gap that is taken for a doorway
@@ -169,13 +167,9 @@ class Things:
         ids, _ = semantic.places.within((float(middle[0]), float(middle[1])), reach_m)
         named, cells_xy = [], []
         for id in ids:
-            one = semantic.instances[id]
-            if max([evidence.odds for evidence in one.evidence.values()]) < _UNSURE_ODDS:
-                continue  # most are not: the rest costs more
-            name = one.name
-            confidence = one.confidence_of(name)
-            if confidence >= OBJECT_CONFIDENCE:
-                named.append((name, confidence))
+            if semantic.catalogue.is_sure(id):
+                one = semantic.instances[id]
+                named.append((one.name, one.confidence))
                 cells_xy.append(one.cells_xy)
         return cls(tuple(named), tuple(cells_xy), part_frame(frame, window))
 

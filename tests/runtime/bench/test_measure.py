@@ -1,11 +1,13 @@
 """A run of the bench."""
 
+import itertools
 import os
 import threading
 import time
 from concurrent.futures import Future
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -14,6 +16,7 @@ from runtime.bench.measure import BenchError, Subject
 from runtime.bench.synthetic import Published
 from runtime.config import load
 from runtime.errors import RecordingError
+from runtime.robot.session import GOAL
 from runtime.tracing.stages import Stage
 
 
@@ -76,12 +79,34 @@ def test_a_drive_ends_when_what_is_done_beside_it_fails(robot: measure._Robot):
     assert played.done()
 
 
+def told(query: str, body: dict[str, str], asked: list[str], scored_s: float) -> dict[str, Any]:
+    """What a runtime says whose experts were so long at work."""
+    if query == GOAL:
+        asked.append(body["goal"])
+    return {"stages": {Stage.SCORE: {"total_s": scored_s}}}
+
+
+def test_the_next_goal_is_asked_for_once_the_experts_are_idle(
+    robot: measure._Robot, monkeypatch: pytest.MonkeyPatch
+):
+    asked: list[str] = []
+    monkeypatch.setattr(measure, "GOAL_S", 60.0)
+    monkeypatch.setattr(measure, "POLL_S", 0.01)
+    monkeypatch.setattr(robot, "ask", lambda query, body: told(query, body, asked, 3.0))
+    played: Future[float] = Future()
+    threading.Timer(0.5, lambda: played.set_result(7.0)).start()
+    assert robot.search(("bed", "sofa", "vase"), "", played) == 7.0
+    assert asked[:3] == ["bed", "sofa", "vase"]
+
+
 def test_goals_are_asked_for_in_turn_until_the_drive_is_over(
     robot: measure._Robot, monkeypatch: pytest.MonkeyPatch
 ):
     asked: list[str] = []
     monkeypatch.setattr(measure, "GOAL_S", 0.05)
-    monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
+    monkeypatch.setattr(measure, "POLL_S", 0.02)
+    busy = (second / 2 for second in itertools.count())  # all the time
+    monkeypatch.setattr(robot, "ask", lambda query, body: told(query, body, asked, next(busy)))
     played: Future[float] = Future()
     threading.Timer(0.33, lambda: played.set_result(7.0)).start()
     assert robot.search(("bed", "sofa"), "", played) == 7.0

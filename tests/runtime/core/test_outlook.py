@@ -40,7 +40,8 @@ def test_it_tells_what_the_world_itself_would():
         99, {"sofa": Evidence(4.0)}, frontier.goal_xy, 0.4, cells
     )
     reachable = [f for f in world.frontiers if math.isfinite(f.distance_m)]
-    views = {f.id: keyframes.best_view(world.keyframes, f.cells_xy, world.map) for f in reachable}
+    cells = {f.id: f.cells_xy for f in reachable}
+    views = keyframes.best_views(world.keyframes, cells, world.map)
     told = brief.compose("toilet", world.stamp_ns, world.map, world.semantic, reachable, views)
     seen = navigate.outlook(world, "test", CFG)
     assert seen.brief.frontiers == brief.worthwhile(told, 0.1).frontiers

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from runtime.core.geometry import GridFrame
 from runtime.core.kernels import _compiled, walking
 
 CROSS = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
@@ -122,6 +123,23 @@ def test_the_nearest_cell_of_a_set_or_close_by_it(seed, rows, cols, snap, sets):
     ] == expected
 
 
+@settings(max_examples=100, deadline=None)
+@given(SEEDS, st.integers(2, 40), st.integers(2, 40), st.integers(2, 60), st.booleans())
+def test_lines_of_sight_are_numpys_points(seed, rows, cols, steps, part):
+    rng = np.random.default_rng(seed)
+    occupied = rng.random((rows, cols)) < rng.choice([0.02, 0.2])
+    first = rng.integers(-5, 5, 2).tolist() if part else [0, 0]
+    frame = GridFrame(*rng.uniform(-3, 3, 2), 0.05, rows, cols, *first)
+    low, high = frame.centres(np.array([[-1, -1], [rows, cols]]))
+    start, ends = rng.uniform(low, high), rng.uniform(low, high, (7, 2))
+    place = frame.x0_m, frame.y0_m, frame.resolution_m, *first
+    seen = walking.in_sight(occupied, place, (float(start[0]), float(start[1])), ends, steps)
+    line = start + np.linspace(0.0, 1.0, steps)[:-1, None, None] * (ends - start)
+    at = np.moveaxis(frame.cells(line) + 1, -1, 0)
+    blocked = np.pad(occupied, 1)[tuple(at.clip(0, np.array([rows + 1, cols + 1])[:, None, None]))]
+    assert seen.tolist() == (~blocked.any(axis=0)).tolist()
+
+
 @pytest.mark.parametrize(
     ("call", "error"),
     [
@@ -155,6 +173,18 @@ def test_the_nearest_cell_of_a_set_or_close_by_it(seed, rows, cols, snap, sets):
                 np.full((3, 3), np.inf), FAR, np.array([2], np.int32), 1, (0, 0)
             ),
             "more cells than",
+        ),
+        (
+            lambda: walking.in_sight(
+                np.ones((3, 3), bool), (0.0, 0.0, 0.0, 0, 0), (0.0, 0.0), np.zeros((1, 2)), 4
+            ),
+            "cell_m",
+        ),
+        (
+            lambda: walking.in_sight(
+                np.ones((3, 3), bool), (0.0, 0.0, 0.1, 0, 0), (0.0, 0.0), np.zeros((1, 3)), 4
+            ),
+            "ends",
         ),
         (lambda: _compiled.walk(STEPS, MANY, MANY, 3), "more cells than"),
     ],

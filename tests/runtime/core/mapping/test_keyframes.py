@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.keyframes import Keyframe, best_view, keep, take
+from runtime.core.mapping.keyframes import Keyframe, KeyframeView, best_views, keep, take
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
 
 
@@ -17,6 +17,10 @@ def few_are_kept():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("runtime.core.mapping.keyframes.KEYFRAMES_KEPT", 3)
         yield
+
+
+def best_view(frames: list[Keyframe], cells_xy: np.ndarray, grid: NavigationMap) -> KeyframeView:
+    return best_views(frames, {7: cells_xy}, grid)[7]
 
 
 def at(x: float, y: float) -> np.ndarray:

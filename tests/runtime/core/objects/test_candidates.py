@@ -67,6 +67,7 @@ def test_what_is_more_surely_something_else_is_no_candidate():
     semantic.instances[1] = thing
     assert ranked(semantic, "bed", near) == [thing]
     thing.evidence_of("sofa").odds = thing.odds_of("bed") + 2.0
+    semantic.learnt((thing,))
     assert ranked(semantic, "bed", near) == []
     assert ranked(semantic, "sofa", near) == [thing]
 

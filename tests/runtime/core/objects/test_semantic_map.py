@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from runtime.core.mapping.grid import NavigationMap
+from runtime.core.objects.catalogue import OBJECT_CONFIDENCE
 from runtime.core.objects.instances import CUT_WEIGHT, MAX_STEP, MISS_STEP, Instance
 from runtime.core.objects.semantic_map import SemanticMap, place
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
@@ -113,3 +114,22 @@ def test_of_two_names_in_one_image_the_surer_speaks_and_the_other_loses_nothing(
     third = show(-0.8, (0, 0.88), (1, 0.9))
     assert third["cup"] == pytest.approx(MAX_STEP)
     assert third["mug"] == second["mug"]
+
+
+def test_the_catalogue_follows_what_is_placed_and_missed():
+    grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
+    semantic = SemanticMap.empty(("chair",), (), grid.frame)
+    assert not semantic.catalogue.sure
+    views = [seen(Pose(x, y, 0), 3.0 - x) for x, y in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5))]
+    for obs, detections in views:
+        place(semantic, grid, obs, detections, OUTLINE, Mount())
+        sure = {i.id for i in semantic.instances.values() if i.confidence >= OBJECT_CONFIDENCE}
+        assert semantic.catalogue.sure == sure
+        assert semantic.called("chair") == list(semantic.instances.values())
+    assert sure
+    for obs, detections in views * 40:
+        arrays = "boxes_px", "scores", "labels", "embeddings"
+        nothing = replace(detections, **{name: getattr(detections, name)[:0] for name in arrays})
+        place(semantic, grid, obs, nothing, OUTLINE, Mount())
+    assert not semantic.catalogue.sure
+    assert all(i.confidence < OBJECT_CONFIDENCE for i in semantic.instances.values())
