@@ -1,6 +1,8 @@
-"""Opening and running an ONNX file: one place for threads, spinning, and errors in one line."""
+"""Opening and running an ONNX file: one place for threads, spinning, memory, and errors in one
+line."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -16,14 +18,16 @@ DEFAULT_SIDE_PX = 640
 
 
 def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
-    """A CPU session with `threads` threads that never spin. Raises ModelFileError, also for a file
-    of which parts lie in others."""
+    """A CPU session with `threads` threads that never spin; what one session computes in, others
+    compute in next. Raises ModelFileError, also for a file of which parts lie in others."""
     if not path.is_file():
         raise ModelFileError(
             f"{path}: no such model file; check the path or run `rfnav models pull`"
         )
     refuse_external_data(path)
+    _share_memory()
     options = onnxruntime.SessionOptions()
+    options.add_session_config_entry("session.use_env_allocators", "1")
     options.intra_op_num_threads = threads
     options.inter_op_num_threads = 1
     options.log_severity_level = 4
@@ -37,6 +41,14 @@ def open_session(path: Path, threads: int = 1) -> onnxruntime.InferenceSession:
         raise ModelFileError(
             f"{path}: not a usable ONNX file ({_line(error)}); fetch it again or name another"
         ) from error
+
+
+@cache
+def _share_memory() -> None:
+    """One arena for all sessions of the process, which run in turn: else each keeps its own."""
+    kind, where = onnxruntime.OrtAllocatorType.ORT_ARENA_ALLOCATOR, onnxruntime.OrtMemType.DEFAULT
+    memory = onnxruntime.OrtMemoryInfo("Cpu", kind, 0, where)
+    onnxruntime.create_and_register_allocator(memory, None)
 
 
 def run(

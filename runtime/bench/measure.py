@@ -31,6 +31,7 @@ READY_S = 120.0  # after which a runtime that does not answer is given up
 ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
+GO_ON = ("goal.keep_map=true",)  # there is no first look around then: it is decided at once
 GOAL_S = 14.0  # after which the next is asked for, where there are several,
 POLL_S = 0.5  # or as soon as the experts were idle for half of such a time
 MB = 1024.0  # kB
@@ -142,7 +143,7 @@ class _Robot:
             self.ask(GOAL, {"goal": goals[0], "log_dir": folder})
             return played.result()
         for goal in cycle(goals):
-            self.ask(GOAL, {"goal": goal, "log_dir": folder})
+            self.ask(GOAL, {"goal": goal, "log_dir": folder, "settings": [*GO_ON]})
             by_s, scored_s = time.monotonic() + GOAL_S, -math.inf
             while time.monotonic() < by_s:
                 try:

@@ -1,5 +1,6 @@
-"""A drive that nobody recorded: a robot goes round in a furnished room of right angles. What the
-bench plays when it is given no file."""
+"""A drive that nobody recorded: a robot goes round in a furnished room of right angles, past two
+doorways behind which it never looks round the corner: there is always something to decide. What
+the bench plays when it is given no file."""
 
 import math
 from collections.abc import Iterator
@@ -24,6 +25,8 @@ BOXES = (  # x0, x1, y0, y1, height: the room round its middle first, m
     (-0.2, 0.2, -0.2, 0.2, 1.1),
     (2.6, 4.4, 1.9, 2.9, 0.45),
 )
+DOORWAYS = ((4.4, 5.0, -1.9, -1.1), (-3.0, -2.2, 2.9, 3.3))  # through the room's walls, into
+BEYOND = ((5.0, 9.0, -4.5, 4.0), (-6.5, 1.0, 3.3, 7.5))  # the rooms behind them: x0, x1, y0, y1
 
 
 @dataclass(frozen=True)
@@ -71,6 +74,10 @@ def _frame(pose: Pose, mount: Mount) -> tuple[U8, F32]:
     paint = np.zeros(depth.shape)
     for n, (x0, x1, y0, y1, high) in enumerate(BOXES):
         near, far = _slab(x0 - x, x1 - x, y0 - y, y1 - y, east, north)
+        if n == 0:
+            for doorway, room in zip(DOORWAYS, BEYOND, strict=True):
+                far = _through(doorway, (x, y), (east, north), far)
+                far = _through(room, (x, y), (east, north), far)
         at = far if n == 0 else near
         hit = (at > 0.05) & (near <= far) & (mount.z_m + at * up <= high) & (at < depth)
         depth, paint = np.where(hit, at, depth), np.where(hit, n + 1, paint)
@@ -78,6 +85,21 @@ def _frame(pose: Pose, mount: Mount) -> tuple[U8, F32]:
     grain = np.random.default_rng(0).integers(0, 24, (*depth.shape, 3))
     shade = (40 + 160 / (1 + depth))[..., None] + paint[..., None] * (7, -5, 11) + grain
     return np.clip(shade, 0, 255).astype(np.uint8), depth
+
+
+def _through(
+    space: tuple[float, float, float, float],
+    eye: tuple[float, float],
+    ray: tuple[F64, F64],
+    at: F64,
+) -> F64:
+    """How far rays get that have come so far: those that are in the next space then, through
+    it."""
+    (x0, x1, y0, y1), (x, y), (east, north), on = space, eye, ray, at + 1e-3
+    x_on, y_on = x + east * on, y + north * on
+    inside = (x_on > x0) & (x_on < x1) & (y_on > y0) & (y_on < y1)
+    _, far = _slab(x0 - x, x1 - x, y0 - y, y1 - y, east, north)
+    return np.where(inside, far, at)
 
 
 def _slab(
