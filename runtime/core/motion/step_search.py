@@ -39,19 +39,22 @@ def through(terrain: Terrain, field: Field, pose: Pose, radius_m: float, best_m:
     finger's breadth decides."""
     turns = np.array(whole_turns())
     xy, heading, cost = pose.xy[None], np.zeros(1, np.int64), np.zeros(1, np.int64)
-    seen: set[tuple[int, int]] = set()
+    seen = np.zeros(0, np.int64)
     nearest_m, nearest = field.at(pose.x_m, pose.y_m), pose.xy
     layers: list[tuple[Indices, Indices]] = []  # of each step: the place before it, and its turns
     for _ in range(STEPS):
         facing = heading[:, None] + turns
-        ends, free = _steps(terrain, xy, pose.yaw_rad + facing * TURN_RAD, radius_m)
-        arrival = np.where(free, field.of(field.frame.cells(ends)), np.inf)
+        step = _step(pose.yaw_rad + facing * TURN_RAD)
+        ends = xy[:, None] + step
+        arrival = field.of(field.frame.cells(ends))
         arrival[np.hypot(*(ends - pose.xy).transpose(2, 0, 1)) > REACH_M] = np.inf
-        node, turn = np.nonzero(np.isfinite(arrival))
+        node, turn = np.nonzero(np.isfinite(arrival) & ~np.isin(_keys(ends), seen))
+        free = _free(terrain, xy[node], step[node, turn], radius_m)
+        node, turn = node[free], turn[free]
         if not node.size:
             break
         left_m, cost = arrival[node, turn], cost[node] + abs(turns[turn])
-        new = _new(ends[node, turn], cost, seen)
+        new, seen = _new(_keys(ends[node, turn]), cost, seen)
         node, turn, left_m, cost = node[new], turn[new], left_m[new], cost[new]
         xy, heading = ends[node, turn], facing[node, turn]
         layers.append((node, turns[turn]))
@@ -71,10 +74,11 @@ def clear(terrain: Terrain, pose: Pose, actions: Sequence[Action], radius_m: flo
             turn = TURN_RAD if action is Action.TURN_LEFT else -TURN_RAD
             pose = replace(pose, yaw_rad=pose.yaw_rad + turn)
             continue
-        ends, free = _steps(terrain, pose.xy[None], np.array([[pose.yaw_rad]]), radius_m)
-        if not free[0, 0]:
+        step = _step(np.array([pose.yaw_rad]))
+        if not _free(terrain, pose.xy[None], step, radius_m)[0]:
             return False
-        pose = replace(pose, x_m=float(ends[0, 0, 0]), y_m=float(ends[0, 0, 1]))
+        x_m, y_m = _point(pose.xy + step[0])
+        pose = replace(pose, x_m=x_m, y_m=y_m)
     return True
 
 
@@ -88,32 +92,39 @@ def _traced(layers: list[tuple[Indices, Indices]], at: int) -> tuple[Action, ...
     return tuple(reversed(actions))
 
 
-def _new(xy: F64, cost: Indices, seen: set[tuple[int, int]]) -> Indices:
-    """Of (N, 2) m places those not seen before, the one with the fewest turns of each; they are
-    seen from now on."""
-    keys = np.round(xy / SAME_M).astype(np.int64)
-    kept = []
-    for at in np.argsort(cost, kind="stable"):
-        key = int(keys[at, 0]), int(keys[at, 1])
-        if key not in seen:
-            seen.add(key)
-            kept.append(at)
-    return np.array(kept, np.int64)
+def _keys(xy: F64) -> Indices:
+    """(..., 2) m -> (...) a number for each place."""
+    at = np.round(xy / SAME_M).astype(np.int64)
+    keys: Indices = (at[..., 0] << 32) + at[..., 1]
+    return keys
 
 
-def _steps(terrain: Terrain, xy: F64, heading_rad: F64, radius_m: float) -> tuple[F64, Mask]:
-    """(N, 2) m places and (N, H) headings -> (N, H, 2) m where one step ends, and (N, H) whether
-    the body keeps its clearance along it, or where it has less already loses no more."""
-    step = FORWARD_M * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
+def _new(keys: Indices, cost: Indices, seen: Indices) -> tuple[Indices, Indices]:
+    """Of N places that were not seen before the one with the fewest turns of each; and all that
+    are seen from now on."""
+    order = np.argsort(cost, kind="stable")
+    places, first = np.unique(keys[order], return_index=True)
+    return order[np.sort(first)], np.concatenate([seen, places])
+
+
+def _step(heading_rad: F64) -> F64:
+    """(...) -> (..., 2) m of one step."""
+    ahead: F64 = FORWARD_M * np.stack([np.cos(heading_rad), np.sin(heading_rad)], axis=-1)
+    return ahead
+
+
+def _free(terrain: Terrain, xy: F64, step: F64, radius_m: float) -> Mask:
+    """(N, 2) m places and steps from them -> (N,) whether the body keeps its clearance along each,
+    or where it has less already loses no more."""
     share = np.linspace(0.0, 1.0, SAMPLES + 1)
-    points = xy[:, None, None] + share[:, None] * step[:, :, None]
+    points = xy[:, None] + share[:, None] * step[:, None]
     cells, shape = terrain.frame.cells(points), np.array(terrain.frame.shape)
-    inside = ((cells >= 1) & (cells < shape - 1)).all(axis=(2, 3))
-    clearance = np.full(points.shape[:3], -math.inf)
+    inside = ((cells >= 1) & (cells < shape - 1)).all(axis=(1, 2))
+    clearance = np.full(points.shape[:2], -math.inf)
     clearance[inside] = clearance_between(terrain, points[inside])
-    needed = np.minimum(radius_m + MARGIN_M, np.maximum.accumulate(clearance, axis=2))
-    short = (clearance[..., 1:] < needed[..., 1:] - 1e-6).any(axis=2)
-    return points[:, :, -1], np.asarray(inside & ~short, bool)
+    needed = np.minimum(radius_m + MARGIN_M, np.maximum.accumulate(clearance, axis=1))
+    short = (clearance[:, 1:] < needed[:, 1:] - 1e-6).any(axis=1)
+    return np.asarray(inside & ~short, bool)
 
 
 def _point(xy: F64) -> tuple[float, float]:
