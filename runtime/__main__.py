@@ -117,7 +117,7 @@ def _drive(
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
     with Bus(config.bus, clock, camera=config.camera, record=record) as bus:
         rates = config.safety, config.realtime
-        control = ControlLoop(bus, clock, *rates, tracer, ending, go_first_or_tell, record)
+        control = ControlLoop(bus, bus, clock, *rates, tracer, ending, go_first_or_tell, record)
         control.start()
         try:
             lower_priority(WORKERS_NICE)

@@ -26,6 +26,8 @@ from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
+from runtime.robot import base
+from runtime.robot.base import BaseConfig
 from runtime.robot.session import BusConfig
 from runtime.robot.transforms import CameraConfig
 
@@ -150,6 +152,7 @@ class Config:
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     bus: BusConfig = field(default_factory=BusConfig)
+    base: BaseConfig = field(default_factory=BaseConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
     goal: GoalConfig = field(default_factory=GoalConfig)
@@ -270,6 +273,7 @@ def _check(config: Config) -> None:
         if known.positive and not known.value(config) > 0:
             raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
     cloud_config.check(config.cloud)
+    base.check(config.base)
     if not config.models.detectors:
         raise ConfigError('models.detectors: is empty; name one at least, e.g. ["rfnav-det"]')
     shown = config.cloud.sends_images or config.models.vision

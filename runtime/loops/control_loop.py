@@ -18,11 +18,12 @@ import numpy as np
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
-from runtime.core.motion.safety import Guard, Halt, Odometry, SafetyConfig
+from runtime.core.motion.safety import Guard, Halt, HaltKind, Odometry, SafetyConfig
 from runtime.core.motion.velocity_policy import steer
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import RfNavError
 from runtime.record import Record, unrecorded
+from runtime.robot.base import ORDER_S, WELL, Base, BaseCondition, DriveOrder
 from runtime.robot.wire import Stamped
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -31,14 +32,12 @@ ZEROS_S = 1.0  # how long a base at rest is still told so; then others may drive
 LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
 
 
-class Base(Protocol):
-    """The robot, as the control loop needs it. Every method may be called from any thread."""
+class Senses(Protocol):
+    """The bus, as the control loop needs it. Every method may be called from any thread."""
 
     def pose(self) -> tuple[Stamped[Pose], float] | None: ...
 
     def frame_arrival_s(self) -> float | None: ...
-
-    def publish_twist(self, forward_mps: float, turn_radps: float, stamp_ns: int = 0) -> None: ...
 
     def publish_state(self, state: Mapping[str, object]) -> None: ...
 
@@ -59,7 +58,8 @@ class Plan:
 class Tick:
     """A turn of the loop, for a recorder: what it knew, and what it made of that. `plan`: how
     many plans came before and with the one that it followed, 0 for none; `withdrawn`: that was
-    taken away meanwhile; `sent`: None when nothing was."""
+    taken away meanwhile; `asked`: of the base, None when nothing was; `sent`: what the base sent of
+    that, None when nothing; `base`: what it said of itself."""
 
     now_s: float
     late_s: float
@@ -70,6 +70,8 @@ class Tick:
     withdrawn: bool
     sent: Twist | None
     halt: str
+    asked: Twist | None
+    base: BaseCondition
 
 
 class ControlLoop:
@@ -79,6 +81,7 @@ class ControlLoop:
     def __init__(
         self,
         base: Base,
+        senses: Senses,
         clock: Clock,
         safety: SafetyConfig,
         rates: RealtimeConfig,
@@ -88,7 +91,8 @@ class ControlLoop:
         record: Record = unrecorded,
     ) -> None:
         self._record, self._plans, self._rests = record, 0, 0
-        self._base, self._clock, self._rates, self._stopping = base, clock, rates, stopping
+        self._base, self._senses = base, senses
+        self._clock, self._rates, self._stopping = clock, rates, stopping
         self._tracer, self._at_start = tracer, at_start
         self._guard = Guard(safety)
         self._changed = threading.Condition()
@@ -101,6 +105,7 @@ class ControlLoop:
         self._said: tuple[object, ...] = ()
         self._silent_ticks = 0
         self._halt: Halt | None = None
+        self._condition = WELL
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
         self._ending = False
@@ -125,7 +130,7 @@ class ControlLoop:
             self._rests += 1
             self._zeros = round(ZEROS_S * self._rates.control_hz)
             self._record("rest", {"state": state})
-            self._send(STILL, 0)
+            self._send(STILL, 0, self._clock.now_s())
 
     def asked_mps(self) -> float:
         """The least forward speed that was asked of the base since the last call."""
@@ -136,7 +141,7 @@ class ControlLoop:
         return least
 
     def sent(self) -> Twist:
-        """The velocity that the base was sent last."""
+        """The velocity that the base was sent last, by its own word."""
         with self._changed:
             twist = self._twist
         self._record("heard", {"name": "sent", "value": twist})
@@ -165,6 +170,7 @@ class ControlLoop:
                 "state": self._state,
                 "halt": self._halt.reason if self._halt else "",
                 "halts": dict(sorted(self._guard.halts.items())),
+                "base": vars(self._condition),
             }
         if late_ms.size:
             p50, p99 = np.percentile(late_ms, [50, 99])
@@ -215,8 +221,8 @@ class ControlLoop:
     def _drive(self) -> Odometry | None:
         """The newest odometry, and the command that follows from it on the wire."""
         now_s = self._clock.now_s()
-        odometry = self._odometry()
-        frame_s = self._base.frame_arrival_s()
+        odometry, condition = self._odometry(), self._base.condition()
+        frame_s = self._senses.frame_arrival_s()
         dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
         self._ticked_s = now_s
         with self._changed:
@@ -227,7 +233,8 @@ class ControlLoop:
             halt = None
             driving = plan is not None and plan.course is not None
             if plan is not None:
-                halt = self._guard.check(now_s, odometry, frame_s, plan.frame_s, driving)
+                known = now_s, odometry, frame_s, plan.frame_s
+                halt = self._guard.check(*known, driving, _forbids(condition))
         twist, stopping = STILL, self._stopping()
         if plan is not None and odometry is not None and halt is None and not stopping:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
@@ -239,34 +246,43 @@ class ControlLoop:
             kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
             if kind != (self._halt.kind if self._halt else ""):
                 self._record("halt", {"kind": kind, "reason": reason, "driving": driving})
-            self._halt = halt
-            sent = self._command(twist, odometry)
+            self._halt, self._condition = halt, condition
+            asked, sent = self._command(twist, odometry, now_s)
             late_s = self._late_s[-1] if self._late_s else 0.0
-            known = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
-            self._record("tick", Tick(*known, sent, kind))
+            given = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
+            self._record("tick", Tick(*given, sent, kind, asked, condition))
         return odometry
 
-    def _command(self, twist: Twist, odometry: Odometry | None) -> Twist | None:
-        """Holding the lock, so that nothing is sent after `rest` has returned; what was."""
-        self._least_mps = min(self._least_mps, twist.v_mps)
+    def _command(
+        self, twist: Twist, odometry: Odometry | None, now_s: float
+    ) -> tuple[Twist | None, Twist | None]:
+        """Holding the lock, so that nothing is sent after `rest` has returned: what was asked of
+        the base, and what it sent."""
         if self._plan is None:
             if self._zeros <= 0:
                 self._twist = STILL
-                return None
+                self._least_mps = min(self._least_mps, 0.0)
+                return None, None
             self._zeros -= 1
-        self._send(twist, odometry.stamp_ns if odometry else 0)
-        return twist
+        sent = self._send(twist, odometry.stamp_ns if odometry else 0, now_s)
+        self._least_mps = min(self._least_mps, sent.v_mps if sent else 0.0)
+        return twist, sent
 
-    def _send(self, twist: Twist, stamp_ns: int) -> None:
-        self._twist = twist
-        self._base.publish_twist(twist.v_mps, twist.w_radps, stamp_ns)
+    def _send(self, twist: Twist, stamp_ns: int, now_s: float) -> Twist | None:
+        """What of it really went out. Where nothing did, the base does what it did before, until
+        its own time is over."""
+        order = DriveOrder(twist, stamp_ns, now_s + ORDER_S, self._plan is not None)
+        sent = self._base.drive(order).twist
+        if sent is not None or twist == STILL:
+            self._twist = sent or STILL
+        return sent
 
     def _zero(self) -> None:
-        with suppress(RfNavError):  # the bus may be what broke
-            self._base.publish_twist(0.0, 0.0)
+        with suppress(RfNavError):  # the wire may be what broke
+            self._base.drive(DriveOrder(STILL, 0, self._clock.now_s() + ORDER_S))
 
     def _odometry(self) -> Odometry | None:
-        newest = self._base.pose()
+        newest = self._senses.pose()
         if newest is None:
             return None
         stamped, arrival_s = newest
@@ -276,8 +292,9 @@ class ControlLoop:
         """Publish the state, when it changed and a few times a second."""
         with self._changed:
             state, report, halt, twist = self._state, self._report, self._halt, self._twist
+            base = self._condition
         kind = halt.kind if halt else ""
-        now = state, report.get("mode"), report.get("frontier"), kind
+        now = state, report.get("mode"), report.get("frontier"), kind, base.held, base.hand
         self._silent_ticks += 1
         due = self._silent_ticks * self._rates.state_hz >= self._rates.control_hz
         if now == self._said and not due:
@@ -285,7 +302,7 @@ class ControlLoop:
         self._said, self._silent_ticks = now, 0
         pose = odometry.pose if odometry else None
         at = [round(v, 4) for v in (pose.x_m, pose.y_m, pose.yaw_rad)] if pose else None
-        self._base.publish_state(
+        self._senses.publish_state(
             {
                 **report,
                 "state": state,
@@ -295,8 +312,16 @@ class ControlLoop:
                 "w_radps": round(twist.w_radps, 4),
                 "pose": at,
                 "odom_stamp_ns": odometry.stamp_ns if odometry else None,
+                "base": vars(base),
             }
         )
+
+
+def _forbids(base: BaseCondition) -> Halt | None:
+    """What the base says, as a reason not to drive."""
+    if base.hand:
+        return Halt(HaltKind.HAND, f"a hand has the sticks: {base.hand}")
+    return Halt(HaltKind.BASE, f"base: {base.held}") if base.held else None
 
 
 def told_plan(number: int, plan: Plan) -> dict[str, object]:

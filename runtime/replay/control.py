@@ -14,6 +14,7 @@ from runtime.recording.exact import exact, read
 from runtime.replay.differences import Differences
 from runtime.replay.script import Turn
 from runtime.replay.stand_ins import Film, FilmClock
+from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.wire import Stamped
 from runtime.tracing.tracer import Tracer
 
@@ -30,7 +31,7 @@ class FilmControl:
         self._clock = FilmClock()
         self._stopping: Callable[[], bool] = lambda: False
         self._loop = ControlLoop(
-            self._base, self._clock, config.safety, config.realtime, tracer,
+            self._base, self._base, self._clock, config.safety, config.realtime, tracer,
             stopping=lambda: self._stopping(), record=self._take,
         )  # fmt: skip
         self._tick: Tick | None = None
@@ -95,12 +96,14 @@ class FilmControl:
         odometry = told["odometry"]
         self._base.odometry = _odometry(odometry) if odometry else None
         self._base.frame_s = told["frame_s"]
+        self._base.told = told
         self._stopping = self._withdraws if told["withdrawn"] else lambda: bool(told["stopping"])
         self._loop.tick()
         assert self._tick is not None
-        made = exact(self._tick)
+        made = {name: value for name, value in exact(self._tick).items() if name in told}
         if not number and told["sent"] in (None, exact(STILL)):
-            made["sent"] = told["sent"]  # at rest: whether zero is still said does not matter
+            for name in made.keys() & {"sent", "asked"}:
+                made[name] = told[name]  # at rest: whether zero is still said does not matter
         if told["withdrawn"]:
             made["stopping"] = told["stopping"]
         self._differences.compare(turn, "tick", made, told)
@@ -122,6 +125,7 @@ class _Base:
     def __init__(self) -> None:
         self.odometry: Odometry | None = None
         self.frame_s: float | None = None
+        self.told: Mapping[str, Any] = {}  # the tick, as it was recorded
 
     def pose(self) -> tuple[Stamped[Pose], float] | None:
         told = self.odometry
@@ -130,9 +134,18 @@ class _Base:
     def frame_arrival_s(self) -> float | None:
         return self.frame_s
 
-    def publish_twist(self, forward_mps: float, turn_radps: float, stamp_ns: int = 0) -> None:
-        assert math.isfinite(forward_mps)
-        assert math.isfinite(turn_radps)
+    def condition(self) -> BaseCondition:
+        told = self.told.get("base")  # recordings from before bases said anything have none
+        return read(told, BaseCondition) if told is not None else WELL
+
+    def drive(self, order: DriveOrder) -> Sent:
+        """What it is asked as then it answers as then; anything else it does."""
+        assert math.isfinite(order.twist.v_mps)
+        assert math.isfinite(order.twist.w_radps)
+        if self.told.get("asked") != exact(order.twist):
+            return Sent(order.twist)
+        sent = self.told["sent"]
+        return Sent(read(sent, Twist) if sent is not None else None)
 
     def publish_state(self, state: Mapping[str, object]) -> None:
         """Nobody listens."""

@@ -18,6 +18,7 @@ from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
+from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
 from runtime.robot.session import DETECTIONS, OWN_TOPICS, BusConfig, TopicsConfig, open_session
@@ -159,9 +160,16 @@ class Bus:
         the next, unless the action is stop."""
         self._out.action(stamp_ns, action, twist)
 
-    def publish_twist(self, forward_mps: float, turn_radps: float, stamp_ns: int = 0) -> None:
-        """A velocity for the base. The stamp, for a TwistStamped, is of the robot's own clock."""
-        self._out.twist(forward_mps, turn_radps, stamp_ns)
+    def drive(self, order: DriveOrder) -> Sent:
+        """See `Base`: a velocity for a base that listens to `cmd_vel`."""
+        if late := order.late(self._clock.now_s()):
+            return Sent(None, late)
+        self._out.twist(order.twist.v_mps, order.twist.w_radps, order.stamp_ns)
+        return Sent(order.twist)
+
+    def condition(self) -> BaseCondition:
+        """See `Base`."""
+        return WELL
 
     def publish_feedback(self, feedback: Mapping[str, object]) -> None:
         self._out.report("feedback", feedback)

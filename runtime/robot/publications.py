@@ -44,7 +44,7 @@ class Publications:
         self._put("action", payload)
 
     def twist(self, forward_mps: float, turn_radps: float, stamp_ns: int) -> None:
-        """See `Bus.publish_twist`."""
+        """A velocity. The stamp, for a TwistStamped, is of the robot's own clock."""
         kind = wire.TWIST if self._config.cmd_vel_type == "Twist" else wire.TWIST_STAMPED
         if kind == wire.TWIST:
             payload = wire.encode_twist(forward_mps, turn_radps)

@@ -9,6 +9,8 @@ import tomllib
 from typing import Any
 
 from runtime.clock import SystemClock
+from runtime.core.types import Twist
+from runtime.robot.base import ORDER_S, DriveOrder
 from runtime.robot.bus import Bus, BusConfig
 
 SPEED_MPS, WAY_M = 0.4, 0.6
@@ -39,7 +41,8 @@ def main() -> None:
             if mode == "find" and stamped.value.x_m >= WAY_M:
                 state = "found"
             driving = state == "searching" and clock.now_s() - arrival_s < 0.3 and frames > 0
-            bus.publish_twist(SPEED_MPS if driving else 0.0, 0.0)
+            twist = Twist(SPEED_MPS if driving else 0.0, 0.0)
+            bus.drive(DriveOrder(twist, 0, clock.now_s() + ORDER_S))
             if state == "found":
                 bus.publish_state({"state": state, "reason": "found it"})
             else:

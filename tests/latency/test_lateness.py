@@ -22,6 +22,7 @@ from runtime.core.types import Pose
 from runtime.core.world import World
 from runtime.loops.control_loop import ControlLoop, Plan
 from runtime.loops.process import SWITCH_S, go_first
+from runtime.robot.base import WELL, Sent
 from runtime.robot.wire import Stamped
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.stages import Stage
@@ -48,8 +49,12 @@ class Base:
     def frame_arrival_s(self):
         return time.monotonic()
 
-    def publish_twist(self, forward_mps, turn_radps, stamp_ns=0):
+    def drive(self, order):
         self.sent += 1
+        return Sent(order.twist)
+
+    def condition(self):
+        return WELL
 
     def publish_state(self, state):
         pass
@@ -81,7 +86,7 @@ def lateness(beside: list[Callable[[], None]]) -> dict[str, float]:
     base, along = Base(), course(observations(MOUNT, 3))
     rates = RealtimeConfig()
     control = ControlLoop(
-        base, clock, SafetyConfig(), rates, tracer, at_start=lambda: print(go_first())
+        base, base, clock, SafetyConfig(), rates, tracer, at_start=lambda: print(go_first())
     )
 
     def compute(work: Callable[[], None]) -> None:

@@ -58,6 +58,8 @@ class HaltKind(StrEnum):
     JUMP = "jump"  # of odometry
     FRAME = "frame"  # none, or none that is new
     PLAN = "plan"  # of too old a frame
+    BASE = "base"  # says that it cannot be driven
+    HAND = "hand"  # somebody else drives
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,9 @@ class Halt:
 
 
 class Guard:
-    """Watches what the control loop lives on. After odometry jumped or its clock went back, only a
-    plan made of a later frame is driven: the old one lies elsewhere."""
+    """Watches what the control loop lives on. After odometry jumped or its clock went back, and
+    after the base was somebody else's, only a plan made of a later frame is driven: the old one
+    lies elsewhere."""
 
     def __init__(self, cfg: SafetyConfig) -> None:
         self._cfg = cfg
@@ -103,11 +106,14 @@ class Guard:
         frame_s: float | None,
         plan_s: float,
         driving: bool = True,
+        base: Halt | None = None,
     ) -> Halt | None:
         """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
-        arrival of the frame that the plan was made of. Only a robot that is driving is halted, as
-        far as the counts go."""
-        halt = self._judge(now_s, odometry, frame_s, plan_s)
+        arrival of the frame that the plan was made of. `base`: what the base itself says. Only a
+        robot that is driving is halted, as far as the counts go."""
+        if base is not None:
+            self._broken, self._broken_s = base, now_s
+        halt = base or self._judge(now_s, odometry, frame_s, plan_s)
         kind = halt.kind if halt and driving else None
         if kind is HaltKind.PLAN and self._standing:
             return halt  # what was missing is back, but no plan was made of it yet

@@ -15,9 +15,10 @@ from runtime.core.geometry import GridFrame
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
-from runtime.core.types import Pose
+from runtime.core.types import Pose, Twist
 from runtime.errors import BusError
 from runtime.loops.control_loop import ControlLoop, Plan
+from runtime.robot.base import ORDER_S, WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.wire import Stamped
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.stages import Stage
@@ -39,6 +40,9 @@ class FakeBase:
         self.twists: list[tuple[float, float]] = []
         self.states: list[dict] = []
         self.broken = False
+        self.orders: list[DriveOrder] = []
+        self.answer = lambda order: Sent(order.twist)
+        self.said = WELL
 
     def pose(self):
         arrival_s = self.clock.now_s() if self.odom_s is None else self.odom_s
@@ -47,10 +51,17 @@ class FakeBase:
     def frame_arrival_s(self):
         return self.clock.now_s() if self.frame_s is None else self.frame_s
 
-    def publish_twist(self, forward_mps, turn_radps, stamp_ns=0):
+    def drive(self, order):
         if self.broken:
             raise BusError("cmd_vel: cannot be published: gone")
-        self.twists.append((forward_mps, turn_radps))
+        self.orders.append(order)
+        sent = self.answer(order)
+        if sent.twist is not None:
+            self.twists.append((sent.twist.v_mps, sent.twist.w_radps))
+        return sent
+
+    def condition(self):
+        return self.said
 
     def publish_state(self, state):
         self.states.append(dict(state))
@@ -72,7 +83,7 @@ def open_floor() -> Along:
 
 
 def looped(base, clock, *stopping) -> ControlLoop:
-    return ControlLoop(base, clock, SafetyConfig(), RATES, traced(clock), *stopping)
+    return ControlLoop(base, base, clock, SafetyConfig(), RATES, traced(clock), *stopping)
 
 
 def traced(clock) -> Tracer:
@@ -193,18 +204,18 @@ def test_odometry_from_a_clock_that_was_set_back_holds_the_base_until_there_is_a
 def test_ticks_are_traced_from_the_odometry_to_the_command(parts):
     clock, base, _ = parts
     tracer = traced(clock)
-    control = ControlLoop(base, clock, SafetyConfig(), RATES, tracer)
-    put, say = base.publish_twist, base.publish_state
+    control = ControlLoop(base, base, clock, SafetyConfig(), RATES, tracer)
+    put, say = base.drive, base.publish_state
 
-    def slowly(*twist):
+    def slowly(order):
         clock.advance(0.01)
-        put(*twist)
+        return put(order)
 
     def told(state):
         clock.advance(5.0)  # what is only said to people delays no command
         say(state)
 
-    base.publish_twist, base.publish_state = slowly, told
+    base.drive, base.publish_state = slowly, told
     control.follow(plan(clock))
     control.tick()
     tick = tracer.told()[Stage.TICK]
@@ -255,7 +266,7 @@ def test_a_plan_taken_away_for_another_during_a_tick_is_not_driven():
         return False
 
     rates = SafetyConfig(), RATES
-    control = ControlLoop(base, clock, *rates, traced(clock), replaced_meanwhile, record=record)
+    control = ControlLoop(base, base, clock, *rates, traced(clock), replaced_meanwhile, record=record)
     control.follow(plan(clock))
     ticks(clock, control, 21)
     assert base.twists[19][0] > 0.2
@@ -330,3 +341,81 @@ def test_ticks_that_come_late_do_not_jerk(parts):
     control.tick()
     assert base.twists[-1][0] <= ControlConfig().max_accel_mps2 * 0.2 + 1e-9
     assert math.isfinite(control.asked_mps())
+
+
+def test_an_order_expires_and_says_whether_a_search_wants_to_drive(parts):
+    clock, base, control = parts
+    control.tick()
+    control.follow(plan(clock))
+    control.tick()
+    control.rest("found", {})
+    assert [order.searching for order in base.orders] == [False, True, False]
+    assert {order.expires_s - clock.now_s() for order in base.orders} == {pytest.approx(ORDER_S)}
+
+
+def test_what_the_base_really_sent_is_what_is_slewed_from_told_and_recorded(parts):
+    clock, base, _ = parts
+    told = []
+    control = ControlLoop(
+        base, base, clock, SafetyConfig(), RATES, traced(clock),
+        record=lambda kind, value: told.append(value) if kind == "tick" else None,
+    )  # fmt: skip
+    base.answer = lambda order: Sent(Twist(min(order.twist.v_mps, 0.1), order.twist.w_radps))
+    control.follow(plan(clock))
+    ticks(clock, control, 20, lambda: control.follow(plan(clock)))
+    step = ControlConfig().max_accel_mps2 * TICK_S
+    assert control.sent().v_mps == 0.1
+    assert base.orders[-1].twist.v_mps == pytest.approx(0.1 + step)
+    assert base.states[-1]["v_mps"] <= 0.1
+    assert (told[-1].asked, told[-1].sent.v_mps) == (base.orders[-1].twist, 0.1)
+
+
+def test_an_order_that_the_base_did_not_send_is_not_taken_for_driven(parts):
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
+    control.asked_mps()
+    before = control.sent()
+    base.answer = lambda order: Sent(None, "too late")
+    ticks(clock, control, 2)
+    assert control.sent() == before  # it still does what it did
+    assert control.asked_mps() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("said", "kind", "reason"),
+    [
+        (BaseCondition(held="not armed"), "base", "base: not armed"),
+        (BaseCondition(hand="mode MANUAL"), "hand", "a hand has the sticks: mode MANUAL"),
+    ],
+)
+def test_a_base_that_cannot_be_driven_halts_until_there_is_a_plan_of_a_later_frame(
+    parts, said, kind, reason
+):
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 20)
+    base.said = said
+    ticks(clock, control, 5)
+    assert base.orders[-1].twist == STILL
+    assert control.halted() == reason
+    assert control.halts() == {kind: 1}
+    assert base.states[-1]["base"] == vars(said)
+    base.said = WELL
+    ticks(clock, control, 2)
+    assert base.orders[-1].twist == STILL  # the old plan lies elsewhere
+    control.follow(plan(clock))
+    ticks(clock, control, 5)
+    assert base.orders[-1].twist.v_mps > 0
+    assert not control.halted()
+    assert control.status()["base"] == vars(WELL)
+
+
+def test_who_drives_is_told_at_once_also_without_a_search(parts):
+    clock, base, control = parts
+    ticks(clock, control, 2)
+    told = len(base.states)
+    base.said = BaseCondition(hand="cmd_vel_teleop")
+    control.tick()
+    assert len(base.states) == told + 1
+    assert base.states[-1]["base"]["hand"] == "cmd_vel_teleop"

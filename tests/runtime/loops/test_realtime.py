@@ -55,7 +55,7 @@ def running(
     bus = Bus(config.bus, clock)
     budgets = read_budgets()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    control = ControlLoop(bus, clock, config.safety, config.realtime, tracer, ending.is_set)
+    control = ControlLoop(bus, bus, clock, config.safety, config.realtime, tracer, ending.is_set)
 
     def serve() -> None:
         try:

@@ -12,6 +12,7 @@ from runtime.recording.exact import exact
 from runtime.replay.control import FilmControl
 from runtime.replay.differences import Differences
 from runtime.replay.script import Turn
+from runtime.robot.base import WELL, BaseCondition
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.tracer import Tracer
 
@@ -35,7 +36,7 @@ class Film:
 
 def tick(now_s: float, sent: Twist | None, plan: int = 4, halt: str = "", **more: Any) -> tuple:
     odometry = Odometry(Pose(0.0, 0.0, 0.0), round(now_s * 1e9), now_s)
-    known = Tick(now_s, 0.01, odometry, now_s, plan, False, False, sent, halt)
+    known = Tick(now_s, 0.01, odometry, now_s, plan, False, False, sent, halt, sent, WELL)
     return "tick", {**exact(known), **more}
 
 
@@ -86,3 +87,32 @@ def test_rest_comes_between_the_ticks_where_it_came():
 def test_ticks_of_a_plan_that_is_not_known_are_left_out():
     differences, _ = driven(tick(10.0, STILL, plan=3), tick(10.0625, STILL))
     assert differences.compared == {"tick": 1}
+
+
+def test_what_the_base_sent_otherwise_than_asked_it_sends_again():
+    slower = Twist(0.0, 0.1)
+    cut = tick(10.0625, slower, asked=exact(ACCELERATED))
+    onward = Twist(0.0, 0.1 + 3.0 * 0.0625)  # from what was sent, not from what was asked
+    differences, _ = driven(tick(10.0, STILL), cut, tick(10.125, onward))
+    assert [d.in_words() for d in differences.found] == []
+    silent = tick(10.0625, None, asked=exact(ACCELERATED))
+    differences, _ = driven(tick(10.0, STILL), silent, tick(10.125, Twist(0.0, 3.0 * 0.0625)))
+    assert [d.in_words() for d in differences.found] == []
+
+
+def test_a_base_that_said_why_it_cannot_be_driven_says_it_again():
+    held = {"base": exact(BaseCondition(hand="mode MANUAL"))}
+    silent = tick(10.0625, None, halt="hand", asked=exact(STILL), **held)
+    differences, _ = driven(tick(10.0, STILL), silent)
+    assert [d.in_words() for d in differences.found] == []
+    without = tick(10.0625, STILL, halt="hand")
+    differences, _ = driven(tick(10.0, STILL), without)
+    assert {d.what for d in differences.found} >= {"tick.halt"}
+
+
+def test_ticks_from_before_bases_said_anything_are_compared_without():
+    kind, old = tick(10.0625, ACCELERATED)
+    for name in ("asked", "base"):
+        del old[name]
+    differences, _ = driven(tick(10.0, STILL), (kind, old))
+    assert [d.in_words() for d in differences.found] == []
