@@ -6,6 +6,7 @@ import sys
 import threading
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -13,14 +14,14 @@ import click
 import cv2
 
 from runtime import config as configuration
-from runtime.clock import SystemClock
+from runtime.clock import Clock, SystemClock
 from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
-from runtime.errors import InternalError, RfNavError
+from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import Garbage, go_first_or_tell, prepare
@@ -29,6 +30,8 @@ from runtime.loops.worker_thread import lower_priority
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.record import Record
+from runtime.robot.base import Base
+from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
@@ -64,6 +67,9 @@ cli.add_command(replay_command)
 )
 @click.option("--lockstep", is_flag=True, help="Answer each observation once, under a harness.")
 @click.option(
+    "--arm", is_flag=True, help="A base on MAVLink may be armed, once when a search begins."
+)
+@click.option(
     "--budgets",
     "budgets_path",
     type=click.Path(path_type=Path),
@@ -74,6 +80,7 @@ def run(
     path: Path | None,
     settings: tuple[str, ...],
     lockstep: bool,
+    arm: bool,
     budgets_path: Path | None,
     record: Path | None,
     record_last: float | None,
@@ -86,6 +93,8 @@ def run(
         return configuration.load(path, (*settings, *more, *always))
 
     config, budgets = configure(()), read_budgets(budgets_path)
+    if arm and (lockstep or config.base.kind != "mavlink"):
+        raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
@@ -94,7 +103,7 @@ def run(
     options = RecordOptions(record, record_last or 0.0, privacy)
     with recording(config, options, lockstep) as recorder:
         if not lockstep:
-            _drive(config, configure, clock, budgets, ending.is_set, recorder)
+            _drive(config, configure, clock, budgets, ending.is_set, recorder, arm)
             return
         with (
             LoadedModels(config, clock) as models,
@@ -110,14 +119,18 @@ def _drive(
     budgets: Budgets,
     ending: Callable[[], bool],
     record: Record,
+    arm: bool,
 ) -> None:
     """Real time. The bus and the control loop start first, for every thread that the models start
     after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    with Bus(config.bus, clock, camera=config.camera, record=record) as bus:
+    with (
+        Bus(config.bus, clock, False, config.camera, record, not config.base.odometry) as bus,
+        _base(config.base, bus, clock, arm) as base,
+    ):
         rates = config.safety, config.realtime
-        control = ControlLoop(bus, bus, clock, *rates, tracer, ending, go_first_or_tell, record)
+        control = ControlLoop(base, bus, clock, *rates, tracer, ending, go_first_or_tell, record)
         control.start()
         try:
             lower_priority(WORKERS_NICE)
@@ -128,6 +141,15 @@ def _drive(
                 loop.run(ending)
         finally:
             control.close()
+
+
+def _base(config: BaseConfig, bus: Bus, clock: Clock, arm: bool) -> AbstractContextManager[Base]:
+    """What drives the robot; the bus is closed by who opened it."""
+    if config.kind == "ros2":
+        return nullcontext(bus)
+    from runtime.robot.mavlink.base import MavlinkBase  # its messages take a while to import
+
+    return MavlinkBase(config.link, clock, arm, bus.file_odometry if config.odometry else None)
 
 
 def _loaded(config: configuration.Config, clock: SystemClock, tracer: Tracer) -> LoadedModels:

@@ -26,8 +26,8 @@ from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
-from runtime.robot import base
-from runtime.robot.base import BaseConfig
+from runtime.robot import base_config
+from runtime.robot.base_config import BaseConfig
 from runtime.robot.session import BusConfig
 from runtime.robot.transforms import CameraConfig
 
@@ -273,7 +273,11 @@ def _check(config: Config) -> None:
         if known.positive and not known.value(config) > 0:
             raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
     cloud_config.check(config.cloud)
-    base.check(config.base)
+    base_config.check(config.base)
+    if config.base.odometry and config.bus.topics.pose:
+        raise ConfigError(
+            "base.odometry: bus.topics.pose is set too; the pose comes from one of them"
+        )
     if not config.models.detectors:
         raise ConfigError('models.detectors: is empty; name one at least, e.g. ["rfnav-det"]')
     shown = config.cloud.sends_images or config.models.vision

@@ -27,3 +27,7 @@ class InternalError(RfNavError):
 
 class RecordingError(RfNavError):
     """A recording that cannot be written, or cannot be read as one."""
+
+
+class BaseError(RfNavError):
+    """The wire to the base could not be opened or used."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hil_sim.driving.base_wires import MavlinkWire
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
@@ -26,6 +27,7 @@ from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import Fault, model_fault, parse_faults
 from hil_sim.simulation.protocol import Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
+from hil_sim.simulation.rover_stand_in import RoverStandIn
 from runtime.core.world import Mode
 from runtime.errors import ConfigError
 from runtime.journal import MAP_FILE
@@ -53,6 +55,8 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
 @click.option("--whole-mm", is_flag=True, help="Depth in whole millimetres, as most cameras.")
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
+@click.option("--base", type=click.Choice(["ros2", "mavlink"]), default="ros2",
+              show_default=True, help="The base's wire; mavlink: to a stand-in.")  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
@@ -87,14 +91,15 @@ def demo_command(**given: Any) -> None:
     with ExitStack() as stack:
         assets.catalog  # noqa: B018 -- missing furniture is an error before models are loaded
         click.echo(f"loading {home.name} and the models")
-        runtime = _runtime(run_dir, faults, given)
+        wire = _base_wire(given, stack)
+        runtime = _runtime(run_dir, faults, given, wire)
         stack.callback(runtime.close)
         world = stack.enter_context(open_world(home, assets, given["renderer"]))
         stack.enter_context(runtime)
         episode, staged = _stage(world, assets, protocol, goal, start)
         setup_s = time.monotonic() - began_s
         _announce(episode, method, protocol, setup_s)
-        drive = partial(run_realtime, renderer=given["renderer"])
+        drive = partial(run_realtime, renderer=given["renderer"], wire=wire)
         result = (drive if given["realtime"] else run_episode)(
             episode, staged, runtime, protocol, method, run_dir, _tell, faults, given["seed"]
         )
@@ -117,17 +122,35 @@ def _stage(
     return episode, home_of(world, truth, protocol, goal)
 
 
-def _runtime(run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any]) -> Runtime:
+def _base_wire(given: dict[str, Any], stack: ExitStack) -> MavlinkWire | None:
+    """To a base on MAVLink, where one is asked for."""
+    if given["base"] == "ros2":
+        return None
+    if not given["realtime"]:
+        raise ConfigError("--base mavlink: a stand-in drives in real time: add --realtime")
+    return stack.enter_context(MavlinkWire(RoverStandIn()))
+
+
+def _runtime(
+    run_dir: Path, faults: tuple[Fault, ...], given: dict[str, Any], wire: MavlinkWire | None
+) -> Runtime:
     """The runtime that was asked for, as it starts."""
     mode = () if given["realtime"] else ("--lockstep",)
+    mode = (*mode, "--arm") if wire else mode
     if given["record"] is not None:
         mode = (*mode, "--record", str(given["record"]))
     command, more = model_fault(faults, mode)
     return Runtime(
         run_dir / "runtime.log",
         given["config"],
-        (*given["sets"], *more, *method_named(given["method"]).start),
+        (
+            *given["sets"],
+            *more,
+            *method_named(given["method"]).start,
+            *(wire.settings if wire else ()),
+        ),
         command or rfnav_command(mode),
+        odometry=wire is None,
     )
 
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 from typing import Protocol as Port
 
+from hil_sim.driving.base_wires import BaseWire, CmdVelWire
 from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
@@ -66,13 +67,15 @@ def run_realtime(
     faults: tuple[Fault, ...] = (),
     seed: int = 0,
     renderer: str = "auto",
+    wire: BaseWire | None = None,
 ) -> EpisodeResult:
     """`run_episode` in real time. A protocol of discrete actions gets a base that drives; the time
     allowed is its observations times the time between them. PyBullet's calls for collisions are
-    made in the calling thread; frames are rendered in another process."""
+    made in the calling thread; frames are rendered in another process. `wire`: to the base; None is
+    ROS 2's."""
     protocol = replace(protocol, base=protocol.base or DifferentialDrive())
     with CameraProcess(home.scene, protocol, episode.id, seed, renderer) as camera:
-        play = partial(drive, camera=camera)
+        play = partial(drive, camera=camera, base_wire=wire)
         return run_episode(
             episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play
         )
@@ -93,6 +96,7 @@ class _State:
 
     began_s: float
     now_s: float
+    wire: BaseWire
     frame: _Frame | None = None
     next_frame_s: float = 0.0
     ticks: int = 0
@@ -102,11 +106,16 @@ class _State:
     collisions: int = 0  # until the last frame
 
 
-def drive(run: EpisodeRun, camera: CameraPort, clock: Callable[[], float] = time.monotonic) -> None:
+def drive(
+    run: EpisodeRun,
+    camera: CameraPort,
+    clock: Callable[[], float] = time.monotonic,
+    base_wire: BaseWire | None = None,
+) -> None:
     """Until the runtime says that the search is over, or the time allowed has passed."""
     if not isinstance(run.driver, Runtime) or run.protocol.base is None:
         raise HarnessError("real time needs a runtime, and a base that drives")
-    state = _State(clock(), clock())
+    state = _State(clock(), clock(), base_wire or CmdVelWire(run.driver))
     allowed_s = run.protocol.max_steps * run.protocol.observe_s
     while not run.tally.robot.stopped and state.now_s - state.began_s < allowed_s:
         _tick(run, run.driver, camera, state, clock)
@@ -142,7 +151,7 @@ def _tick(
     when = When(run.tally.steps + 1, state.now_s - state.began_s)
     base, protocol = run.protocol.base, run.protocol
     assert base is not None
-    command = runtime.command()
+    command = state.wire.command(state.now_s)
     if command is not None and not run.mishaps.deaf(when):
         run.tally.robot = ordered(run.tally.robot, command, base)
     rng = generator(run.seed, run.episode, state.ticks, "base")
@@ -151,7 +160,7 @@ def _tick(
     )
     stamp_ns = time.time_ns()
     _link(run, runtime, when)
-    _report(run, runtime, when, stamp_ns)
+    _report(run, state, when, stamp_ns)
     _listen(runtime, state)
     sight = camera.seen() if camera.busy else None
     if sight is not None and state.frame is not None:
@@ -172,13 +181,13 @@ def _link(run: EpisodeRun, runtime: Runtime, when: When) -> None:
         runtime.call_again(wait=False)
 
 
-def _report(run: EpisodeRun, runtime: Runtime, when: When, stamp_ns: int) -> None:
+def _report(run: EpisodeRun, state: _State, when: When, stamp_ns: int) -> None:
     """Odometry, and what else has a rate of its own."""
     robot = run.tally.robot
     told = run.mishaps.odometry(when, robot.odometry(run.start), stamp_ns)
     if told is not None:
         pose, stamp_ns = told
-        runtime.publish("odom", wire.encode_odometry(pose, stamp_ns))
+        state.wire.report(pose, stamp_ns, state.now_s)
 
 
 def _listen(runtime: Runtime, state: _State) -> None:

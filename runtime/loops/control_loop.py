@@ -32,7 +32,7 @@ ZEROS_S = 1.0  # how long a base at rest is still told so; then others may drive
 LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
 
 
-class Senses(Protocol):
+class RobotSenses(Protocol):
     """The bus, as the control loop needs it. Every method may be called from any thread."""
 
     def pose(self) -> tuple[Stamped[Pose], float] | None: ...
@@ -81,7 +81,7 @@ class ControlLoop:
     def __init__(
         self,
         base: Base,
-        senses: Senses,
+        senses: RobotSenses,
         clock: Clock,
         safety: SafetyConfig,
         rates: RealtimeConfig,

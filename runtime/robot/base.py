@@ -1,29 +1,17 @@
 """What a base is to the runtime: a velocity that expires goes in, what was really sent comes back.
 
-The ROS 2 base is `bus.Bus`; one on another wire is a class beside it. Every base keeps to this:
-an order that came too late is not sent; while somebody else has the sticks nothing is sent, not
-even zero; and what keeps it from driving is said, not worked around.
+The ROS 2 base is `bus.Bus`, one on MAVLink `mavlink.base.MavlinkBase`; one on another wire is a
+class beside them. Every base keeps to this: an order that came too late is not sent; while somebody
+else has the sticks nothing is sent that would be obeyed, not even zero; and what keeps it from
+driving is said, not worked around.
 """
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
-from runtime.core.keys import key
 from runtime.core.types import Twist
-from runtime.errors import ConfigError
 
 ORDER_S = 0.3  # how long an order is worth sending: a few ticks of the control loop
-
-
-@dataclass(frozen=True)
-class BaseConfig:
-    """[base]: what drives the robot, and how it is told to."""
-
-    drive: Literal["differential", "holonomic", "ackermann"] = key(
-        "differential",
-        'How it moves. "differential": it turns on the spot. Another is refused, for it would be '
-        "driven wrongly.",
-    )
 
 
 @dataclass(frozen=True)
@@ -56,11 +44,14 @@ class Sent:
 class BaseCondition:
     """What the base says of itself. `held`: why it cannot be driven now (not armed, no link), ""
     when it can; `hand`: who else has the sticks, "" when nobody; `battery_percent`: 0 to 100, None
-    when that is not known."""
+    when that is not known; `said`: what it warned of lately, in its own words; `bad`: messages of
+    it that could not be read."""
 
     held: str = ""
     hand: str = ""
     battery_percent: float | None = None
+    said: str = ""
+    bad: int = 0
 
 
 WELL = BaseCondition()
@@ -75,14 +66,3 @@ class Base(Protocol):
         ...
 
     def condition(self) -> BaseCondition: ...
-
-
-def check(config: BaseConfig) -> None:
-    """ConfigError for a base that would be driven wrongly."""
-    if config.drive == "holonomic":
-        what = "a base that moves sideways is not driven yet, only one that turns on the spot"
-    elif config.drive == "ackermann":
-        what = "car-like steering cannot turn on the spot, which every plan here may ask of it"
-    else:
-        return
-    raise ConfigError(f'base.drive: "{config.drive}": {what}; use a differential base')

@@ -31,7 +31,8 @@ QUERIES: Final = ("goal", "cancel", "status")
 
 
 class Bus:
-    """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks."""
+    """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks.
+    Without `odometry` that is not listened for: `file_odometry` brings it."""
 
     def __init__(
         self,
@@ -40,6 +41,7 @@ class Bus:
         lockstep: bool = False,
         camera: CameraConfig = FIXED,
         record: Record = unrecorded,
+        odometry: bool = True,
     ) -> None:
         self._config = config
         self._record = record
@@ -54,6 +56,8 @@ class Bus:
         self._declared: list[Any] = []
         self._out = Publications(self._session, config, lockstep, record)
         for stream, topic in self._streams.topics.items():
+            if stream == "odom" and not odometry:
+                continue
             self._subscribe(topic, partial(self._streams.file, stream))
         if camera.mount == "tf":
             for topic in (TF, TF_STATIC):
@@ -112,6 +116,11 @@ class Bus:
             now_s = self._clock.now_s()
             self._record("request", {"kind": kind, "body": body, "now_s": now_s})
             return Request(kind, body, query, self._config.key(topic))
+
+    def file_odometry(self, pose: Pose, stamp_ns: int) -> None:
+        """Odometry that came by another wire: in the map frame, stamped as the images are. Any
+        thread may bring it."""
+        self._streams.file("odom", wire.encode_odometry(pose, stamp_ns))
 
     def pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first.

@@ -62,7 +62,7 @@ def test_the_same_ticks_send_the_same():
 
 def test_what_is_sent_otherwise_is_told():
     differences, _ = driven(tick(10.0, STILL), tick(10.0625, Twist(0.0, 0.1)))
-    assert [d.what for d in differences.found] == ["tick.sent.w_radps"]
+    assert [d.what for d in differences.found] == ["tick.asked.w_radps", "tick.sent.w_radps"]
 
 
 def test_a_plan_of_too_old_a_frame_halts_as_it_did():

@@ -1,0 +1,150 @@
+"""Bytes to a vehicle and from it, over UDP, TCP or a serial line.
+
+One thread receives; any may send. Sending waits for nobody: what cannot be sent at once is lost,
+and the next set-point comes a twentieth of a second later.
+"""
+
+import os
+import select
+import socket
+import threading
+from contextlib import suppress
+from typing import Any, Protocol
+
+import serial
+
+from runtime.errors import BaseError
+from runtime.robot.mavlink.addresses import MavlinkAddress
+
+CONNECT_S = 1.0
+CHUNK = 4096
+
+
+class MavlinkLink(Protocol):
+    """`datagrams`: what is received at once is whole messages. Errors are BaseErrors: the link
+    has to be opened anew."""
+
+    datagrams: bool
+
+    def receive(self, timeout_s: float) -> bytes:
+        """What came, b"" when nothing did."""
+        ...
+
+    def heard_vehicle(self) -> None:
+        """What was received last is the vehicle's: it is answered where it is."""
+        ...
+
+    def send(self, data: bytes) -> str:
+        """Why it was not sent; "" when it was."""
+        ...
+
+    def close(self) -> None: ...
+
+
+def open_link(address: MavlinkAddress) -> MavlinkLink:
+    """BaseError when that is not possible now."""
+    try:
+        return UdpLink(address) if address.kind.startswith("udp") else StreamLink(address)
+    except (OSError, ValueError, OverflowError) as error:  # SerialException is an OSError
+        raise BaseError(f"{address}: cannot be opened: {_reason(error)}") from error
+
+
+class UdpLink:
+    """Bound where vehicles send to (`udpin`), or sending to where one listens (`udpout`)."""
+
+    datagrams = True
+
+    def __init__(self, address: MavlinkAddress) -> None:
+        self._address = address
+        info = socket.getaddrinfo(address.place, address.number, type=socket.SOCK_DGRAM)[0]
+        self._socket = socket.socket(info[0], socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+        self._from: Any = None
+        self._peer: Any = None if address.kind == "udpin" else info[4]
+        if address.kind == "udpin":
+            try:
+                self._socket.bind(info[4])
+            except OSError:
+                self._socket.close()
+                raise
+
+    def receive(self, timeout_s: float) -> bytes:
+        try:
+            if not select.select([self._socket], [], [], timeout_s)[0]:
+                return b""
+            data, self._from = self._socket.recvfrom(65536)
+            return data
+        except ConnectionRefusedError:
+            return b""  # of what was sent: nobody listens there yet
+        except (OSError, ValueError) as error:
+            raise BaseError(f"{self._address}: is gone: {_reason(error)}") from error
+
+    def heard_vehicle(self) -> None:
+        if self._address.kind == "udpin":
+            self._peer = self._from
+
+    def send(self, data: bytes) -> str:
+        if self._peer is None:
+            return f"{self._address}: nobody has called yet"
+        try:
+            self._socket.sendto(data, self._peer)
+        except OSError as error:
+            return f"{self._address}: {_reason(error)}"
+        return ""
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+class StreamLink:
+    """A TCP connection to where a vehicle or a router listens, or a serial line. Bytes are read and
+    written at the descriptor, which never blocks: pyserial's own `write` spins while a line is
+    full."""
+
+    datagrams = False
+
+    def __init__(self, address: MavlinkAddress) -> None:
+        self._address = address
+        self._handle: Any
+        if address.kind == "serial":
+            self._handle = serial.Serial(address.place, address.number, exclusive=True)
+        else:
+            self._handle = socket.create_connection((address.place, address.number), CONNECT_S)
+            self._handle.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        os.set_blocking(self._handle.fileno(), False)
+        self._sending = threading.Lock()
+        self._rest = b""  # of a message that went out in part
+
+    def receive(self, timeout_s: float) -> bytes:
+        try:
+            if not select.select([self._handle], [], [], timeout_s)[0]:
+                return b""
+            data = os.read(self._handle.fileno(), CHUNK)
+        except (OSError, ValueError) as error:  # closed meanwhile: no descriptor
+            raise BaseError(f"{self._address}: is gone: {_reason(error)}") from error
+        if not data:
+            raise BaseError(f"{self._address}: was closed by the other side")
+        return data
+
+    def heard_vehicle(self) -> None:
+        """There is only one."""
+
+    def send(self, data: bytes) -> str:
+        with self._sending:
+            try:
+                if self._rest:
+                    self._rest = self._rest[os.write(self._handle.fileno(), self._rest) :]
+                if self._rest:
+                    return f"{self._address}: does not take more"
+                self._rest = data[os.write(self._handle.fileno(), data) :]
+            except (OSError, ValueError) as error:
+                return f"{self._address}: {_reason(error)}"
+        return ""
+
+    def close(self) -> None:
+        with suppress(OSError):
+            self._handle.close()
+
+
+def _reason(error: Exception) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

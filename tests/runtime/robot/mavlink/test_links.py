@@ -1,0 +1,156 @@
+"""Links over real sockets, and a serial line that is a pseudo-terminal."""
+
+import os
+import pty
+import socket
+from collections.abc import Callable
+
+import pytest
+
+from runtime.errors import BaseError
+from runtime.robot.mavlink.addresses import MavlinkAddress
+from runtime.robot.mavlink.links import open_link
+
+PATIENCE = 100  # receptions of 0.1 s
+
+
+def link_to(text: str):
+    return open_link(MavlinkAddress.parse(text))
+
+
+def receive(link) -> bytes:
+    for _ in range(PATIENCE):
+        if data := link.receive(0.1):
+            return data
+    raise AssertionError("nothing came")
+
+
+def gone(what: Callable[[], object]) -> None:
+    for _ in range(PATIENCE):
+        try:
+            what()
+        except BaseError:
+            return
+    raise AssertionError("it is still there")
+
+
+@pytest.fixture
+def vehicle():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+        other.settimeout(10)
+        yield other
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def test_a_vehicle_that_calls_is_answered_once_it_is_known_for_one(vehicle):
+    port = free_port()
+    link = link_to(f"udpin:127.0.0.1:{port}")
+    assert "nobody has called" in link.send(b"early")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.sendto(b"me!", ("127.0.0.1", port))
+        assert receive(link) == b"me!"
+    assert "nobody has called" in link.send(b"to whom?")  # that it spoke does not make it one
+    vehicle.sendto(b"heartbeat", ("127.0.0.1", port))
+    assert receive(link) == b"heartbeat"
+    link.heard_vehicle()
+    assert link.send(b"hello") == ""
+    assert vehicle.recv(100) == b"hello"
+    assert link.datagrams
+    link.close()
+    gone(lambda: link.receive(0.0))
+
+
+def test_who_listens_is_spoken_to_first(vehicle):
+    link = link_to(f"udpout:127.0.0.1:{vehicle.getsockname()[1]}")
+    assert link.send(b"hello") == ""
+    data, peer = vehicle.recvfrom(100)
+    vehicle.sendto(b"welcome", peer)
+    assert (data, receive(link)) == (b"hello", b"welcome")
+    assert link.receive(0.0) == b""
+    link.close()
+
+
+def test_a_port_where_nobody_listens_yet_is_no_error():
+    link = link_to(f"udpout:127.0.0.1:{free_port()}")
+    for _ in range(5):
+        link.send(b"hello")
+        assert link.receive(0.01) == b""
+    link.close()
+
+
+def test_a_connection_is_bytes_in_order_until_the_other_side_ends_it():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+    with other:
+        assert link.send(b"one") == ""
+        assert link.send(b"two") == ""
+        other.settimeout(10)
+        got = b""
+        while len(got) < 6:
+            got += other.recv(100)
+        assert got == b"onetwo"
+        other.sendall(b"three")
+        assert receive(link) == b"three"
+        assert not link.datagrams
+    gone(lambda: link.receive(0.1))
+    link.close()
+
+
+def test_a_connection_that_takes_no_more_loses_whole_messages_and_never_waits():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+    message = bytes(range(256)) * 40
+    with other:
+        lost, sent = 0, 0
+        while lost < 3:
+            lost, sent = (lost + 1, sent) if link.send(message) else (lost, sent + 1)
+        other.settimeout(0.5)
+        got = bytearray()
+        try:
+            while True:
+                got += other.recv(1 << 20)
+                link.send(b"")  # what waits goes first
+        except TimeoutError:
+            pass
+    assert bytes(got) == message * sent
+    link.close()
+
+
+def test_a_serial_line():
+    ours, theirs = pty.openpty()
+    link = link_to(f"serial:{os.ttyname(theirs)}:57600")
+    os.write(ours, b"\xfd\x00\x11\x13\r\n")  # as it is, also what a terminal would take for itself
+    got = receive(link)
+    while len(got) < 6:
+        got += receive(link)
+    assert got == b"\xfd\x00\x11\x13\r\n"
+    assert link.send(b"\xfd\n\x03") == ""
+    assert os.read(ours, 100) == b"\xfd\n\x03"
+    os.close(ours)
+    gone(lambda: link.receive(0.1))
+    link.close()
+    os.close(theirs)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("serial:/dev/no-such-line:57600", "No such file"),
+        ("tcp:127.0.0.1:1", "refused"),
+        ("udpin:192.0.2.1:14550", "assign"),
+        ("udpout:no.such.host.invalid:14550", "[a-z]"),
+    ],
+)
+def test_what_cannot_be_opened_is_one_line_that_names_the_address(text: str, why: str):
+    with pytest.raises(BaseError, match=why) as told:
+        link_to(text)
+    assert str(told.value).startswith(f"{text}: cannot be opened: ")
+    assert "\n" not in str(told.value)

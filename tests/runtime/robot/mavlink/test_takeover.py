@@ -1,0 +1,166 @@
+"""Who has the vehicle: mode, arming, and a hand on the sticks."""
+
+import pytest
+from mavlink_messages import (
+    ARDUPILOT,
+    GUIDED,
+    HOLD,
+    MANUAL,
+    OFFBOARD,
+    POSCTL,
+    PX4,
+    PX4_HOLD,
+    heartbeat,
+)
+
+from runtime.robot.mavlink.takeover import ARM, MODE, STREAM_S, TRIES, TRY_S, Takeover
+from runtime.robot.mavlink.vehicle import Vehicle
+
+ACCEPTED, DENIED, IN_PROGRESS = 0, 2, 5
+
+
+class Held:
+    """A vehicle that says what a test has it say, and a takeover of it."""
+
+    def __init__(self, may_arm: bool, autopilot: int = ARDUPILOT, mode: int = MANUAL) -> None:
+        self.autopilot, self.now_s = autopilot, 100.0
+        self.vehicle, self.takeover = Vehicle(), Takeover(may_arm)
+        self.says(mode)
+
+    def says(self, mode: int, armed: bool = False) -> None:
+        self.vehicle.hear(heartbeat(mode, armed, self.autopilot), self.now_s)
+        self.takeover.heard(self.vehicle)
+
+    def due(self, after_s: float = 0.0):
+        self.now_s += after_s
+        return self.takeover.due(self.vehicle, self.now_s)
+
+    def lacks(self) -> str:
+        return self.takeover.lacks(self.vehicle)
+
+
+def test_without_leave_nothing_is_asked_for_and_a_person_is_told_what_to_do():
+    held = Held(may_arm=False)
+    held.takeover.begin(held.now_s)
+    assert held.lacks() == "mode MANUAL: switch it to GUIDED, or run with --arm"
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.says(GUIDED)
+    assert held.lacks() == "not armed: arm it, or run with --arm"
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.says(GUIDED, armed=True)
+    assert held.lacks() == ""
+
+
+def test_without_a_search_nothing_is_asked_for():
+    held = Held(may_arm=True)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+
+
+def test_with_leave_mode_then_arming_are_asked_for_when_a_search_begins():
+    held = Held(may_arm=True)
+    held.takeover.begin(held.now_s)
+    assert held.due() == (MODE, (1.0, 15.0, 0.0), 0)
+    assert held.lacks() == "mode MANUAL: GUIDED is asked for"
+    held.takeover.acked(MODE, ACCEPTED, "")
+    assert held.due(0.1) is None
+    held.says(GUIDED)
+    assert held.due(0.1) == (ARM, (1.0, 0.0), 0)  # the second parameter would force it
+    assert held.lacks() == "not armed: that is asked for"
+    held.takeover.acked(ARM, ACCEPTED, "")
+    held.says(GUIDED, armed=True)
+    assert held.lacks() == ""
+    assert held.takeover.idle
+
+
+def test_what_is_not_answered_is_sent_again_a_few_times():
+    held = Held(may_arm=True)
+    held.takeover.begin(held.now_s)
+    sent = [held.due(TRY_S) for _ in range(10)]
+    assert [c.sent for c in sent if c] == list(range(TRIES))  # the confirmation of a COMMAND_LONG
+    assert held.lacks() == "GUIDED: is not answered; see to it, then give the goal again"
+    held.takeover.begin(held.now_s)
+    assert held.due() is not None
+
+
+def test_a_refusal_is_told_with_its_reason_and_not_asked_again_before_the_next_search():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
+    held.takeover.acked(MODE, DENIED, "")  # of somebody else's request
+    assert "asked for" in held.lacks()
+    held.takeover.acked(ARM, IN_PROGRESS, "")
+    assert "asked for" in held.lacks()
+    held.takeover.acked(ARM, DENIED, "Arm: GPS 1: Bad fix")
+    why = "arming: denied (Arm: GPS 1: Bad fix); see to it, then give the goal again"
+    assert held.lacks() == why
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.takeover.end(held.vehicle)
+    held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
+
+
+def test_what_was_accepted_and_does_not_come_is_told():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.due()
+    held.takeover.acked(ARM, ACCEPTED, "")
+    assert [held.due(TRY_S) for _ in range(10)] == [None] * 10
+    assert held.lacks().startswith("arming: was accepted, but does not come")
+
+
+@pytest.mark.parametrize("may_arm", [False, True])
+@pytest.mark.parametrize("mode", [MANUAL, HOLD])
+def test_who_changes_the_mode_has_the_sticks_until_it_is_given_back(may_arm: bool, mode: int):
+    held = Held(may_arm, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED, armed=True)
+    held.says(mode, armed=True)
+    assert held.takeover.hand == f"mode {held.vehicle.mode_name()}"
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.takeover.end(held.vehicle)
+    held.takeover.begin(held.now_s)  # not even for another search
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.says(GUIDED, armed=True)
+    assert (held.takeover.hand, held.lacks()) == ("", "")
+
+
+def test_what_was_disarmed_in_a_search_is_not_armed_again():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.due()
+    held.says(GUIDED, armed=True)
+    held.says(GUIDED)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    assert held.lacks() == "was disarmed: arm it, or give the goal again"
+    held.takeover.end(held.vehicle)
+    held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
+
+
+def test_px4_gets_a_stream_first_and_is_put_on_hold_at_the_end():
+    held = Held(may_arm=True, autopilot=PX4, mode=POSCTL)
+    held.takeover.begin(held.now_s)
+    assert held.due() is None
+    assert held.due(STREAM_S - 0.1) is None
+    assert held.due(0.2) == (MODE, (1.0, 6.0, 0.0), 0)
+    held.says(OFFBOARD)
+    assert held.due().number == ARM
+    held.says(OFFBOARD, armed=True)
+    assert held.lacks() == ""
+    held.takeover.end(held.vehicle)
+    assert held.due() == (MODE, (1.0, 4.0, 3.0), 0)
+    held.says(OFFBOARD, armed=True)
+    assert not held.takeover.idle
+    held.says(PX4_HOLD, armed=True)
+    assert held.takeover.idle
+    assert held.takeover.hand == ""  # it was us
+    held.takeover.begin(held.now_s)
+    assert held.due(STREAM_S).number == MODE
+
+
+def test_ardupilot_stays_as_it_is_at_the_end():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED, armed=True)
+    held.takeover.end(held.vehicle)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20

@@ -1,0 +1,70 @@
+"""The bus as a base, and odometry that comes to it by another wire."""
+
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+from hil_sim.driving.link import free_port
+from runtime.clock import SystemClock
+from runtime.core.types import Pose, Twist
+from runtime.errors import BusError
+from runtime.robot import wire
+from runtime.robot.base import ORDER_S, WELL, DriveOrder, Sent
+from runtime.robot.bus import Bus, BusConfig
+from runtime.robot.session import open_session
+
+CLOCK, PATIENCE_S = SystemClock(), 20.0
+EMPTY = 0.0, 0.0
+
+
+@pytest.fixture
+def heard() -> Iterator[tuple[Bus, list[tuple[float, float]]]]:
+    """A bus that takes no odometry from the wire, and what is heard on cmd_vel."""
+    endpoint, heard = f"tcp/127.0.0.1:{free_port()}", []
+    session: Any = open_session(BusConfig(listen=(endpoint,)))
+    session.declare_subscriber(
+        "cmd_vel", lambda s: heard.append(wire.decode_twist(s.payload.to_bytes(), "cmd_vel"))
+    )
+    bus = Bus(BusConfig(connect=(endpoint,)), CLOCK, odometry=False)
+    by_s = time.monotonic() + PATIENCE_S
+    while not heard:  # the first moments of a link lose what is sent
+        assert time.monotonic() < by_s
+        bus.drive(order(Twist()))
+        time.sleep(0.01)
+    yield bus, heard
+    bus.close()
+    with suppress(BusError):
+        session.close()
+
+
+def order(twist: Twist, worth_s: float = ORDER_S) -> DriveOrder:
+    return DriveOrder(twist, 0, CLOCK.now_s() + worth_s)
+
+
+def test_an_order_in_time_is_sent_and_one_that_is_late_is_not(heard):
+    bus, twists = heard
+    assert bus.drive(order(Twist(0.2, 0.1))) == Sent(Twist(0.2, 0.1))
+    late = bus.drive(order(Twist(0.4, 0.1), worth_s=-0.1))
+    assert (late.twist, late.why[:14]) == (None, "the order came")
+    assert bus.drive(order(Twist(0.3, 0.1))) == Sent(Twist(0.3, 0.1))
+    by_s = time.monotonic() + PATIENCE_S
+    while twists[-1] != (0.3, 0.1):
+        assert time.monotonic() < by_s
+        time.sleep(0.01)
+    assert [t for t in twists if t != EMPTY] == [(0.2, 0.1), (0.3, 0.1)]
+    assert bus.condition() == WELL
+
+
+def test_odometry_by_another_wire_is_as_if_it_had_come_over_the_bus(heard):
+    bus, _ = heard
+    assert bus.pose() is None
+    bus.file_odometry(Pose(1.0, 2.0, 0.5), 123_000_000_000)
+    newest = bus.pose()
+    assert newest is not None
+    assert newest[0].stamp_ns == 123_000_000_000
+    assert newest[0].value.x_m == 1.0
+    assert newest[0].value.yaw_rad == pytest.approx(0.5)
+    assert bus.health()["odom"].received == 1
