@@ -16,6 +16,7 @@ from runtime.core.types import Pose
 
 WINDOW_NS: Final = 10_000_000_000  # in which the fastest message tells the offset of the clocks
 TURN_GAP_S: Final = 0.2  # between a position and the attitude that is taken with it
+SILENT_NS: Final = 1_000_000_000  # ODOMETRY does not come any more
 FRAMES: Final = (mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_LOCAL_FRD)
 
 
@@ -48,7 +49,7 @@ class VehicleOdometry:
     _time: BootTime = field(default_factory=BootTime)
     _start: tuple[float, float, float] | None = None  # north m, east m, yaw rad
     _attitude: tuple[float, float, float] | None = None  # boot s, yaw rad, rad/s
-    _whole: bool = False  # ODOMETRY comes
+    _whole_ns: int | None = None  # when ODOMETRY came last
 
     def hear(self, message: Any, arrival_ns: int) -> tuple[Pose, int] | None:
         """The pose that a message tells, and its stamp by our wall clock; None when it tells none.
@@ -59,10 +60,12 @@ class VehicleOdometry:
         elif kind == "ODOMETRY" and message.frame_id in FRAMES:
             yaw_rad = _yaw(*message.q)
             if math.isfinite(message.x + message.y + yaw_rad):
-                self._whole = True
+                self._whole_ns = arrival_ns
                 place = message.x, message.y, yaw_rad
                 return self._told(*place, message.time_usec * 1000, arrival_ns)
-        elif kind == "LOCAL_POSITION_NED" and not self._whole and self._attitude is not None:
+        elif kind == "LOCAL_POSITION_NED" and self._attitude is not None:
+            if self._whole_ns is not None and arrival_ns - self._whole_ns < SILENT_NS:
+                return None
             at_s, yaw_rad, turn_radps = self._attitude
             ahead_s = message.time_boot_ms / 1e3 - at_s
             if abs(ahead_s) <= TURN_GAP_S and math.isfinite(message.x + message.y):

@@ -37,15 +37,19 @@ _PX4_MODES: Final = {
     1: "MANUAL", 2: "ALTCTL", 3: "POSCTL", 4: "AUTO", 5: "ACRO", 6: "OFFBOARD", 7: "STABILIZED",
 }  # fmt: skip
 _PX4_AUTO_MODES: Final = {2: "TAKEOFF", 3: "HOLD", 4: "MISSION", 5: "RTL", 6: "LAND"}
-# What tells that a rover steers like a car: the parameter, and its value then.
-CAR_STEERING: Final = {
-    Autopilot.ARDUPILOT: ("SERVO1_FUNCTION", 26),
-    Autopilot.PX4: ("CA_AIRFRAME", 5),
-}
 YAW_GAIN: Final = "RO_YAW_P"  # PX4: yaw rate in rad/s a rad of error
+_CAR, _SIDEWAYS = "steers like a car", "moves sideways"
+# What of a rover's parameters tells that it is none that turns on the spot: name, value, how.
+UNFIT: Final = {
+    Autopilot.ARDUPILOT: (
+        ("SERVO1_FUNCTION", 26, _CAR),
+        *(("FRAME_TYPE", number, _SIDEWAYS) for number in (1, 2, 3, 4)),
+    ),
+    Autopilot.PX4: (("CA_AIRFRAME", 5, _CAR), ("CA_AIRFRAME", 13, _SIDEWAYS)),
+}
 ASKED: Final = {  # the parameters that are read of a vehicle
-    Autopilot.ARDUPILOT: (CAR_STEERING[Autopilot.ARDUPILOT][0],),
-    Autopilot.PX4: (CAR_STEERING[Autopilot.PX4][0], YAW_GAIN),
+    Autopilot.ARDUPILOT: ("SERVO1_FUNCTION", "FRAME_TYPE"),
+    Autopilot.PX4: ("CA_AIRFRAME", YAW_GAIN),
 }
 
 
@@ -118,9 +122,9 @@ class Vehicle:
         silent_s = now_s - self.heartbeat_s
         if silent_s > SILENT_S:
             return f"no heartbeat for {silent_s:.0f} s"
-        name, car = CAR_STEERING[self.autopilot]
-        if self.parameters.get(name) == car:
-            return f"steers like a car ({name} {car}): a base has to turn on the spot"
+        for name, value, how in UNFIT[self.autopilot]:
+            if self.parameters.get(name) == value:
+                return f"{how} ({name} {value}): only what turns on the spot is driven"
         if now_s - self.position_s > POSITION_S:
             return (
                 "no local position: its estimator has no origin yet (a GPS fix, or an origin set)"

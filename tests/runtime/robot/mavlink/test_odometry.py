@@ -100,6 +100,7 @@ def test_odometry_is_preferred_where_it_comes():
     estimator.hear(odometry(0, (0.0, 0.0, 0.0)), T0)
     estimator.hear(attitude(0, 0.0), T0)
     assert estimator.hear(position(0), T0) is None
+    assert estimator.hear(position(0), T0 + 2_000_000_000) is not None  # and no longer
 
 
 @given(st.lists(st.tuples(st.integers(1, 500), st.integers(0, 80)), min_size=1, max_size=200))

@@ -127,13 +127,22 @@ def test_what_it_warns_of_is_kept_for_a_while():
     assert vehicle.said(21.0) == ""
 
 
-def test_car_like_steering_is_refused():
+def test_car_like_steering_and_moving_sideways_are_refused():
     vehicle = met()
     vehicle.hear(parameter("SERVO1_FUNCTION", 73.0), 10.0)
     assert vehicle.unfit(10.0) == ""
     vehicle.hear(parameter("SERVO1_FUNCTION", 26.0), 10.0)
     assert vehicle.unfit(10.0).startswith("steers like a car (SERVO1_FUNCTION 26)")
+    vehicle = met()
+    vehicle.hear(parameter("FRAME_TYPE", 2.0), 10.0)
+    assert vehicle.unfit(10.0).startswith("moves sideways (FRAME_TYPE 2)")
     vehicle = met(autopilot=PX4)
-    bytewise = struct.unpack("<f", struct.pack("<i", 5))[0]
-    vehicle.hear(parameter("CA_AIRFRAME", bytewise, mavlink.MAV_PARAM_TYPE_INT32), 10.0)
-    assert vehicle.unfit(10.0).startswith("steers like a car (CA_AIRFRAME 5)")
+    for number, told in (
+        (6, ""),
+        (5, "steers like a car (CA_AIRFRAME 5)"),
+        (13, "moves sideways (CA_AIRFRAME 13)"),
+    ):
+        bytewise = struct.unpack("<f", struct.pack("<i", number))[0]
+        vehicle.hear(parameter("CA_AIRFRAME", bytewise, mavlink.MAV_PARAM_TYPE_INT32), 10.0)
+        assert vehicle.unfit(10.0).startswith(told)
+        assert bool(told) == bool(vehicle.unfit(10.0))
