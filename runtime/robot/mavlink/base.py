@@ -31,6 +31,7 @@ HEARTBEAT_S: Final = 1.0
 ASK_S: Final = 2.0  # between two times that the same streams and parameters are asked for
 REOPEN_S: Final = 1.0
 FAREWELL_S: Final = 1.0  # for PX4 to be put on hold when the runtime ends
+REST_S: Final = 2.0  # after a search, in which it is told to stand; then it may be anybody's
 TELL_S: Final = 1.0  # between two lines of what the vehicle warns of
 POSE_HZ: Final = 25.0
 SLOW_HZ: Final = 1.0
@@ -59,7 +60,7 @@ class MavlinkBase:
         self._parser = _parser()
         self._link: MavlinkLink | None = None
         self._broken = ""  # why there is no link
-        self._searching = False
+        self._searching, self._rest_s = False, -1e9  # and when it ended
         self._bad = 0
         self._began_s = clock.now_s()
         self._heartbeat_s = self._ask_s = self._told_s = -1e9
@@ -79,17 +80,20 @@ class MavlinkBase:
     def drive(self, order: DriveOrder) -> Sent:
         """See `Base`. A vehicle that is not ours to drive is told to stand: ArduPilot and PX4
         ignore that outside GUIDED and OFFBOARD, and PX4 enters OFFBOARD only while it is told
-        something. In a hand, ArduPilot is told nothing."""
+        something. In a hand ArduPilot is told nothing. Without a search both are told nothing, but
+        to stand when one has just ended."""
         now_s = self._clock.now_s()
         if late := order.late(now_s):
             return Sent(None, late)
         with self._lock:
             vehicle, takeover = self._vehicle, self._takeover
             if order.searching is not self._searching:
-                self._searching = order.searching
+                self._searching, self._rest_s = order.searching, now_s
                 takeover.begin(now_s) if order.searching else takeover.end(vehicle)
             if vehicle.autopilot is None:
                 return Sent(None, self._held(now_s))
+            if not order.searching and now_s - self._rest_s > REST_S:
+                return Sent(None, "no search: it may be somebody else's")
             if takeover.hand and vehicle.autopilot is Autopilot.ARDUPILOT:
                 return Sent(None, f"a hand has the sticks: {takeover.hand}")
             held = takeover.hand or self._held(now_s)

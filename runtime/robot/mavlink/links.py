@@ -8,6 +8,7 @@ import os
 import select
 import socket
 import threading
+import time
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -18,6 +19,7 @@ from runtime.robot.mavlink.addresses import MavlinkAddress
 
 CONNECT_S = 1.0
 CHUNK = 4096
+QUIET_S = 3.0  # after which another may take a vehicle's place
 
 
 class MavlinkLink(Protocol):
@@ -60,6 +62,7 @@ class UdpLink:
         self._socket = socket.socket(info[0], socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._from: Any = None
+        self._heard_s = 0.0  # the vehicle, last
         self._peer: Any = None if address.kind == "udpin" else info[4]
         if address.kind == "udpin":
             try:
@@ -73,15 +76,22 @@ class UdpLink:
             if not select.select([self._socket], [], [], timeout_s)[0]:
                 return b""
             data, self._from = self._socket.recvfrom(65536)
-            return data
+            return data if self._follows(self._from) else b""
         except ConnectionRefusedError:
             return b""  # of what was sent: nobody listens there yet
         except (OSError, ValueError) as error:
             raise BaseError(f"{self._address}: is gone: {_reason(error)}") from error
 
     def heard_vehicle(self) -> None:
+        self._heard_s = time.monotonic()
         if self._address.kind == "udpin":
             self._peer = self._from
+
+    def _follows(self, source: Any) -> bool:
+        """Two vehicles of one number may call the same port: the one that was there first is heard
+        as long as it speaks."""
+        calls = self._address.kind == "udpin" and self._peer is not None
+        return not calls or source == self._peer or time.monotonic() - self._heard_s > QUIET_S
 
     def send(self, data: bytes) -> str:
         if self._peer is None:

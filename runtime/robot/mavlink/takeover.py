@@ -55,6 +55,7 @@ class Takeover:
         self._request: _Request | None = None
         self._refused = ""
         self._had_guided = False
+        self._asked_hold = False  # and it has not come yet
         self._was_armed = False  # in this search
         self._asked_mode = False
         self._asked_arm = False
@@ -75,7 +76,7 @@ class Takeover:
         on hold; ArduPilot stands in GUIDED."""
         self._searching_s, self._request, self._refused = None, None, ""
         if vehicle.autopilot is Autopilot.PX4 and vehicle.guided():
-            self._had_guided = False
+            self._had_guided, self._asked_hold = False, True
             self._request = _mode_request(PX4_HOLD, "HOLD")
 
     def heard(self, vehicle: Vehicle) -> None:
@@ -84,6 +85,8 @@ class Takeover:
         leaving = request is not None and request.what == "HOLD"
         if vehicle.guided():
             self._had_guided, self.hand = not leaving, ""
+        elif self._asked_hold and vehicle.mode == PX4_HOLD:
+            self._had_guided = self._asked_hold = False  # it was us, however late it comes
         elif self._had_guided:
             self.hand = f"mode {vehicle.mode_name()}"
         self._was_armed = self._was_armed or (self._searching_s is not None and vehicle.armed)

@@ -68,9 +68,10 @@ def test_without_leave_a_person_has_to_switch_and_to_arm(rover):
 def test_with_leave_it_is_switched_and_armed_when_a_search_begins_and_driven(rover):
     with on(rover) as base:
         until(lambda: base.condition().battery_percent is not None)
-        base.drive(order(searching=False))
+        assert base.drive(order(Twist(), searching=False)).twist is None
         time.sleep(0.3)
         assert (rover.rover.mode, rover.rover.armed) == (MANUAL, False)
+        assert rover.rover.ignored == 0  # whose it is now is not told to stand
         sent = driving(base, lambda: rover.velocities[-1] != Twist())
         assert sent == Sent(AHEAD)
         assert (rover.rover.mode, rover.rover.armed) == (GUIDED, True)

@@ -66,6 +66,23 @@ def test_a_vehicle_that_calls_is_answered_once_it_is_known_for_one(vehicle):
     gone(lambda: link.receive(0.0))
 
 
+def test_of_two_that_call_the_first_is_heard_as_long_as_it_speaks(vehicle, monkeypatch):
+    port = free_port()
+    link = link_to(f"udpin:127.0.0.1:{port}")
+    vehicle.sendto(b"first", ("127.0.0.1", port))
+    assert receive(link) == b"first"
+    link.heard_vehicle()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as second:
+        second.sendto(b"second", ("127.0.0.1", port))
+        assert [link.receive(0.1) for _ in range(3)] == [b""] * 3
+        assert link.send(b"to the first") == ""
+        assert vehicle.recv(100) == b"to the first"
+        monkeypatch.setattr("runtime.robot.mavlink.links.QUIET_S", -1.0)
+        second.sendto(b"second", ("127.0.0.1", port))
+        assert receive(link) == b"second"
+    link.close()
+
+
 def test_who_listens_is_spoken_to_first(vehicle):
     link = link_to(f"udpout:127.0.0.1:{vehicle.getsockname()[1]}")
     assert link.send(b"hello") == ""

@@ -158,6 +158,22 @@ def test_px4_gets_a_stream_first_and_is_put_on_hold_at_the_end():
     assert held.due(STREAM_S).number == MODE
 
 
+def test_a_hold_of_ours_that_comes_when_the_next_search_has_begun_is_no_hand():
+    held = Held(may_arm=True, autopilot=PX4, mode=OFFBOARD)
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.takeover.end(held.vehicle)
+    assert held.due().number == MODE
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)  # from before
+    held.says(PX4_HOLD, armed=True)
+    assert held.takeover.hand == ""
+    assert held.due(STREAM_S) == (MODE, (1.0, 6.0, 0.0), 0)
+    held.says(OFFBOARD, armed=True)
+    held.says(PX4_HOLD, armed=True)
+    assert held.takeover.hand == "mode HOLD"  # that was somebody
+
+
 def test_ardupilot_stays_as_it_is_at_the_end():
     held = Held(may_arm=True, mode=GUIDED)
     held.takeover.begin(held.now_s)
