@@ -41,6 +41,7 @@ class MavsdkPeer:
         self._telemetry = telemetry.TelemetryServer(component)
         self._action.set_allowable_flight_modes(AllowableFlightModes(True, True, True))
         self._action.set_armable(armable, False)
+        self._action.set_disarmable(True, False)
         self._action.subscribe_arm_disarm(lambda result, what, _: self.asked.append(str(what)))
         self._action.subscribe_flight_mode_change(
             lambda result, mode, _: self.asked.append(FlightMode(mode).name)

@@ -30,7 +30,7 @@ WAIT_S: Final = 0.05  # for bytes
 HEARTBEAT_S: Final = 1.0
 ASK_S: Final = 2.0  # between two times that the same streams and parameters are asked for
 REOPEN_S: Final = 1.0
-FAREWELL_S: Final = 1.0  # for PX4 to be put on hold when the runtime ends
+FAREWELL_S: Final = 4.0  # at the end, for the vehicle to come to rest and be disarmed
 REST_S: Final = 2.0  # after a search, in which it is told to stand; then it may be anybody's
 TELL_S: Final = 1.0  # between two lines of what the vehicle warns of
 POSE_HZ: Final = 25.0
@@ -89,7 +89,7 @@ class MavlinkBase:
             vehicle, takeover = self._vehicle, self._takeover
             if order.searching is not self._searching:
                 self._searching, self._rest_s = order.searching, now_s
-                takeover.begin(now_s) if order.searching else takeover.end(vehicle)
+                takeover.begin(now_s) if order.searching else takeover.end(vehicle, now_s)
             if vehicle.autopilot is None:
                 return Sent(None, self._held(now_s))
             if not order.searching and now_s - self._rest_s > REST_S:

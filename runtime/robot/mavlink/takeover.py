@@ -1,10 +1,11 @@
 """Mode and arming: who has the vehicle, and how it is asked for. No thread, no clock, no socket.
 
 Nothing is asked for without leave (`rfnav run --arm`), and with it once a search: what a person or
-a failsafe changes after that stays as it is. Whoever takes the vehicle out of GUIDED has the sticks
-until it is back in it.
+a failsafe changes after that stays as it is. What was armed for a search is disarmed after it.
+Whoever takes the vehicle out of GUIDED has the sticks until it is back in it.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -14,6 +15,8 @@ from runtime.robot.mavlink.vehicle import GUIDED, GUIDED_NAME, PX4_HOLD, Autopil
 
 TRIES: Final = 3
 TRY_S: Final = 1.0  # between two of them
+STAND_S: Final = 1.0  # to come to rest, before it is disarmed
+ANSWER_S: Final = 4.0  # for a request to show in a heartbeat, with all its tries
 STREAM_S: Final = 1.5  # PX4 enters OFFBOARD after more than a second of set-points
 RESULTS: Final = {
     mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "rejected for now",
@@ -24,6 +27,7 @@ RESULTS: Final = {
 }
 ARM: Final = mavlink.MAV_CMD_COMPONENT_ARM_DISARM
 MODE: Final = mavlink.MAV_CMD_DO_SET_MODE
+ARMING: Final = "arming"
 
 
 class VehicleCommand(NamedTuple):
@@ -59,22 +63,28 @@ class Takeover:
         self._was_armed = False  # in this search
         self._asked_mode = False
         self._asked_arm = False
+        self._ours = False  # it was armed for us
+        self._disarm_s: float | None = None  # when it is to be disarmed
+        self._disarming_s = -math.inf  # until when that may show
         self.hand = ""
 
     @property
     def idle(self) -> bool:
-        """Whether no answer is waited for."""
-        return self._request is None
+        """Whether nothing is to be asked for, and no answer is waited for."""
+        return self._request is None and self._disarm_s is None
 
     def begin(self, now_s: float) -> None:
         """A search wants to drive."""
         self._searching_s, self._request, self._refused = now_s, None, ""
+        self._disarm_s = None
         self._was_armed = self._asked_mode = self._asked_arm = False
 
-    def end(self, vehicle: Vehicle) -> None:
+    def end(self, vehicle: Vehicle, now_s: float) -> None:
         """The search is over. PX4 takes OFFBOARD without a stream for a failure, so that it is put
-        on hold; ArduPilot stands in GUIDED."""
+        on hold; ArduPilot stands in GUIDED. What was armed for us is disarmed when it stands."""
         self._searching_s, self._request, self._refused = None, None, ""
+        if self._ours and not self.hand:
+            self._disarm_s = now_s + STAND_S
         if vehicle.autopilot is Autopilot.PX4 and vehicle.guided():
             self._had_guided, self._asked_hold = False, True
             self._request = _mode_request(PX4_HOLD, "HOLD")
@@ -89,9 +99,14 @@ class Takeover:
             self._had_guided = self._asked_hold = False  # it was us, however late it comes
         elif self._had_guided:
             self.hand = f"mode {vehicle.mode_name()}"
-        self._was_armed = self._was_armed or (self._searching_s is not None and vehicle.armed)
+            self._request = self._disarm_s = None  # whose it is now has his own mind
         if request is not None and _granted(request, vehicle):
+            self._ours = self._ours or request.what == ARMING
             self._request = None
+        if not vehicle.armed:
+            self._ours, self._disarm_s, self._disarming_s = False, None, -math.inf
+        elif self._searching_s is not None and vehicle.heartbeat_s > self._disarming_s:
+            self._was_armed = True
 
     def acked(self, number: int, result: int, said: str) -> None:
         """A COMMAND_ACK; `said`: what the vehicle warned of lately, which is mostly why."""
@@ -108,6 +123,9 @@ class Takeover:
         """What is to be sent now."""
         if self._request is None and self._may and self._searching_s is not None:
             self._request = self._next(vehicle, now_s)
+        elif self._request is None and self._disarm_s is not None and now_s >= self._disarm_s:
+            self._disarm_s, self._disarming_s = None, now_s + ANSWER_S
+            self._request = _Request(ARM, (0.0, 0.0), "disarming")
         request = self._request
         if request is None or now_s < request.next_s:
             return None
@@ -151,7 +169,7 @@ class Takeover:
             return _mode_request(GUIDED[vehicle.autopilot], GUIDED_NAME[vehicle.autopilot])
         if not vehicle.armed and not self._was_armed and not self._asked_arm:
             self._asked_arm = True
-            return _Request(ARM, (1.0, 0.0), "arming")  # never by force
+            return _Request(ARM, (1.0, 0.0), ARMING)  # never by force
         return None
 
     def _refuse(self, why: str) -> None:
@@ -168,4 +186,6 @@ def _mode_request(mode: int, what: str) -> _Request:
 def _granted(request: _Request, vehicle: Vehicle) -> bool:
     if request.what == "HOLD":
         return not vehicle.guided()
-    return vehicle.armed if request.number == ARM else vehicle.guided()
+    if request.number == ARM:
+        return vehicle.armed == (request.what == ARMING)
+    return vehicle.guided()

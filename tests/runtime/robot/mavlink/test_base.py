@@ -79,7 +79,17 @@ def test_with_leave_it_is_switched_and_armed_when_a_search_begins_and_driven(rov
         assert rover.velocities[-1].w_radps == pytest.approx(AHEAD.w_radps)
         driving(base, lambda: rover.pose.yaw_rad > 0.3)  # to the left
         until(lambda: base.drive(order(Twist(), False)) and rover.velocities[-1] == Twist())
-        assert (rover.rover.mode, rover.rover.armed) == (GUIDED, True)  # as it was found, but still
+        assert rover.rover.mode == GUIDED
+        until(lambda: not rover.rover.armed)  # as it was found
+
+
+def test_a_runtime_that_ends_leaves_the_rover_standing_and_as_it_was_found(rover):
+    with on(rover) as base:
+        driving(base, lambda: rover.velocities[-1] != Twist())
+        base.drive(order(Twist(), searching=False))  # as the control loop does when it ends
+    assert rover.velocities[-1] == Twist()
+    assert not rover.rover.armed
+    base.close()
 
 
 def test_a_hand_on_the_sticks_is_told_nothing_until_it_gives_back(rover):

@@ -13,7 +13,7 @@ from mavlink_messages import (
     heartbeat,
 )
 
-from runtime.robot.mavlink.takeover import ARM, MODE, STREAM_S, TRIES, TRY_S, Takeover
+from runtime.robot.mavlink.takeover import ARM, MODE, STAND_S, STREAM_S, TRIES, TRY_S, Takeover
 from runtime.robot.mavlink.vehicle import Vehicle
 
 ACCEPTED, DENIED, IN_PROGRESS = 0, 2, 5
@@ -94,7 +94,7 @@ def test_a_refusal_is_told_with_its_reason_and_not_asked_again_before_the_next_s
     why = "arming: denied (Arm: GPS 1: Bad fix); see to it, then give the goal again"
     assert held.lacks() == why
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
-    held.takeover.end(held.vehicle)
+    held.takeover.end(held.vehicle, held.now_s)
     held.takeover.begin(held.now_s)
     assert held.due().number == ARM
 
@@ -117,7 +117,7 @@ def test_who_changes_the_mode_has_the_sticks_until_it_is_given_back(may_arm: boo
     held.says(mode, armed=True)
     assert held.takeover.hand == f"mode {held.vehicle.mode_name()}"
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
-    held.takeover.end(held.vehicle)
+    held.takeover.end(held.vehicle, held.now_s)
     held.takeover.begin(held.now_s)  # not even for another search
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
     held.says(GUIDED, armed=True)
@@ -132,7 +132,7 @@ def test_what_was_disarmed_in_a_search_is_not_armed_again():
     held.says(GUIDED)
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
     assert held.lacks() == "was disarmed: arm it, or give the goal again"
-    held.takeover.end(held.vehicle)
+    held.takeover.end(held.vehicle, held.now_s)
     held.takeover.begin(held.now_s)
     assert held.due().number == ARM
 
@@ -147,13 +147,16 @@ def test_px4_gets_a_stream_first_and_is_put_on_hold_at_the_end():
     assert held.due().number == ARM
     held.says(OFFBOARD, armed=True)
     assert held.lacks() == ""
-    held.takeover.end(held.vehicle)
+    held.takeover.end(held.vehicle, held.now_s)
     assert held.due() == (MODE, (1.0, 4.0, 3.0), 0)
     held.says(OFFBOARD, armed=True)
     assert not held.takeover.idle
     held.says(PX4_HOLD, armed=True)
-    assert held.takeover.idle
     assert held.takeover.hand == ""  # it was us
+    assert not held.takeover.idle
+    assert held.due(STAND_S) == (ARM, (0.0, 0.0), 0)
+    held.says(PX4_HOLD)
+    assert held.takeover.idle
     held.takeover.begin(held.now_s)
     assert held.due(STREAM_S).number == MODE
 
@@ -162,7 +165,7 @@ def test_a_hold_of_ours_that_comes_when_the_next_search_has_begun_is_no_hand():
     held = Held(may_arm=True, autopilot=PX4, mode=OFFBOARD)
     held.takeover.begin(held.now_s)
     held.says(OFFBOARD, armed=True)
-    held.takeover.end(held.vehicle)
+    held.takeover.end(held.vehicle, held.now_s)
     assert held.due().number == MODE
     held.takeover.begin(held.now_s)
     held.says(OFFBOARD, armed=True)  # from before
@@ -174,9 +177,64 @@ def test_a_hold_of_ours_that_comes_when_the_next_search_has_begun_is_no_hand():
     assert held.takeover.hand == "mode HOLD"  # that was somebody
 
 
-def test_ardupilot_stays_as_it_is_at_the_end():
+def armed_for_a_search() -> Held:
     held = Held(may_arm=True, mode=GUIDED)
     held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
     held.says(GUIDED, armed=True)
-    held.takeover.end(held.vehicle)
+    return held
+
+
+def test_what_was_armed_for_a_search_is_disarmed_when_it_stands():
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S - 0.1) is None
+    assert not held.takeover.idle
+    assert held.due(0.2) == (ARM, (0.0, 0.0), 0)
+    held.says(GUIDED, armed=True)
+    assert held.due(TRY_S) == (ARM, (0.0, 0.0), 1)
+    held.says(GUIDED)
+    assert held.takeover.idle
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+
+
+def test_another_search_goes_on_with_what_was_armed_for_the_one_before():
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED, armed=True)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    assert held.lacks() == ""
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S) == (ARM, (0.0, 0.0), 0)
+
+
+def test_a_disarming_of_ours_that_shows_when_the_next_search_has_begun_is_nobody_s():
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S) == (ARM, (0.0, 0.0), 0)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED, armed=True)  # from before
+    held.says(GUIDED)
+    assert held.due() == (ARM, (1.0, 0.0), 0)
+
+
+def test_who_has_the_sticks_at_the_end_is_not_disarmed_nor_is_an_open_request_sent_on():
+    held = armed_for_a_search()
+    held.says(MANUAL, armed=True)
+    held.takeover.end(held.vehicle, held.now_s)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S).number == ARM
+    held.says(MANUAL, armed=True)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+
+
+def test_what_a_person_has_armed_stays_armed_at_the_end():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.says(GUIDED, armed=True)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED, armed=True)
+    held.takeover.end(held.vehicle, held.now_s)
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
