@@ -87,7 +87,8 @@ def _put(
 def megabytes(world: World) -> float:
     """What the map's arrays hold, MB, as if all of it were written to."""
     grid, explored = world.map, world.explored
-    arrays = (grid.evidence, grid.swept, grid.bumped, grid.driven, grid.dead_end, grid.free,
+    arrays = (grid.evidence, grid.swept, grid.bumped, grid.driven, grid.dead_end, grid.drops,
+              grid.backed, grid.doubtful, grid.free,
               grid.occupied, grid.unknown, explored.given_up, explored.looked,
               explored.boundary.edge, world.semantic.rooms)  # fmt: skip
     terrain = 9 * grid.evidence.size  # clearance, speed, whether the body fits

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from runtime.journal import read_journal, read_map
 
 UNKNOWN, FREE, OCCUPIED = (0.80, 0.81, 0.83), (1.0, 1.0, 1.0), (0.22, 0.24, 0.28)
+DROP = (0.72, 0.20, 0.16)
 ROOM_STRENGTH = 0.28
 CERTAIN = 0.6  # objects at least this sure are named
 MARGIN_M = 0.6
@@ -45,9 +46,8 @@ def draw_map(run_dir: Path, out: Path) -> Path:
     axes.set_xlabel("x, m (forward at the start)")
     axes.set_ylabel("y, m")
     axes.set_aspect("equal")
-    axes.legend(
-        handles=_legend(meta, rooms), loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8
-    )
+    handles = _legend(meta, rooms, bool(_drops(arrays).any()))
+    axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8)
     figure.savefig(out)
     return out
 
@@ -87,8 +87,14 @@ def _ground(axes: Axes, arrays: dict[str, NDArray[Any]], meta: dict[str, Any]) -
                 image[cells] = (1 - ROOM_STRENGTH) * 1.0 + ROOM_STRENGTH * np.array(colour)
                 _name_room(axes, cells, meta, meta["room_names"][i])
     image[occupied] = OCCUPIED
+    image[_drops(arrays)] = DROP
     axes.imshow(image, origin="lower", extent=_extent(meta, free.shape), interpolation="nearest")
     return seen
+
+
+def _drops(arrays: dict[str, NDArray[Any]]) -> NDArray[np.bool_]:
+    """(R, C) where the floor drops; nowhere in a map of an earlier version."""
+    return arrays.get("drops", np.zeros(arrays["free"].shape, bool))
 
 
 def _name_room(axes: Axes, cells: NDArray[np.bool_], meta: dict[str, Any], name: str) -> None:
@@ -196,7 +202,7 @@ def _title(meta: dict[str, Any], summary: dict[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _legend(meta: dict[str, Any], rooms: list[int]) -> list[Any]:
+def _legend(meta: dict[str, Any], rooms: list[int], drops: bool) -> list[Any]:
     colours = _colours(len(meta["room_names"]), "Set2")
     tint = [
         Patch(
@@ -218,5 +224,6 @@ def _legend(meta: dict[str, Any], rooms: list[int]) -> list[Any]:
         Line2D([], [], marker="s", color="tab:orange", ls="", label="elected frontier"),
         Patch(color=OCCUPIED, label="obstacle"),
         Patch(color=UNKNOWN, label="unknown"),
+        *([Patch(color=DROP, label="no floor")] if drops else []),
         *tint,
     ]

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from runtime.core.inventory import inventory
+from runtime.core.mapping.drops import DROP_AT
 from runtime.core.types import Action, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
@@ -49,6 +50,7 @@ def map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], d
     arrays: dict[str, np.ndarray[Any, Any]] = {
         "occupied": world.map.occupied,
         "free": world.map.free,
+        "drops": world.map.drops >= DROP_AT,
         "rooms": world.semantic.rooms.astype(np.float16),
         "path_xy": np.array(world.body.visited_xy).reshape(-1, 2),
         "planned_xy": last.path_xy if last else np.zeros((0, 2)),

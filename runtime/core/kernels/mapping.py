@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.kernels import _compiled
-from runtime.core.types import F32, I32, Mask
+from runtime.core.types import F32, I32, U8, Mask
 
 Ends = tuple[int, int, int, int]  # of a window: top, bottom, left, right
 
@@ -34,19 +34,24 @@ class DepthView(NamedTuple):
     x_m: float  # the camera in the grid, from its corner
     y_m: float
     per_m: float  # cells
+    slack: float  # points are below the floor that are lower than `floor_m` and so much a m away
+    lip_m: float  # behind a drop points that are so much below the floor belong to it
+    drop_within_m: float  # a cell so near is told to have no floor; farther off an azimuth ends
 
 
 class Weights(NamedTuple):
     """How evidence changes by a frame."""
 
-    hits_needed: int  # obstacle points in a cell that make a hit
+    hits_needed: int  # points in a cell that make a hit, or a drop; in an azimuth that end it
     hit: int
     miss: int  # less, for a cell that shows floor and no obstacle
     most: int  # either way
+    drop_most: int  # of a cell that drops; a frame counts 1
 
 
 def integrate(
     evidence: NDArray[np.int16],
+    drops: U8,
     depth_m: F32,
     directions: tuple[F32, F32, F32, F32],
     groups: I32,
@@ -55,33 +60,43 @@ def integrate(
     weights: Weights,
     cells_around: int,
     hole_pixels: int,
-) -> tuple[F32, Ends | None]:
-    """Books a depth image (H, W) in `evidence` (R, C), in place. `directions` are forward, left, up
-    and level reach of the used pixels (h, w), m to a metre of depth; `groups` which of the azimuths
-    each is of, (h, w), or (1, w) where all of a column are of one. No point is farther from the
-    camera than `cells_around`; those outside of the grid count at its rim. Returns the free range
-    by azimuth, m: up to the nearest obstacle, else the farthest floor, but not beyond where
-    `hole_pixels` one above the other, or more, would show floor and are of unknown depth; and the
-    window of what was seen. ValueError for shapes that do not fit."""
-    range_m = np.empty((1, azimuths), np.float32)
-    window = _compiled.integrate(
-        evidence, depth_m, *directions, groups, range_m, *view, *weights, cells_around, hole_pixels
-    )
-    return range_m[0], window
+) -> tuple[F32, Ends | None, Ends | None]:
+    """Books a depth image (H, W) in `evidence` and `drops` (R, C), in place. `directions` are
+    forward, left, up and level reach of the used pixels (h, w), m to a metre of depth; `groups`
+    which of the azimuths each is of, (h, w), or (1, w) where all of a column are of one. No point
+    is farther from the camera than `cells_around`; those outside of the grid count at its rim. A
+    point below the floor counts where its ray crosses the floor's plane. Returns (3, A) m by
+    azimuth: the free range, which is up to the nearest obstacle, else the farthest floor, but
+    neither beyond the floor seen before a drop nor beyond where `hole_pixels` one above the other,
+    or more, would show floor and are of unknown depth; how far of that floor was seen; and how near
+    it drops where no floor was seen before, 0 for nowhere. And the windows of what was seen, and of
+    what drops. ValueError for shapes that do not fit."""
+    range_m = np.empty((3, azimuths), np.float32)
+    seen, dropped = _compiled.integrate(
+        evidence, drops, depth_m, *directions, groups, range_m, *view, *weights, cells_around,
+        hole_pixels,
+    )  # fmt: skip
+    return range_m, seen, dropped
 
 
 def derive(
     evidence: NDArray[np.int16],
+    drops: U8,
     bumped: Mask,
     swept: Mask,
+    doubtful: Mask,
     masks: tuple[Mask, Mask, Mask],
     occupied_at: int,
+    drop_at: int,
     window: Ends,
 ) -> tuple[Ends | None, Ends | None]:
     """Makes `masks` anew within a window, in place: occupied, free and unknown, all (R, C).
-    Obstacle cells less than five apart are one thing: what was only swept over, between them, is no
-    floor. Returns the windows of what changed and of what is known, None for nothing."""
-    return _compiled.derive(evidence, bumped, swept, *masks, occupied_at, *window)
+    Cells that drop are occupied. Obstacle cells less than five apart are one thing: what was only
+    swept over, between them, is no floor; nor is it where floor is doubtful. Returns the windows of
+    what changed and of what is known, None for nothing."""
+    return _compiled.derive(
+        evidence, drops, bumped, swept, doubtful, *masks, occupied_at, drop_at, *window
+    )
 
 
 def boundary(

@@ -72,37 +72,47 @@ static void turn_over(Patch *patch)
 enum { GAP = 2 }; /* obstacle cells less than 2 * GAP + 1 apart are one thing */
 
 typedef union {
-    Grid all[6];
+    Grid all[8];
     struct {
-        Grid evidence, bumped, swept, occupied, free, unknown;
+        Grid evidence, drops, bumped, swept, doubtful, occupied, free, unknown;
     };
 } Masks;
 
-static void find_occupied(const Masks *masks, const Box *box, int occupied_at, Patch *into)
+/* From which evidence on a cell holds an obstacle, or has no floor. */
+typedef struct {
+    int occupied, drop;
+} Bounds;
+
+static void find_occupied(const Masks *masks, const Box *box, const Bounds *at, Patch *into)
 {
     for (Py_ssize_t row = 0; row < into->rows; row++) {
         const int16_t *evidence = GRID_ROW(masks->evidence, int16_t, box->top + row) + box->left;
+        const uint8_t *drops = GRID_ROW(masks->drops, uint8_t, box->top + row) + box->left;
         const uint8_t *bumped = GRID_ROW(masks->bumped, uint8_t, box->top + row) + box->left;
         uint8_t *line = PATCH_ROW(into, row);
         for (Py_ssize_t i = 0; i < into->cols; i++)
-            line[i] = (uint8_t)((evidence[i] >= occupied_at) | (bumped[i] != 0));
+            line[i] = (uint8_t)((evidence[i] >= at->occupied) | (drops[i] >= at->drop) |
+                                (bumped[i] != 0));
     }
 }
 
 /* One row of the masks; `closed` is the row of obstacles without their gaps. `line` tells
  * afterwards where the masks changed, and `known` where something is known. */
-static void derive_row(const Masks *masks, Py_ssize_t row, const Box *box, int occupied_at,
+static void derive_row(const Masks *masks, Py_ssize_t row, const Box *box, const Bounds *at,
                        const uint8_t *closed, uint8_t *restrict line, uint8_t *restrict known)
 {
     const int16_t *evidence = GRID_ROW(masks->evidence, int16_t, row) + box->left;
+    const uint8_t *drops = GRID_ROW(masks->drops, uint8_t, row) + box->left;
     const uint8_t *bumped = GRID_ROW(masks->bumped, uint8_t, row) + box->left;
     const uint8_t *swept = GRID_ROW(masks->swept, uint8_t, row) + box->left;
+    const uint8_t *doubtful = GRID_ROW(masks->doubtful, uint8_t, row) + box->left;
     uint8_t *restrict occupied = GRID_ROW(masks->occupied, uint8_t, row) + box->left;
     uint8_t *restrict open = GRID_ROW(masks->free, uint8_t, row) + box->left;
     uint8_t *restrict unknown = GRID_ROW(masks->unknown, uint8_t, row) + box->left;
     for (Py_ssize_t i = 0; i < box->right - box->left; i++) {
-        const uint8_t full = (uint8_t)((evidence[i] >= occupied_at) | (bumped[i] != 0));
-        const uint8_t passed = (uint8_t)((swept[i] != 0) & !closed[i]);
+        const uint8_t full = (uint8_t)((evidence[i] >= at->occupied) | (drops[i] >= at->drop) |
+                                       (bumped[i] != 0));
+        const uint8_t passed = (uint8_t)((swept[i] != 0) & !closed[i] & !doubtful[i]);
         const uint8_t empty = (uint8_t)(((evidence[i] < 0) | passed) & !full);
         line[i] = (uint8_t)((occupied[i] ^ full) | (open[i] ^ empty));
         known[i] = full | empty;
@@ -112,7 +122,7 @@ static void derive_row(const Masks *masks, Py_ssize_t row, const Box *box, int o
     }
 }
 
-static int derive(Masks *masks, const Box *window, int occupied_at, Box *changed, Box *known)
+static int derive(Masks *masks, const Box *window, const Bounds *at, Box *changed, Box *known)
 {
     const Box source = box_widened(window, 2 * GAP, &masks->evidence);
     const Py_ssize_t down = window->top - source.top, right = window->left - source.left;
@@ -121,14 +131,14 @@ static int derive(Masks *masks, const Box *window, int occupied_at, Box *changed
     uint8_t *lines = malloc((size_t)(2 * cols) + 1);
     int done = patch_make(&patch, &source, GAP);
     if (done == 0 && lines) {
-        find_occupied(masks, &source, occupied_at, &patch);
+        find_occupied(masks, &source, at, &patch);
         done = dilate(&patch, GAP);
         turn_over(&patch); /* shrunk again: what is not closed is wider by as much */
         done |= dilate(&patch, GAP);
         turn_over(&patch);
         for (Py_ssize_t row = window->top; row < window->bottom && done == 0; row++) {
             Py_ssize_t first, end;
-            derive_row(masks, row, window, occupied_at,
+            derive_row(masks, row, window, at,
                        PATCH_ROW(&patch, row - window->top + down) + right, lines, lines + cols);
             if (bytes_span(lines, cols, &first, &end))
                 box_join_row(changed, row, window->left + first, window->left + end);
@@ -144,26 +154,30 @@ static int derive(Masks *masks, const Box *window, int occupied_at, Box *changed
 
 PyObject *kernel_derive(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
-    static const GridSpec specs[] = {{'h', 0, "evidence"}, {0, 0, "bumped"}, {0, 0, "swept"},
-                                     {0, 1, "occupied"},   {0, 1, "free"},   {0, 1, "unknown"}};
+    static const GridSpec specs[] = {{'h', 0, "evidence"}, {'B', 0, "drops"}, {0, 0, "bumped"},
+                                     {0, 0, "swept"},      {0, 0, "doubtful"}, {0, 1, "occupied"},
+                                     {0, 1, "free"},       {0, 1, "unknown"}};
     Masks masks;
     Box window, changed = NO_BOX, known = NO_BOX;
-    double occupied_at;
+    double numbers[2];
     int done = -1;
-    if (count_is("derive", count, 11) < 0 || numbers_of(&occupied_at, args + 6, 1) < 0)
+    if (count_is("derive", count, 14) < 0 || numbers_of(numbers, args + 8, 2) < 0)
         return NULL;
-    if (!(occupied_at > INT16_MIN && occupied_at < INT16_MAX))
+    if (!(numbers[0] > INT16_MIN && numbers[0] < INT16_MAX))
         return failed("derive", "occupied_at: more than evidence can be");
-    if (grids_open(masks.all, args, specs, 6) < 0)
+    if (!(numbers[1] >= 1.0 && numbers[1] <= UINT8_MAX))
+        return failed("derive", "drop_at: more than evidence can be, or none");
+    if (grids_open(masks.all, args, specs, 8) < 0)
         return NULL;
-    if (grids_alike(masks.all, specs, 6) == 0 && box_of(&window, args + 7, &masks.evidence) == 0) {
+    if (grids_alike(masks.all, specs, 8) == 0 && box_of(&window, args + 10, &masks.evidence) == 0) {
+        const Bounds at = {(int)numbers[0], (int)numbers[1]};
         Py_BEGIN_ALLOW_THREADS
-        done = derive(&masks, &window, (int)occupied_at, &changed, &known);
+        done = derive(&masks, &window, &at, &changed, &known);
         Py_END_ALLOW_THREADS
         if (done < 0)
             PyErr_NoMemory();
     }
-    grids_close(masks.all, 6);
+    grids_close(masks.all, 8);
     return done < 0 ? NULL : Py_BuildValue("NN", box_as_tuple(&changed), box_as_tuple(&known));
 }
 

@@ -3,6 +3,8 @@
 Evidence is clipped log-odds in integer steps. Floor that is seen clears a cell; a ray that merely
 passes over a cell only tells unknown from free, since a level camera looks over low furniture.
 Where depth is missing below what was seen, something may stand that gave none: no ray passes.
+What is seen below the floor tells that there is none where its ray crosses it: a drop, which is an
+obstacle to a robot, and which no ray through the air clears.
 """
 
 import math
@@ -16,18 +18,21 @@ from numpy.typing import NDArray
 from runtime.core.geometry import GridFrame, rays
 from runtime.core.kernels import mapping as kernels
 from runtime.core.keys import key
+from runtime.core.mapping import drops
+from runtime.core.mapping.drops import Openings
 from runtime.core.mapping.windows import (
     Window,
     between,
     disc_window,
     ends,
+    fan,
     joined,
     padded,
     part_frame,
     polygon_patch,
     widened,
 )
-from runtime.core.types import F64, Mask, Mount, Observation, Pose
+from runtime.core.types import F64, U8, Mask, Mount, Observation, Pose
 
 _GAP_REACH = 4  # cells, across which it is felt that gaps between obstacles are closed
 
@@ -42,7 +47,8 @@ HITS_NEEDED = 2  # obstacle points in a cell that make a hit
 OCCUPIED_AT = 4  # evidence from which a cell holds an obstacle: a single hit
 CHANGES_KEPT = 64  # windows; who asks for older ones looks at the whole map
 EVIDENCE_MAX = 20  # either way, so that what has moved away is unlearned in ten frames
-_WEIGHTS = kernels.Weights(HITS_NEEDED, HIT, MISS, EVIDENCE_MAX)
+FOOTING = 0.5  # of the body's radius: what of it certainly stands on floor
+_WEIGHTS = kernels.Weights(HITS_NEEDED, HIT, MISS, EVIDENCE_MAX, drops.DROP_MOST)
 
 
 @dataclass(frozen=True)
@@ -70,6 +76,10 @@ class NavigationMap:
     or driven over. bumped: (R, C) obstacles met by touch, kept whatever the camera says. driven:
     (R, C) 1 where the body's centre has passed: the way back, however tight it looks later.
     dead_end: (R, C) where no step led on, whatever the clearance says: no way to plan through.
+    drops: (R, C) frames that showed a cell to have no floor, less those that showed some. backed:
+    (R, C) swept by rays along whose azimuth floor was seen there or beyond. doubtful: (R, C) where
+    sweeping tells nothing, as floor drops close by. began_xy: the floor round there may never have
+    been in view; None once the robot has left it.
     """
 
     frame: GridFrame
@@ -79,6 +89,11 @@ class NavigationMap:
     bumped: Mask
     driven: NDArray[np.uint8]
     dead_end: Mask
+    drops: U8
+    backed: Mask
+    doubtful: Mask
+    began_xy: tuple[float, float] | None = None
+    openings: Openings = field(default_factory=Openings, repr=False)
     last_xy: tuple[float, float] | None = None
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
     _stale: Window | None = field(default=None, repr=False)  # of the views
@@ -99,14 +114,18 @@ class NavigationMap:
             np.zeros((n, n), bool),
             np.zeros((n, n), np.uint8),
             np.zeros((n, n), bool),
+            np.zeros((n, n), np.uint8),
+            np.zeros((n, n), bool),
+            np.zeros((n, n), bool),
+            (pose.x_m, pose.y_m),
         )
         grid.drive_over(pose, radius_m)
         return grid
 
     @property
     def occupied(self) -> Mask:
-        """(R, C) cells that hold an obstacle. This and the next two are updated in place: whoever
-        needs them as they are now takes a copy."""
+        """(R, C) cells that hold an obstacle, or no floor. This and the next two are updated in
+        place: whoever needs them as they are now takes a copy."""
         return self._view("occupied")
 
     @property
@@ -134,10 +153,13 @@ class NavigationMap:
         """Derive the masks anew within a window, and book where they changed."""
         changed, known = kernels.derive(
             self.evidence,
+            self.drops,
             self.bumped,
             self.swept,
+            self.doubtful,
             (self._views["occupied"], self._views["free"], self._views["unknown"]),
             self.occupied_at,
+            drops.DROP_AT,
             ends(widened(window, _GAP_REACH, self.frame)),
         )
         if known:
@@ -184,8 +206,11 @@ class NavigationMap:
         return MapCopy(part_frame(self.frame, window), *masks)
 
     def drive_over(self, pose: Pose, radius_m: float) -> None:
-        """The cells under the body are free: it stands there."""
+        """The cells under the body are free: it stands there. Near a drop those of its feet."""
         disc, window = disc_window(self.frame, pose.x_m, pose.y_m, radius_m)
+        if self.drops[window].any() or self.doubtful[window].any():
+            disc, window = disc_window(self.frame, pose.x_m, pose.y_m, FOOTING * radius_m)
+            self.drops[window][disc] = 0
         evidence = self.evidence[window]
         evidence[disc] = np.minimum(evidence[disc], -MISS)
         self.bumped[window][disc] = False
@@ -245,6 +270,8 @@ class NavigationMap:
         self.evidence = padded(self.evidence, pad)
         self.swept, self.bumped = padded(self.swept, pad), padded(self.bumped, pad)
         self.driven, self.dead_end = padded(self.driven, pad), padded(self.dead_end, pad)
+        self.drops, self.backed = padded(self.drops, pad), padded(self.backed, pad)
+        self.doubtful = padded(self.doubtful, pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
             f.y0_m - top * f.resolution_m,
@@ -264,16 +291,18 @@ def integrate(
     max_depth_m: float,
 ) -> F64:
     """Add one depth image, for a body of that radius and height. Returns the view's outline,
-    (V, 2) m in the map frame: the camera and the free range along each azimuth. The grid must
-    already reach as far as the camera sees."""
+    (V, 2) m in the map frame: the camera and the free range along each azimuth, which ends where
+    the floor does. The grid must already reach as far as the camera sees."""
     table, frame = rays(obs.intrinsics, mount, STRIDE), grid.frame
     (x0, y0), facing = _camera_at(obs.pose, mount)
     view = kernels.DepthView(
         STRIDE, max_depth_m, mount.z_m, FLOOR_BELOW_M, height_m, *facing,
         x0 - frame.x0_m, y0 - frame.y0_m, 1.0 / frame.resolution_m,
+        drops.SLACK, drops.LIP_M, drops.DROP_WITHIN_M,
     )  # fmt: skip
-    reach, seen = kernels.integrate(
+    (reach, floor, opening), seen, dropped = kernels.integrate(
         grid.evidence,
+        grid.drops,
         np.ascontiguousarray(obs.depth_m),
         (table.forward, table.left, table.up, table.reach),
         table.groups,
@@ -286,10 +315,14 @@ def integrate(
     if seen:
         grid.changed(between(seen))
     azimuth = table.azimuths + obs.pose.yaw_rad
-    outline = np.empty((len(reach) + 1, 2))
-    outline[0] = x0, y0
-    outline[1:, 0], outline[1:, 1] = x0 + reach * np.cos(azimuth), y0 + reach * np.sin(azimuth)
-    _sweep(grid, outline)
+    outline = fan((x0, y0), azimuth, reach)
+    _sweep(grid, outline, fan((x0, y0), azimuth, floor))
+    if dropped:
+        _lose_way(grid, between(dropped), radius_m)
+    doubt = grid.openings.doubt(grid.doubtful, frame, (x0, y0), azimuth, opening)
+    if doubt:
+        drops.disbelieve(grid.evidence[doubt], grid.doubtful[doubt], grid.driven[doubt], MISS)
+        grid.changed(doubt)
     grid.drive_over(obs.pose, radius_m)
     return outline
 
@@ -301,7 +334,16 @@ def _camera_at(pose: Pose, mount: Mount) -> tuple[tuple[float, float], tuple[flo
     return (x_m, pose.y_m + s * mount.x_m + c * mount.y_m), (c, s)
 
 
-def _sweep(grid: NavigationMap, outline: F64) -> None:
+def _sweep(grid: NavigationMap, outline: F64, floor: F64) -> None:
     mask, window = polygon_patch(grid.frame, outline)
     grid.swept[window] |= mask
     grid.changed(window)
+    mask, window = polygon_patch(grid.frame, floor)
+    grid.backed[window] |= mask
+
+
+def _lose_way(grid: NavigationMap, window: Window, radius_m: float) -> None:
+    near = math.ceil(radius_m / grid.frame.resolution_m) + 1
+    window = widened(window, near, grid.frame)
+    if drops.lose_way(grid.driven[window], grid.drops[window], near):
+        grid.touched(window)

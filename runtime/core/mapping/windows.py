@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import GridFrame
-from runtime.core.types import F64, Mask
+from runtime.core.types import F32, F64, Mask
 
 Window = tuple[slice, slice]  # of rows and of columns
 
@@ -22,6 +22,16 @@ def ends(window: Window) -> tuple[int, int, int, int]:
 def between(ends: tuple[int, int, int, int]) -> Window:
     """The window of what `ends` told."""
     return slice(ends[0], ends[1]), slice(ends[2], ends[3])
+
+
+def fan(from_xy: tuple[float, float], azimuths_rad: F32 | F64, range_m: F32 | F64) -> F64:
+    """(A,) rad in the map frame and (A,) m -> (A + 1, 2) m, the point that they are seen from
+    first: the outline of what is in view."""
+    outline = np.empty((len(range_m) + 1, 2))
+    outline[0] = x, y = from_xy
+    outline[1:, 0] = x + range_m * np.cos(azimuths_rad)
+    outline[1:, 1] = y + range_m * np.sin(azimuths_rad)
+    return outline
 
 
 def polygon_mask(frame: GridFrame, outline: F64) -> Mask:
