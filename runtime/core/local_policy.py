@@ -4,6 +4,7 @@ them is here and nowhere else."""
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Protocol
 
 from runtime.core.distances.planner import Field, descend
@@ -11,6 +12,7 @@ from runtime.core.distances.terrain import DEAD_END_M
 from runtime.core.geometry import bearing
 from runtime.core.motion import discrete_policy, step_search, velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
+from runtime.core.motion.footing import footing, no_floor
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import F64, Action, Observation, Twist
 from runtime.core.world import Command, Mode, World
@@ -159,7 +161,8 @@ class WholeSteps:
         if action is not None:
             return action
         world.map.close(world.pose.x_m, world.pose.y_m, DEAD_END_M)
-        return discrete_policy.squeeze(world.terrain, world.pose)
+        drops = partial(no_floor, world.map)
+        return discrete_policy.squeeze(world.terrain, world.pose, drops)
 
 
 @dataclass(frozen=True)
@@ -215,7 +218,9 @@ class Velocities:
 
     def drive(self, world: World, field: Field) -> tuple[Action, Course]:
         # The control loop follows it in a thread of its own, while the terrain goes on changing.
-        return Action.MOVE_FORWARD, Along(world.terrain.around(world.pose, COURSE_M), field)
+        near = world.terrain.around(world.pose, COURSE_M)
+        ground = footing(world.map, world.pose, COURSE_M, world.lens)
+        return Action.MOVE_FORWARD, Along(near, field, ground)
 
     def steer(self, world: World, command: Command) -> Command:
         """With the velocity that begins the command's course, and the action that resembles it."""

@@ -17,7 +17,7 @@ from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.windows import padded, widened
-from runtime.core.motion.courses import STILL, Course
+from runtime.core.motion.courses import STILL, Along, Course
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import (
     F64,
@@ -34,6 +34,7 @@ from runtime.core.types import (
 )
 
 STEP_M = 0.01  # of the way that is kept: a robot that stands leaves none
+CREEPING = "at a creep: the camera could not see the floor here"
 FIRST_LOOKS = 12  # turns of the look around at the start: a whole one, where a turn is 30 degrees
 
 
@@ -320,5 +321,9 @@ def with_distances(world: World, cells_by_id: dict[int, F64], snap_m: float = 0.
 
 
 def toward(field: Field, pose: Pose, command: Command) -> Command:
-    """The command with the path that the field leads along."""
-    return replace(command, path_xy=descend(field, (pose.x_m, pose.y_m)))
+    """The command with the path that the field leads along; it says so where that begins over floor
+    that was never in view."""
+    path_xy, course = descend(field, (pose.x_m, pose.y_m)), command.course
+    if isinstance(course, Along) and course.footing and course.footing.begins_blind(path_xy):
+        command = replace(command, reason=f"{command.reason}, {CREEPING}")
+    return replace(command, path_xy=path_xy)

@@ -6,6 +6,7 @@ from typing import Literal
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.keys import key
+from runtime.core.motion.footing import Footing
 from runtime.core.types import Twist
 
 STILL = Twist()
@@ -39,10 +40,12 @@ class ControlConfig:
 
 @dataclass(frozen=True)
 class Along:
-    """Drive down a field to its sources."""
+    """Drive down a field to its sources. The footing is what a base that halts anywhere keeps to;
+    one of whole steps keeps to the terrain alone."""
 
     terrain: Terrain
     field: Field
+    footing: Footing | None = None
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The action of the benchmark protocols that follows an arrival field."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -15,6 +15,7 @@ FORWARD_M = 0.25  # a step, as the benchmark protocols have it
 TURN_RAD = math.radians(30.0)  # and a turn
 TURN_COST_M = 0.04  # what a turn must win in arrival time; keeps headings steady
 SAMPLES = 5  # points checked along a step
+FEET_M = 0.1  # ahead of the body's middle something still carries it
 
 
 def follow(terrain: Terrain, field: Field, pose: Pose, radius_m: float) -> Action | None:
@@ -34,15 +35,20 @@ def follow(terrain: Terrain, field: Field, pose: Pose, radius_m: float) -> Actio
     return _begin(-best[2])
 
 
-def squeeze(terrain: Terrain, pose: Pose) -> Action:
+def squeeze(terrain: Terrain, pose: Pose, no_floor: Callable[[F64], Mask]) -> Action:
     """Out of a place where the map leaves no heading to drive: toward the one whose next step keeps
-    the most clearance. The robot came here, so one is wider than the map says."""
+    the most clearance. The robot came here, so one is wider than the map says; but not to where
+    there is `no_floor`, told of (..., 2) m points. Where that is all around it stays, and turns."""
     turnings = sorted(whole_turns(), key=abs)
-    cells = terrain.frame.cells(_step(pose, turnings)[:, 1:])
+    steps = _step(pose, turnings)
+    cells = terrain.frame.cells(steps[:, 1:])
     inside = ((cells >= 0) & (cells < terrain.frame.shape)).all(axis=(1, 2))
     least = np.full(len(turnings), -1.0)
     least[inside] = terrain.clearance_m[cells[inside, :, 0], cells[inside, :, 1]].min(axis=1)
-    return _begin(turnings[int(least.argmax())])
+    feet = steps + (steps[:, -1:] - steps[:, :1]) * (FEET_M / FORWARD_M)
+    falls = (no_floor(steps) | no_floor(feet)).any(axis=1)
+    least[falls] = -math.inf
+    return _begin(turnings[int(least.argmax())]) if not falls.all() else Action.TURN_LEFT
 
 
 def whole_turns() -> range:

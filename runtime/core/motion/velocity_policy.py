@@ -2,12 +2,14 @@
 
 import math
 from dataclasses import replace
+from enum import Enum
 
 import numpy as np
 
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, clearance_between
 from runtime.core.geometry import bearing, wrap_angle
+from runtime.core.mapping.grid import FOOTING
 from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, Course, Spin, Toward
 from runtime.core.types import F64, Action, Pose, Twist
 
@@ -34,12 +36,13 @@ def steer(
     radius_m: float,
     cfg: ControlConfig,
     age_s: float = 0.0,
+    cliffs_watch: bool = False,
 ) -> Twist:
     """The velocity that follows a course; without one, braking to a halt. `now` is the velocity
-    commanded `dt_s` ago, `age_s` how old the image is that the course was made of."""
+    commanded `dt_s` ago, `age_s` how old the image is that the course was made of; `cliffs_watch`:
+    sensors at the body's rim hold the base where the floor ends."""
     if isinstance(course, Along):
-        terrain, field = course.terrain, course.field
-        return velocity(terrain, field, pose, radius_m, cfg, now, dt_s, age_s)
+        return velocity(course, pose, radius_m, cfg, now, dt_s, age_s, cliffs_watch)
     if now.v_mps > CREEP_MPS:  # halt first, along the curve that is known to be clear
         slower = _slewed(now, STILL, dt_s, cfg).v_mps
         return Twist(slower, now.w_radps * slower / now.v_mps)
@@ -52,20 +55,23 @@ def steer(
 
 
 def velocity(
-    terrain: Terrain,
-    field: Field,
+    course: Along,
     pose: Pose,
     radius_m: float,
     cfg: ControlConfig,
     now: Twist = STILL,
     dt_s: float = 0.2,
     age_s: float = 0.0,
+    cliffs_watch: bool = False,
 ) -> Twist:
     """The velocity down the field: toward a point ahead on the path, slower in curves, in tight
     places and before the goal, on the spot when the heading is far off. It is never faster than
     lets the robot halt on known free ground if no further command came, the longer ahead the older
-    that knowledge is (`age_s`); braking for that is not held back by the slew. Where no path leads
-    the robot turns on the spot, to see more."""
+    that knowledge is (`age_s`); braking for that is not held back by the slew. Ground is what the
+    course's footing calls floor. Over what it calls blind the robot creeps, or, where
+    `cliffs_watch`, over all that is free as fast as lets it halt within its own radius. Where no
+    path leads the robot turns on the spot, to see more."""
+    terrain, field = course.terrain, course.field
     path = _path(field, pose)
     if not len(path):
         return _slewed(now, Twist(0.0, cfg.look_radps), dt_s, cfg)
@@ -80,11 +86,24 @@ def velocity(
     v *= _ease(terrain, pose, aim, radius_m)
     v = min(v, _before_goal(field, path, pose, cfg))
     wished = _slewed(now, Twist(v, w), dt_s, cfg)
+    stale_s = _stale_s(age_s)
     for share in _SHARES:
         twist = Twist(share * wished.v_mps, wished.w_radps)
-        if _can_halt(terrain, pose, twist, radius_m, cfg, _stale_s(age_s)):
+        if _can_halt(course, pose, twist, radius_m, cfg, stale_s):
             return twist
+    unseen_mps = within_radius_mps(radius_m, cfg) if cliffs_watch else CREEP_MPS
+    twist = Twist(min(wished.v_mps, unseen_mps), wished.w_radps)
+    ground = _Ground.ANY if cliffs_watch else _Ground.BLIND
+    if course.footing and _can_halt(course, pose, twist, radius_m, cfg, stale_s, ground):
+        return twist
     return Twist(0.0, wished.w_radps)
+
+
+def within_radius_mps(radius_m: float, cfg: ControlConfig) -> float:
+    """The speed from which the robot halts within its radius, as one must that learns at its rim
+    that the floor ends: v * HOLD_S + v^2 / 2b."""
+    brake = cfg.brake_mps2
+    return brake * (math.sqrt(HOLD_S * HOLD_S + 2 * radius_m / brake) - HOLD_S)
 
 
 def sighted_mps(age_s: float, cfg: ControlConfig) -> float:
@@ -203,24 +222,48 @@ def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> flo
     return max(CREEP_MPS, math.sqrt(cfg.brake_mps2 * left))
 
 
+class _Ground(Enum):
+    """What the robot may halt on."""
+
+    FLOOR = "floor"
+    BLIND = "blind"  # or what was never in view, round the start
+    ANY = "any"  # that is free
+
+
 def _can_halt(
-    terrain: Terrain, pose: Pose, twist: Twist, radius_m: float, cfg: ControlConfig, stale_s: float
+    course: Along,
+    pose: Pose,
+    twist: Twist,
+    radius_m: float,
+    cfg: ControlConfig,
+    stale_s: float,
+    ground: _Ground = _Ground.FLOOR,
 ) -> bool:
     """Whether the robot stays on ground known to be free if it drives so for HOLD_S, and `stale_s`
-    more, and then brakes along the same curve."""
+    more, and then brakes along the same curve; its feet, too, where there is a footing."""
     v, w = twist.v_mps, twist.w_radps
     if v <= 0:
         return True
+    terrain, footing = course.terrain, course.footing
+    resolution_m = terrain.frame.resolution_m
     length = v * (HOLD_S + stale_s) + v * v / (2 * cfg.brake_mps2)
-    n = math.ceil(2 * length / terrain.frame.resolution_m) + 2
-    s = np.linspace(0.0, length, n)
-    turn = s * (w / v)
+    if not _drivable(terrain, _curve(pose, w / v, length, resolution_m), radius_m):
+        return False
+    if footing is None or ground is _Ground.ANY:
+        return True
+    feet = _curve(pose, w / v, length + FOOTING * radius_m, resolution_m)
+    return footing.bears(feet[1:], ground is _Ground.BLIND)
+
+
+def _curve(pose: Pose, bend_per_m: float, length_m: float, resolution_m: float) -> F64:
+    """(N, 2) m points along an arc from the pose, two a cell."""
+    n = math.ceil(2 * length_m / resolution_m) + 2
+    s = np.linspace(0.0, length_m, n)
     step = np.diff(s, prepend=0.0)
-    heading = pose.yaw_rad + turn - step * (w / v) / 2
-    points = pose.xy + np.cumsum(
-        np.stack([step * np.cos(heading), step * np.sin(heading)], axis=1), axis=0
-    )
-    return _drivable(terrain, points, radius_m)
+    heading = pose.yaw_rad + s * bend_per_m - step * bend_per_m / 2
+    ahead = np.stack([step * np.cos(heading), step * np.sin(heading)], axis=1)
+    points: F64 = pose.xy + np.cumsum(ahead, axis=0)
+    return points
 
 
 def _drivable(terrain: Terrain, points_xy: F64, radius_m: float) -> bool:

@@ -15,6 +15,7 @@ from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.motion import velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin, Toward
+from runtime.core.motion.footing import Footing
 from runtime.core.types import Action, Pose, Twist
 from runtime.core.world import World
 
@@ -85,7 +86,7 @@ def test_a_bent_corridor_is_driven_to_its_end_without_touching(
     pose, twist, path = Pose(middle, middle, yaw), STILL, []
     for _ in range(round(60 / dt)):
         before = twist
-        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, before, dt)
+        twist = velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, before, dt)
         assert 0.0 <= twist.v_mps <= CFG.max_speed_mps
         assert abs(twist.w_radps) <= CFG.max_turn_radps
         assert twist.v_mps - before.v_mps <= CFG.max_accel_mps2 * dt + 1e-9
@@ -113,7 +114,7 @@ def test_whatever_was_driven_before_the_robot_can_halt_on_known_ground(x, y, yaw
     terrain = ground("\n".join("".join(row) for row in [*rows, rows[0]]))
     field = field_to(terrain, 0.8, 0.8)
     pose = Pose(x, y, yaw)
-    twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, Twist(v, w), 0.2)
+    twist = velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, Twist(v, w), 0.2)
     if twist.v_mps == 0:
         return
     start = terrain.frame.cell(pose.x_m, pose.y_m)
@@ -134,7 +135,7 @@ def test_unknown_ground_ahead_is_not_driven_onto():
     field.arrival_m[:, :] = np.arange(40, 0, -1)  # a field that leads into the unknown
     pose, twist = Pose(0.5, 0.5, 0.0), STILL
     for _ in range(200):
-        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.1)
+        twist = velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, twist, 0.1)
         pose = moved(pose, twist, 0.1)
         assert pose.x_m < 21 * CELL
     assert pose.x_m > 0.7
@@ -164,7 +165,7 @@ def test_a_robot_right_before_something_gets_around_it(gap: float, half: int):
         if n % 4 == 0:  # a frame, and a plan made of it
             terrain = as_planned(bare, pose)
             field = field_to(terrain, 2.5, 1.52)
-        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        twist = velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, twist, 0.05)
         pose = moved(pose, twist, 0.05)
         assert np.hypot(*(obstacles - pose.xy).T).min() >= least
         if field.at(pose.x_m, pose.y_m) <= 0:
@@ -203,7 +204,7 @@ def test_from_any_tight_spot_the_robot_reaches_its_goal_and_comes_no_closer(seed
             field = field_to(terrain, *goal)
         if n == 0 and not math.isfinite(field.at(pose.x_m, pose.y_m)):
             return  # walled in
-        twist = velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, twist, 0.05)
+        twist = velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, twist, 0.05)
         pose = moved(pose, twist, 0.05)
         assert np.hypot(*(obstacles - pose.xy).T).min() >= least
         if field.at(pose.x_m, pose.y_m) <= 0:
@@ -214,7 +215,9 @@ def test_from_any_tight_spot_the_robot_reaches_its_goal_and_comes_no_closer(seed
 def test_a_heading_far_off_is_turned_on_the_spot():
     terrain = corridor(25, 12)
     field = field_to(terrain, 1.3, 0.35)
-    twist = velocity_policy.velocity(terrain, field, Pose(0.35, 0.35, 3.0), RADIUS, CFG, STILL, 0.2)
+    twist = velocity_policy.velocity(
+        Along(terrain, field), Pose(0.35, 0.35, 3.0), RADIUS, CFG, STILL, 0.2
+    )
     assert twist.v_mps == 0
     assert twist.w_radps < 0  # the shorter way round
 
@@ -222,9 +225,8 @@ def test_a_heading_far_off_is_turned_on_the_spot():
 def test_no_way_at_all_turns_to_see_more():
     terrain = corridor(25, 12)
     nowhere = Field(terrain.frame, np.full(terrain.frame.shape, np.inf))
-    twist = velocity_policy.velocity(
-        terrain, nowhere, Pose(0.35, 0.35, 0.0), RADIUS, CFG, STILL, 0.2
-    )
+    course = Along(terrain, nowhere)
+    twist = velocity_policy.velocity(course, Pose(0.35, 0.35, 0.0), RADIUS, CFG, STILL, 0.2)
     assert twist.v_mps == 0
     assert twist.w_radps > 0
 
@@ -351,8 +353,53 @@ def test_in_a_room_a_robot_that_saw_long_ago_keeps_farther_from_the_wall():
     pose = Pose(1.55, 0.35, 0.0)  # 1.1 m before the wall
     fast = Twist(0.4, 0.0)
     speeds = [
-        velocity_policy.velocity(terrain, field, pose, RADIUS, CFG, fast, 1.0, age_s).v_mps
+        velocity_policy.velocity(Along(terrain, field), pose, RADIUS, CFG, fast, 1.0, age_s).v_mps
         for age_s in (0.0, 0.4, 1.0, 1.5, 1.9)
     ]
     assert speeds[0] == speeds[1] > speeds[2] > speeds[4]
     assert speeds == sorted(speeds, reverse=True)
+
+
+def over_ground(floor_until_m: float, blind: bool) -> Along:
+    """A hall along x whose floor is known as far as told; beyond it is blind, or nothing."""
+    terrain = corridor(40, 20)
+    x = (np.arange(terrain.frame.cols) + 0.5) * CELL
+    known = np.broadcast_to(x <= floor_until_m, terrain.frame.shape)
+    beyond = terrain.traversable & ~known & blind
+    footing = Footing(terrain.frame, terrain.traversable & known, beyond)
+    return Along(terrain, field_to(terrain, 2.4, 0.5), footing)
+
+
+def end_of(course: Along, cliffs_watch: bool = False, seconds: float = 12.0) -> tuple[float, float]:
+    """Where it comes to, x in m, and how fast it was at most beyond 1.2 m."""
+    pose, twist, fastest = Pose(0.4, 0.5, 0.0), STILL, 0.0
+    for _ in range(round(seconds / 0.05)):
+        twist = velocity_policy.steer(
+            course, pose, twist, 0.05, RADIUS, CFG, cliffs_watch=cliffs_watch
+        )
+        pose = moved(pose, twist, 0.05)
+        fastest = max(fastest, twist.v_mps) if pose.x_m > 1.2 else fastest
+    return pose.x_m, fastest
+
+
+def test_where_the_floor_that_was_seen_ends_the_robot_halts_on_it():
+    x_m, _ = end_of(over_ground(1.2, blind=False))
+    assert 1.0 < x_m < 1.2 - RADIUS / 2 + CELL
+
+
+def test_what_was_never_in_view_is_crept_over():
+    x_m, fastest = end_of(over_ground(1.2, blind=True), seconds=20.0)
+    assert x_m > 1.4
+    assert 0 < fastest <= 0.05
+
+
+def test_where_cliffs_are_watched_the_speed_lets_it_halt_within_its_radius():
+    x_m, fastest = end_of(over_ground(1.2, blind=False), cliffs_watch=True)
+    assert x_m > 2.0
+    assert 0.05 < fastest <= velocity_policy.within_radius_mps(RADIUS, CFG) < CFG.max_speed_mps
+
+
+def test_on_floor_that_was_seen_nothing_is_slower():
+    whole = over_ground(9.0, blind=False)
+    bare = replace(whole, footing=None)
+    assert end_of(whole) == end_of(bare)
