@@ -11,7 +11,7 @@ import click
 from hil_sim.driving.methods import KNOWN, method_named, needed_models
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
 from hil_sim.evaluation.left_out import lines_of
-from hil_sim.evaluation.results import Results, errors, sole, stages
+from hil_sim.evaluation.results import Results, errors, falls, sole, stages
 from hil_sim.evaluation.starts import survey
 from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings, protocol_for
@@ -119,7 +119,7 @@ def _print(evaluation: Evaluation, results: Results, seed: int, took_s: float) -
     click.echo("")
     for method in evaluation.methods:
         done = results.of(method, evaluation.episodes)
-        line = f"{method}: {stages(done)}"
+        line = f"{method}: {stages(done)}; {falls(done)} falls"
         if errors(done):
             line += f"; {errors(done)} ended in an error and count as failures"
         click.echo(line)

@@ -14,13 +14,14 @@ class End(Enum):
 
     STOP = "stop"  # the robot's own word
     STEPS = "steps"  # none left
+    FELL = "fell"  # down a hole in the floor
     ERROR = "error"  # of the runtime or of the harness
 
 
 @dataclass(frozen=True)
 class Ended:
-    """How an episode ended; `why` says what an error was, in a line. As text: "stop", "steps" or
-    "error: WHY"."""
+    """How an episode ended; `why` says what an error was, in a line. As text: "stop", "steps",
+    "fell" or "error: WHY"."""
 
     end: End
     why: str = ""

@@ -53,7 +53,7 @@ def run_episode(
     )  # fmt: skip
     try:
         play(run)
-        ended = Ended(End.STOP if run.tally.robot.stopped else End.STEPS)
+        ended = Ended(_end(run.tally.robot))
     except HarnessError as error:
         ended = Ended(End.ERROR, str(error))
     finally:
@@ -61,6 +61,12 @@ def run_episode(
         home.populate(())
     ended = _take_back(run, ended)
     return _result(episode, run, method, ended, time.monotonic() - began_s)
+
+
+def _end(robot: Robot) -> End:
+    if robot.fell:
+        return End.FELL
+    return End.STOP if robot.stopped else End.STEPS
 
 
 def _give_goal(episode: Episode, runtime: Driver, settings: tuple[str, ...], log_dir: Path) -> None:
@@ -92,7 +98,7 @@ def _result(
     tally, protocol = run.tally, run.protocol
     distance_m = run.home.distance_m(tally.robot.pose)
     end = Ending(tally.robot.stopped, distance_m, run.witness.sightings)
-    success = not ended.failed and protocol.success(end)
+    success = ended.end is End.STOP and protocol.success(end)
     shortest_m = episode.shortest_path_m
     outcome = Outcome(success, shortest_m, tally.robot.path_m, distance_m, tally.steps)
     wall = {

@@ -63,9 +63,9 @@ class EpisodeRun:
 
 
 def drive(run: EpisodeRun) -> None:
-    """Step until the runtime says stop, or no steps are left."""
+    """Step until the runtime says stop, the robot falls, or no steps are left."""
     _check(run)
-    while not run.tally.robot.stopped and run.tally.steps < run.protocol.max_steps:
+    while not run.tally.robot.over and run.tally.steps < run.protocol.max_steps:
         run.tally.halted = still(run.tally.robot)
         _step(run)
     if isinstance(run.driver, Runtime):
@@ -98,7 +98,7 @@ def _step(run: EpisodeRun) -> None:
     tally.robot = _moved(run, before, answer, deaf, when)
     # A discrete base that was told to move would have gone on.
     tally.halted = still(tally.robot) and (
-        answer is None or tally.robot.stopped or deaf or run.protocol.base is not None
+        answer is None or tally.robot.over or deaf or run.protocol.base is not None
     )
     mode = str(answer.state.get("mode", "")) if answer is not None else ""
     action = answer.action.value if answer is not None else NO_COMMAND

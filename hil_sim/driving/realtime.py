@@ -112,12 +112,13 @@ def drive(
     clock: Callable[[], float] = time.monotonic,
     base_wire: BaseWire | None = None,
 ) -> None:
-    """Until the runtime says that the search is over, or the time allowed has passed."""
+    """Until the runtime says that the search is over, the robot falls, or the time allowed has
+    passed."""
     if not isinstance(run.driver, Runtime) or run.protocol.base is None:
         raise HarnessError("real time needs a runtime, and a base that drives")
     state = _State(clock(), clock(), base_wire or CmdVelWire(run.driver))
     allowed_s = run.protocol.max_steps * run.protocol.observe_s
-    while not run.tally.robot.stopped and state.now_s - state.began_s < allowed_s:
+    while not run.tally.robot.over and state.now_s - state.began_s < allowed_s:
         _tick(run, run.driver, camera, state, clock)
         if state.said is not None and state.said.get("state") in OVER:
             _conclude(run, state, state.said)

@@ -19,7 +19,7 @@ from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import method_named, needed_models
 from hil_sim.evaluation.left_out import StartCheck, rows_of
 from hil_sim.evaluation.pool import Work, local
-from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors, run_of
+from hil_sim.evaluation.results import RUN_FILE, SUITE_FILE, Results, errors, falls, run_of
 from hil_sim.evaluation.summary import Summary, summarise
 from hil_sim.evaluation.worker import (
     Drive,
@@ -186,10 +186,10 @@ def report(evaluation: Evaluation, results: Results, seed: int) -> dict[str, Any
             row = result.to_json()
             walls.setdefault(method, {})[result.episode] = row.pop("wall")
             rows.append(row)
-    methods = {
-        name: {**plain(summary), "errors": errors(results.of(name, evaluation.episodes))}
-        for name, summary in summaries(evaluation, results, seed)
-    }
+    methods: dict[str, dict[str, Any]] = {}
+    for name, summary in summaries(evaluation, results, seed):
+        done = results.of(name, evaluation.episodes)
+        methods[name] = {**plain(summary), "errors": errors(done), "falls": falls(done)}
     left_out = {"left_out": rows_of(evaluation.left_out)} if evaluation.left_out else {}
     return {
         "suite": evaluation.suite,

@@ -3,8 +3,8 @@
 The rule, for an episode that is no success; the first that holds:
 1. error: it ended in an error of the runtime or of the harness;
 2. detection: it stopped for something that is no instance of the goal (`claim` "false");
-3. planning: it stopped for an instance (`claim` "true") outside of where that counts, or made for
-   one on the way (`believed_at`) and did not end there;
+3. planning: it fell, or it stopped for an instance (`claim` "true") outside of where that counts,
+   or made for one on the way (`believed_at`) and did not end there;
 4. detection: the goal was in view (`seen_at`) and never made for;
 5. exploration: the goal was never in view.
 In view is 200 pixels of a 640x480 frame within 5 m, by the true segmentation.
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from enum import StrEnum
 from typing import Protocol
 
-from hil_sim.driving.episode_result import Ended
+from hil_sim.driving.episode_result import End, Ended
 from hil_sim.ground_truth.witness import Claim
 
 
@@ -49,6 +49,8 @@ def cause(log: Log) -> Cause | None:
         return None
     if log.ended.failed:
         return Cause.ERROR
+    if log.ended.end is End.FELL:
+        return Cause.PLANNING
     if log.claim is Claim.FALSE:
         return Cause.DETECTION
     if log.claim is Claim.TRUE or log.believed_at is not None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.failures import Cause, false_finds, split
-from hil_sim.evaluation.results import FRAMES, mean_wall
+from hil_sim.evaluation.results import FRAMES, falls, mean_wall
 from hil_sim.evaluation.summary import Figure, bootstrap, cell, difference, summarise
 
 Runs = Mapping[str, Sequence[EpisodeResult]]  # a method's episodes, all methods the same ones
@@ -85,8 +85,8 @@ def progress(runs: Runs, before: Runs, seed: int) -> str:
 
 
 def failures(runs: Runs) -> str:
-    """How many episodes failed for which cause, collisions, and how the robot ended."""
-    lines = _head("method", "failed", *Cause, "collisions an episode",
+    """How many episodes failed for which cause, collisions, falls, and how the robot ended."""
+    lines = _head("method", "failed", *Cause, "collisions an episode", "falls",
                   "ended stopped %", "false finds in 1,000 frames")  # fmt: skip
     for name, results in runs.items():
         causes = split(results)
@@ -96,7 +96,7 @@ def failures(runs: Runs) -> str:
         counts = (str(causes[cause]) for cause in Cause)
         false = false_finds(results, sum(r.outcome.steps for r in results))
         lines.append(_row(name, f"{failed} of {len(results)}", *counts, f"{hits:.2f}",
-                          f"{still:.0f}", f"{false:.2f}"))  # fmt: skip
+                          str(falls(results)), f"{still:.0f}", f"{false:.2f}"))  # fmt: skip
     return "\n".join(lines)
 
 

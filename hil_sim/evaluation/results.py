@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from hil_sim.driving.episode_result import EpisodeResult
+from hil_sim.driving.episode_result import End, EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.methods import METHODS
 from hil_sim.ground_truth.episodes import Episode
@@ -116,6 +116,11 @@ class Results:
 def errors(results: Sequence[EpisodeResult]) -> int:
     """Episodes that ended in an error; they count as failures."""
     return sum(result.ended.failed for result in results)
+
+
+def falls(results: Sequence[EpisodeResult]) -> int:
+    """Episodes in which the robot left the floor."""
+    return sum(result.ended.end is End.FELL for result in results)
 
 
 def stages(results: Sequence[EpisodeResult]) -> str:

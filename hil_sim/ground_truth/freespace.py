@@ -113,7 +113,7 @@ def build_free_space(scene: Scene, triangles: NDArray[np.floating]) -> FreeSpace
     """Free cells of a scene whose obstacles are `triangles` (N, 3, 3), m, scene frame.
 
     Triangles are cut to the body's height; free is what lies in a room, further from every
-    obstacle than the body's radius and half a cell.
+    obstacle and every hole in the floor than the body's radius and half a cell.
     """
     corners = np.vstack([np.array(room.polygon) for room in scene.rooms])
     low, high = corners.min(axis=0) - 0.5, corners.max(axis=0) + 0.5
@@ -121,6 +121,8 @@ def build_free_space(scene: Scene, triangles: NDArray[np.floating]) -> FreeSpace
     inside, solid = np.zeros((rows, cols), np.uint8), np.zeros((rows, cols), np.uint8)
     for room in scene.rooms:
         cv2.fillPoly(inside, [_fixed(np.array(room.polygon), low)], 1, shift=_SHIFT)
+    for hole in scene.holes:
+        cv2.fillPoly(solid, [_fixed(np.array(hole.polygon), low)], 1, shift=_SHIFT)
     for shape in _cut(triangles):
         cv2.fillConvexPoly(solid, _fixed(shape, low), 1, shift=_SHIFT)
     away = cv2.distanceTransform(1 - solid, cv2.DIST_L2, cv2.DIST_MASK_PRECISE) * CELL_M

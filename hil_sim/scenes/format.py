@@ -100,6 +100,16 @@ class SceneObject:
 
 
 @dataclass(frozen=True)
+class Hole:
+    """Where the floor is missing: the ground there is `depth_m` lower. With `stairs_rad`, of a
+    convex polygon, treads lead down in that direction, as far as there is room for them."""
+
+    polygon: Polygon
+    depth_m: float
+    stairs_rad: float | None = None
+
+
+@dataclass(frozen=True)
 class Scene:
     name: str
     walls: tuple[Wall, ...]
@@ -108,6 +118,7 @@ class Scene:
     objects: tuple[SceneObject, ...]
     spawn: tuple[Polygon, ...] = ()
     wall_height_m: float = 2.5
+    holes: tuple[Hole, ...] = ()
     source: Path | None = field(default=None, compare=False)
     """The file it was read from; meshes given by path are relative to its folder."""
 

@@ -15,6 +15,7 @@ WALL, DOOR, FRONT, INK, ROOM_INK = (
     (60, 60, 60), (235, 225, 200), (220, 60, 60), (20, 20, 20), (150, 30, 30)
 )  # fmt: skip
 LOW, HIGH, OTHER = (200, 215, 235), (225, 205, 235), (225, 225, 225)
+HOLE = (120, 110, 100)
 Image = NDArray[np.uint8]
 ToPixels = Callable[[NDArray[np.float64]], NDArray[np.int32]]
 
@@ -38,6 +39,8 @@ def plan_image(scene: Scene) -> Image:
 
     for room in scene.rooms:
         cv2.fillPoly(image, [px(np.array(room.polygon))], _pale(room.floor))
+    for hole in scene.holes:
+        cv2.fillPoly(image, [px(np.array(hole.polygon))], HOLE)
     for wall in scene.walls:
         _line(image, px(np.array([wall.start, wall.end])), WALL, wall.thickness_m)
     for door in scene.doors:

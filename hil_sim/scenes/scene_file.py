@@ -11,11 +11,14 @@ from hil_sim.scenes.format import (
     ON_WALL_M,
     ROOM_TYPES,
     Door,
+    Hole,
+    Polygon,
     Room,
     Scene,
     SceneError,
     SceneObject,
     Wall,
+    contains,
     on_wall,
 )
 from hil_sim.scenes.json_node import Node, nearest
@@ -58,7 +61,8 @@ def parse_scene(
     top = Node(data, label, "")
     if top.get("format") != FORMAT:
         top.fail("format", f"is {top.get('format')!r}; this version reads {FORMAT!r}")
-    top.only("format", "name", "wall_height_m", "walls", "doors", "rooms", "objects", "spawn")
+    top.only("format", "name", "wall_height_m", "walls", "doors", "rooms", "objects", "spawn",
+             "holes")  # fmt: skip
     scene = Scene(
         name=top.text("name"),
         walls=tuple(_wall(node) for node in top.nodes("walls")),
@@ -67,6 +71,7 @@ def parse_scene(
         objects=tuple(_object(node) for node in top.nodes("objects")),
         spawn=tuple(top.polygon_at("spawn", i) for i in range(len(top.get("spawn") or ()))),
         wall_height_m=top.number("wall_height_m", 2.5, above=0.0),
+        holes=tuple(_hole(node) for node in top.nodes("holes")),
         source=source,
     )
     _check_whole(scene, label)
@@ -88,6 +93,8 @@ def check_meshes(scene: Scene, meshes: Container[str], label: str | None = None)
 
 def scene_to_json(scene: Scene) -> dict[str, Any]:
     """The inverse of `parse_scene`."""
+    # A scene without holes is told as before there were any: truths are kept by what it says.
+    holes = {"holes": [_without_none(vars(hole)) for hole in scene.holes]} if scene.holes else {}
     return {
         "format": FORMAT,
         "name": scene.name,
@@ -100,6 +107,7 @@ def scene_to_json(scene: Scene) -> dict[str, Any]:
         "rooms": [_without_none(vars(room)) for room in scene.rooms],
         "objects": [_without_none(vars(obj)) for obj in scene.objects],
         "spawn": list(scene.spawn),
+        **holes,
     }
 
 
@@ -107,7 +115,14 @@ def save_scene(scene: Scene, path: Path) -> None:
     """Write a scene as JSON, one wall, door, room or object a line."""
     data = scene_to_json(scene)
     lines = [f'  "{key}": {json.dumps(data[key])}' for key in ("format", "name", "wall_height_m")]
-    for key in ("walls", "doors", "rooms", "objects", "spawn"):
+    for key in (
+        "walls",
+        "doors",
+        "rooms",
+        "objects",
+        "spawn",
+        *(("holes",) if scene.holes else ()),
+    ):
         rows = ",\n".join(f"    {json.dumps(row)}" for row in data[key])
         lines.append(f'  "{key}": [\n{rows}\n  ]' if rows else f'  "{key}": []')
     path.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")
@@ -158,6 +173,29 @@ def _object(node: Node) -> SceneObject:
     )
 
 
+def _hole(node: Node) -> Hole:
+    node.only("polygon", "depth_m", "stairs_rad")
+    polygon = node.polygon("polygon", node.need("polygon"))
+    node.need("depth_m")
+    depth_m = node.number("depth_m", 0.0, above=0.0)
+    if node.get("stairs_rad") is None:
+        return Hole(polygon, depth_m)
+    if not _convex(polygon):
+        node.fail("stairs_rad", "only a convex polygon can have stairs")
+    return Hole(polygon, depth_m, node.number("stairs_rad", 0.0))
+
+
+def _convex(polygon: Polygon) -> bool:
+    """Whether it turns to one side only."""
+    turns = [
+        (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+        for a, b, c in zip(
+            polygon, polygon[1:] + polygon[:1], polygon[2:] + polygon[:2], strict=True
+        )
+    ]
+    return min(turns) >= -1e-9 or max(turns) <= 1e-9
+
+
 def _check_whole(scene: Scene, label: str) -> None:
     for i, door in enumerate(scene.doors):
         if not any(on_wall(door, wall) for wall in scene.walls):
@@ -166,6 +204,10 @@ def _check_whole(scene: Scene, label: str) -> None:
             )
     if not scene.rooms:
         raise SceneError(f"{label}: rooms: at least one room is needed")
+    for i, hole in enumerate(scene.holes):
+        middle = [sum(values) / len(hole.polygon) for values in zip(*hole.polygon, strict=True)]
+        if any(contains(other.polygon, *middle) for other in scene.holes if other is not hole):
+            raise SceneError(f"{label}: holes[{i}]: lies over another hole")
     _check_unique(f"{label}: objects", [obj.id for obj in scene.objects])
     _check_unique(f"{label}: rooms", [room.name for room in scene.rooms])
 

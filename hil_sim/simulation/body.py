@@ -16,16 +16,19 @@ WALK_M = 0.1
 """A person's step, in which the way ahead is looked at once."""
 NEAR_M, FAR_M = 0.8, 3.0
 """How far from the robot a person appears."""
+OPENING_M, OPENING_DEEP_M = 0.8, 1.2
+OPENING_AHEAD_M = 2.2
+"""From the robot's middle to that of an opening: farther than what a level camera cannot see."""
 POLITE_M = 0.55
 """A person does not come closer to the robot's middle than this."""
 
 
 @dataclass(frozen=True)
 class Body:
-    """A person (an upright cylinder) or a door (an upright box) on the floor, scene frame; `size_m`
-    is width, depth, height."""
+    """A person (an upright cylinder) or a door (an upright box) on the floor, or an opening of the
+    floor, scene frame; `size_m` is width, depth, height, of an opening how deep it is."""
 
-    kind: Literal["person", "door"]
+    kind: Literal["person", "door", "opening"]
     x_m: float
     y_m: float
     yaw_rad: float
@@ -67,11 +70,29 @@ def walk(person: Body, way_m: float, ground: Ground, robot: Pose, rng: np.random
         x, y, hit = ground.move(person.x_m, person.y_m, person.yaw_rad, WALK_M)
         now = math.hypot(person.x_m - robot.x_m, person.y_m - robot.y_m)
         then = math.hypot(x - robot.x_m, y - robot.y_m)
-        if hit or (then < POLITE_M and then < now):
+        lost = hit or ground.falls(x, y)
+        if lost or (then < POLITE_M and then < now):
             person = replace(person, yaw_rad=float(rng.uniform(-math.pi, math.pi)))
         else:
             person = replace(person, x_m=x, y_m=y)
     return person
+
+
+def opening_ahead(robot: Pose, ground: Ground) -> Body | None:
+    """A hole in the floor in the robot's way: straight ahead, or as little to a side as there is
+    room for it; None when there is none that it would see in time."""
+    half = math.hypot(OPENING_M, OPENING_M) / 2
+    for turn in sorted((n * math.radians(15.0) for n in range(-6, 7)), key=abs):
+        yaw = robot.yaw_rad + turn
+        x, y = (
+            at + OPENING_AHEAD_M * way
+            for at, way in ((robot.x_m, math.cos(yaw)), (robot.y_m, math.sin(yaw)))
+        )
+        _, _, hit = ground.move(robot.x_m, robot.y_m, yaw, OPENING_AHEAD_M)
+        rims = (yaw + math.pi / 4 + n * math.pi / 2 for n in range(4))
+        if not hit and not any(ground.move(x, y, rim, half)[2] for rim in rims):
+            return Body("opening", x, y, yaw, (OPENING_M, OPENING_M, OPENING_DEEP_M))
+    return None
 
 
 def closed_door(scene: Scene, robot: Pose, clear_m: float) -> Body | None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from hil_sim.simulation.noise import Noise
 from hil_sim.simulation.protocol import DifferentialDrive
-from hil_sim.simulation.robot import Ground, Robot, reckon, stray, wrapped
+from hil_sim.simulation.robot import Ground, Robot, reckon, stray, until_it_falls, wrapped
 from runtime.core.types import Pose, Twist
 
 SUBSTEP_S = 0.02
@@ -31,9 +31,12 @@ def drive(
     rng: np.random.Generator,
 ) -> Robot:
     """Let time pass: the base follows its last order as its limits allow, in substeps of 20 ms
-    whose way is swept. What it hits stops it; it does not slide, but a round body may turn."""
+    whose way is swept. What it hits stops it; it does not slide, but a round body may turn. Where
+    the floor ends it falls, and stays."""
     steps = max(1, round(seconds / SUBSTEP_S))
     for _ in range(steps):
+        if robot.fell:
+            break
         robot = _substep(robot, seconds / steps, ground, base, noise, rng)
     return robot
 
@@ -62,14 +65,16 @@ def _substep(
     new_x, new_y, hit = x, y, False
     if way:
         new_x, new_y, hit = ground.move(x, y, yaw + turn / 2, way)  # along the arc's chord
+    new_x, new_y, fell = until_it_falls(ground, (x, y), (new_x, new_y))
     moved = replace(
         robot,
         pose=Pose(new_x, new_y, wrapped(yaw + turn)),
         path_m=robot.path_m + math.hypot(new_x - x, new_y - y),
         collisions=robot.collisions + int(hit and not robot.touching),
         touched_xy=_touched(robot, new_x, new_y, hit),
-        twist=Twist(0.0 if hit else v, w),
+        twist=Twist() if fell else Twist(0.0 if hit else v, w),
         order_left_s=max(0.0, robot.order_left_s - dt),
+        fell=fell,
     )
     if noise.drift:
         moved = replace(moved, reckoned=reckon(robot, moved.pose, noise.drift, rng))

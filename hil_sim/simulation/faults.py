@@ -91,6 +91,9 @@ KINDS: dict[str, Kind] = {
         "a person walks through the home", "metres per second", 0.8, math.inf
     ),
     "door-closes": Kind("the doorway nearest the robot is closed", lasts=math.inf),
+    "stairwell": Kind(
+        "the floor opens in the robot's way, 2.2 m ahead, where there is room", lasts=math.inf
+    ),
     "llm-hang": Kind(
         "the language model never answers", timed=False, model="hang", settings=BUDGET
     ),

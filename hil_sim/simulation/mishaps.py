@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_sim.scenes.format import Scene
-from hil_sim.simulation.body import Body, closed_door, person_near, walk
+from hil_sim.simulation.body import Body, closed_door, opening_ahead, person_near, walk
 from hil_sim.simulation.faults import Fault, Sensed, When
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.robot import Ground
@@ -15,6 +15,7 @@ from runtime.core.types import Pose
 
 DOOR_CLEAR_M = 0.3
 SILENT, SHIFTED = ("odometry-stop", "link-lost"), ("odometry-jump", "clock-step")
+WITH_BODIES = ("person", "door-closes", "stairwell")
 NO_IMAGE, NO_DEPTH = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
 Populate = Callable[[tuple[Body, ...]], None]
 
@@ -34,6 +35,7 @@ class Mishaps:
     _began: dict[str, Sensed] = field(default_factory=dict)
     _person: Body | None = None
     _door: Body | None = None
+    _opening: Body | None = None
     _walked_s: float = 0.0
 
     def active(self, name: str, when: When) -> Fault | None:
@@ -41,15 +43,19 @@ class Mishaps:
         return next((f for f in self.faults if f.name == name and self._lasts(f, when)), None)
 
     def move_bodies(self, when: When, robot: Pose) -> None:
-        """Let the person walk and the door close, before the world is looked at."""
-        if not any(fault.name in ("person", "door-closes") for fault in self.faults):
+        """Let the person walk, the door close and the floor open, before the world is looked at."""
+        if not any(fault.name in WITH_BODIES for fault in self.faults):
             return
         door = self.active("door-closes", when)
         if door is None:
             self._door = None
         elif self._door is None:
             self._door = closed_door(self.scene, robot, DOOR_CLEAR_M)
-        others = (self._door,) if self._door else ()
+        if self.active("stairwell", when) is None:
+            self._opening = None
+        elif self._opening is None:
+            self._opening = opening_ahead(robot, self.ground)
+        others = tuple(body for body in (self._door, self._opening) if body)
         self.populate(others)
         person = self.active("person", when)
         rng = generator(self.seed, self.episode, when.step, "person")

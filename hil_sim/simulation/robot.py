@@ -15,6 +15,7 @@ TURN_SIGMA_RAD = math.radians(0.5)
 HEADING_SIGMA_RAD = math.radians(0.25)  # of a move
 STRAY_TURN = 0.5
 """How much of a metre's sigma, in rad, a straight metre turns the heading."""
+FALL_STEP_M = 0.02
 STILL = Twist()
 
 
@@ -25,6 +26,10 @@ class Ground(Port):
         self, x_m: float, y_m: float, yaw_rad: float, distance_m: float
     ) -> tuple[float, float, bool]:
         """Sweep the body ahead: where it ends, and whether it hit something."""
+        ...
+
+    def falls(self, x_m: float, y_m: float) -> bool:
+        """Whether a body that stands there has left the floor."""
         ...
 
 
@@ -45,6 +50,12 @@ class Robot:
     order: Twist = STILL  # ... what it was told last
     order_left_s: float = 0.0  # ... and until when that counts
     touched_xy: tuple[float, float] | None = None  # where it ran into what it still touches
+    fell: bool = False  # it left the floor, and moves no more
+
+    @property
+    def over(self) -> bool:
+        """Whether there is nothing more to be done."""
+        return self.stopped or self.fell
 
     @property
     def touching(self) -> bool:
@@ -80,12 +91,14 @@ def act(
             yaw = wrapped(yaw + amount * HEADING_SIGMA_RAD * float(draw[0]))
             length = protocol.step_m + amount * (MOVE_BIAS_M + MOVE_SIGMA_M * float(draw[1]))
             new_x, new_y, hit = world.move(x, y, yaw, length)
+            new_x, new_y, fell = until_it_falls(world, (x, y), (new_x, new_y))
             moved = replace(
                 robot,
                 pose=Pose(new_x, new_y, yaw),
                 path_m=robot.path_m + math.hypot(new_x - x, new_y - y),
                 collisions=robot.collisions + int(hit),
                 touched_xy=(new_x, new_y) if hit else None,
+                fell=fell,
             )
         case Action.TURN_LEFT | Action.TURN_RIGHT:
             turn = protocol.turn_rad if action is Action.TURN_LEFT else -protocol.turn_rad
@@ -94,6 +107,18 @@ def act(
     if rng is None or not protocol.noise.drift:
         return moved
     return replace(moved, reckoned=reckon(robot, moved.pose, protocol.noise.drift, rng))
+
+
+def until_it_falls(
+    world: Ground, start: tuple[float, float], end: tuple[float, float]
+) -> tuple[float, float, bool]:
+    """How far a straight way between two points leads on floor, and whether that ends on it."""
+    steps = max(1, math.ceil(math.dist(start, end) / FALL_STEP_M))
+    for n in range(1, steps + 1):
+        x, y = (a + (b - a) * n / steps for a, b in zip(start, end, strict=True))
+        if world.falls(x, y):
+            return x, y, True
+    return *end, False
 
 
 def reckon(before: Robot, now: Pose, drift: float, rng: np.random.Generator) -> Pose:

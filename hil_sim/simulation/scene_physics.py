@@ -18,11 +18,12 @@ from hil_sim.scenes.furniture.obj import read_geometry
 from hil_sim.scenes.scene_file import check_meshes
 from hil_sim.simulation.body import Body
 from hil_sim.simulation.camera import HM3D_CAMERA, Appearance, CameraModel, Frame, Light
+from hil_sim.simulation.flooring import Flooring
 from hil_sim.simulation.raster import Raster, RasterError
 from hil_sim.simulation.sensors import BEAMS, LASER_M, LASER_Z_M
-from hil_sim.simulation.shell import ceiling, floor, wall_pieces, walls
+from hil_sim.simulation.shell import ceiling, wall_pieces, walls
 from hil_sim.simulation.software_renderer import draw_software
-from hil_sim.simulation.visitors import DrawnVisitors, Visitors
+from hil_sim.simulation.visitors import HIDDEN_M, DrawnVisitors, Visitors
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
 
@@ -143,6 +144,10 @@ class ScenePhysics:
             x, y = ahead
         return x, y, False
 
+    def falls(self, x_m: float, y_m: float) -> bool:
+        """Whether the robot, standing there, has left the floor."""
+        return self.flooring.falls(x_m, y_m)
+
     def scan(self, pose: Pose) -> NDArray[np.float32]:
         """(BEAMS,) m: a level laser scan around the base from straight behind it,
         counter-clockwise; inf where nothing is in range."""
@@ -162,10 +167,12 @@ class ScenePhysics:
         return np.where(ranges < far, ranges, np.float32(np.inf))
 
     def populate(self, bodies: tuple[Body, ...]) -> None:
-        """Have these people and closed doors in the home, and no others."""
-        self._visitors.set(bodies)
+        """Have these people, closed doors and openings in the home, and no others."""
+        self.flooring.open(bodies)
+        standing = tuple(body for body in bodies if body.kind != "opening")
+        self._visitors.set(standing)
         if self._raster is not None:
-            self._drawn.show(bodies)
+            self._drawn.show(standing)
 
     def obstacle_triangles(self) -> NDArray[np.float64]:
         """(N, 3, 3) m in the scene frame: furniture and walls, whatever their height."""
@@ -201,15 +208,12 @@ class ScenePhysics:
         for index, obj in enumerate(self.scene.objects):
             self._place(index, obj)
         for n, (surface, texture) in enumerate(
-            (*walls(self.scene, self._scratch), floor(self.scene, self._scratch),
-             ceiling(self.scene, self._scratch))
-        ):  # fmt: skip
+            (*walls(self.scene, self._scratch), ceiling(self.scene, self._scratch))
+        ):
             path = self._scratch / f"shell{n}.obj"
             surface.write(path, texture)
-            if self._raster is not None:
-                self._raster.add(path)
-            else:
-                self._body(self._visual(path, (1, 1, 1)), -1, (0, 0, 0), 0.0)
+            self._draw(path)
+        self.flooring = Flooring(self.scene, self._scratch, self._draw, self._hide)
         # A body without a visual shape is drawn as its collision shape: give it one out of sight.
         unseen = pybullet.createVisualShape(
             pybullet.GEOM_SPHERE,
@@ -230,6 +234,20 @@ class ScenePhysics:
             physicsClientId=self._client,
         )
         self._robot = self._body(unseen, shape, (0, 0, -5), 0.0)
+
+    def _draw(self, path: Path) -> int:
+        """Something that is seen and stops nobody; its number."""
+        if self._raster is not None:
+            return self._raster.add(path)
+        return self._body(self._visual(path, (1, 1, 1)), -1, (0, 0, 0), 0.0)
+
+    def _hide(self, number: int) -> None:
+        if self._raster is not None:
+            self._raster.place(number, (0.0, 0.0, HIDDEN_M), 0.0)
+            return
+        pybullet.resetBasePositionAndOrientation(
+            number, (0, 0, HIDDEN_M), (0, 0, 0, 1), physicsClientId=self._client
+        )
 
     def _place(self, index: int, obj: SceneObject) -> None:
         mesh, scale = self._mesh(obj)

@@ -2,7 +2,7 @@
 
 import math
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.scenes.colours import rgb_of
-from hil_sim.scenes.format import Point, Scene, Wall, on_wall, room_at
+from hil_sim.scenes.format import Hole, Point, Scene, Wall, on_wall, room_at
 from hil_sim.scenes.furniture.obj import textured
+from hil_sim.scenes.holes import levels, sides, trapezoids
 
 PAINT_M = 0.02  # of floor under a pixel of its texture
 PLAIN_WALL = "#e8e4da"
 PLAIN_FLOOR = "#a08a70"
+PIT = "#8d8377"
 TILE_M, PLANK_M = 0.4, 0.14
 
 Array = NDArray[np.float64]
@@ -146,7 +148,7 @@ def _facing(scene: Scene, quad: Array) -> Iterable[tuple[Array, str]]:
 
 
 def floor(scene: Scene, out: Path) -> tuple[Surface, Path]:
-    """One quad under everything, painted room by room."""
+    """One quad under everything, painted room by room; without what lies in holes."""
     low, high = _extent(scene)
     # OpenGL reads rows of whole words: a texture's width must be a multiple of 4
     size = (np.ceil((high - low) / PAINT_M / 4) * 4).astype(int)
@@ -160,7 +162,32 @@ def floor(scene: Scene, out: Path) -> tuple[Surface, Path]:
         image[mask > 0] = _pattern(room.floor or PLAIN_FLOOR, image.shape[:2])[mask > 0]
     path = out / "floor.png"
     cv2.imwrite(str(path), image[::-1])
-    return _level(low, high, 0.0, up=True), path
+    if not scene.holes:
+        return _level(low, high, 0.0, up=True), path
+    (x0, y0), (x1, y1) = low, high
+    whole = ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+    corners = _flat(trapezoids([whole, *(hole.polygon for hole in scene.holes)]), 0.0)
+    return Surface(corners, (corners[..., :2] - low) / (high - low)), path
+
+
+def pits(holes: Sequence[Hole], out: Path) -> tuple[Surface, Path]:
+    """What is seen in holes: treads and ground, and the sides."""
+    grounds = [_flat(trapezoids([part]), -depth) for hole in holes for part, depth in levels(hole)]
+    triangles = np.concatenate([*grounds, sides(holes).reshape(-1, 3, 3)])
+    upright = np.ptp(triangles[..., 2], axis=1) > 1e-6
+    along = np.hypot(triangles[..., 0], triangles[..., 1])
+    level = np.stack([triangles[..., 0], triangles[..., 1]], axis=-1)
+    wall = np.stack([along, triangles[..., 2]], axis=-1)
+    path = out / "pits.png"
+    cv2.imwrite(str(path), _plaster(PIT))
+    return Surface(triangles, np.where(upright[:, None, None], wall, level) / 2.0), path
+
+
+def _flat(quads: Array, z_m: float) -> Array:
+    """(N, 4, 2) m, counter-clockwise -> (2 N, 3, 3), upward."""
+    corners = np.concatenate([quads, np.full((*quads.shape[:2], 1), z_m)], axis=2)
+    triangles: Array = corners[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
+    return triangles
 
 
 def ceiling(scene: Scene, out: Path) -> tuple[Surface, Path]:

@@ -47,6 +47,9 @@ class Corridor:
             return x, y, True
         return x + distance * math.cos(yaw), min(end, 4.6), end > 4.6
 
+    def falls(self, x: float, y: float) -> bool:
+        return False
+
     def look(self, pose: Pose) -> View:
         rgb = np.full((48, 64, 3), (200, 10, 20), np.uint8)
         seen = np.full((48, 64), -1, np.int32)

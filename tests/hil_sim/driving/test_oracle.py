@@ -39,6 +39,9 @@ class Floor:
         end = x + distance * math.cos(yaw), y + distance * math.sin(yaw)
         return (*end, False) if self.space.is_free(*end) else (x, y, True)
 
+    def falls(self, x: float, y: float) -> bool:
+        return False
+
 
 def drive(space: FreeSpace, success: np.ndarray, start: Pose, push: float = 0.0) -> Robot:
     """Follow the oracle's answers; `push` m to the side after the third step."""

@@ -73,7 +73,7 @@ def test_the_papers_tables_with_paired_differences(out: Path) -> None:
     assert "| rfnav | 50.0 [20.0, 80.0] | 40.0 [" in text
     assert "| closest | 10 | **50.0 [20.0, 80.0]** | **40.0 [" in text
     assert "4.00 [4.00, 4.00]" in text  # FrontierDist
-    assert "| rfnav | 5 of 10 | 0 | 0 | 5 | 0 | 1.00 | 100 |" in text
+    assert "| rfnav | 5 of 10 | 0 | 0 | 5 | 0 | 1.00 | 0 | 100 |" in text
     assert "| bed | 5 / 5 | 0 / 5 |" in text
     assert "28 episodes in 2 minutes of wall time" in text
     assert "14.0 a minute with 2 workers" in text
@@ -160,7 +160,7 @@ def test_a_page_gets_the_main_table_alone(out: Path, tmp_path: Path) -> None:
     text = page.read_text()
     assert "### Against baselines: 10 episodes" in text
     assert "| closest | 10 | **50.0 [20.0, 80.0]** | **40.0 [" in text
-    assert "| rfnav | 5 of 10 | 0 | 0 | 5 | 0 | 1.00 | 100 |" in text
+    assert "| rfnav | 5 of 10 | 0 | 0 | 5 | 0 | 1.00 | 0 | 100 |" in text
     assert "o2f" not in text  # has fewer episodes
     assert "old" not in text.split()
     assert not (tmp_path / "figures").exists()

@@ -22,7 +22,7 @@ from hil_sim.ground_truth.freespace import (
     scene_hash,
     success_cells,
 )
-from hil_sim.scenes.format import Room, Scene, SceneError, SceneObject, room_at
+from hil_sim.scenes.format import Hole, Room, Scene, SceneError, SceneObject, room_at
 from hil_sim.scenes.scene_file import load_scene
 
 
@@ -50,6 +50,20 @@ def two_rooms(door_z: float = 3.0) -> FreeSpace:
     sofa = [(4.5, 0.2, 5.5, 0.2), (5.5, 0.2, 5.5, 0.8), (5.5, 0.8, 4.5, 0.8), (4.5, 0.8, 4.5, 0.2)]
     shapes += [quad(*side, 0.0, 0.8) for side in sofa]
     return build_free_space(scene, np.concatenate(shapes))
+
+
+def test_free_cells_keep_the_body_clear_of_holes() -> None:
+    room = Room("all", "living room", ((0, 0), (4, 0), (4, 3), (0, 3)))
+    hole = Hole(((1.5, 0.0), (2.5, 0.0), (2.5, 2.0), (1.5, 2.0)), 2.0)
+    outer = [(0, 0, 4, 0), (4, 0, 4, 3), (4, 3, 0, 3), (0, 3, 0, 0)]
+    scene = Scene("pit", (), (), (room,), (), holes=(hole,))
+    space = build_free_space(scene, np.concatenate([quad(*side, 0.0, 2.5) for side in outer]))
+    assert space.is_free(1.0, 1.0)
+    assert space.is_free(2.0, 2.5)
+    assert not space.is_free(2.0, 1.0)
+    assert not space.is_free(1.4, 1.0)
+    way = space.distance_field(np.array([[3.2, 1.0]]))
+    assert space.distance(way, 0.8, 1.0) > 3.0  # around it, and not across
 
 
 def test_free_cells_keep_the_body_clear_of_walls() -> None:

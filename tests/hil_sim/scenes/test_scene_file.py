@@ -50,6 +50,21 @@ CASES = [
         broken(objects=small()["objects"] * 2),
         "objects[1]: 'a' is used twice",
     ),
+    (
+        broken(holes=[{"polygon": [[1, 1], [2, 1], [2, 2]], "depth_m": 0}]),
+        "holes[0].depth_m: is 0, must be more than 0",
+    ),
+    (broken(holes=[{"polygon": [[1, 1], [2, 1], [2, 2]]}]), "holes[0].depth_m: missing"),
+    (
+        broken(
+            holes=[{"polygon": [[1, 1], [3, 1], [3, 2], [2, 1.2]], "depth_m": 1, "stairs_rad": 0.0}]
+        ),
+        "holes[0].stairs_rad: only a convex polygon can have stairs",
+    ),
+    (
+        broken(holes=[{"polygon": [[1, 1], [2, 1], [2, 2]], "depth_m": 1}] * 2),
+        "holes[0]: lies over another hole",
+    ),
     ([], "scene: is list, not an object"),
 ]
 
@@ -68,7 +83,7 @@ def test_an_unknown_mesh_is_refused_with_the_nearest_known_one() -> None:
 
 
 def test_an_unknown_scene_lists_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="scene oak: unknown; known: cedar, maple"):
+    with pytest.raises(SceneError, match="scene oak: unknown; known: cedar, dais, landing, maple"):
         load_scene("oak")
     with pytest.raises(SceneError, match=r"none\.json: no such scene file"):
         load_scene(tmp_path / "none.json")

@@ -27,6 +27,10 @@ class Walled:
             return x, y, True
         return ahead, y + distance * math.sin(yaw), False
 
+    def falls(self, x: float, y: float) -> bool:
+        """The floor ends at y = 5."""
+        return y > 5.0
+
 
 def rng(seed: int = 0) -> np.random.Generator:
     return np.random.default_rng(seed)
@@ -126,6 +130,9 @@ def test_robothors_noise_has_its_sigmas() -> None:
     class Open:
         def move(self, x: float, y: float, yaw: float, d: float) -> tuple[float, float, bool]:
             return x + d * math.cos(yaw), y + d * math.sin(yaw), False
+
+        def falls(self, x: float, y: float) -> bool:
+            return False
 
     ground = Open()
     moves = [act(HERE, Action.MOVE_FORWARD, ground, protocol, rng(seed)) for seed in range(600)]

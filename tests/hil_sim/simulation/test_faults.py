@@ -52,6 +52,9 @@ class Box:
             x, y = ahead
         return x, y, False
 
+    def falls(self, x: float, y: float) -> bool:
+        return False
+
 
 def mishaps(*texts: str) -> tuple[Mishaps, list[tuple[Body, ...]]]:
     shown: list[tuple[Body, ...]] = []

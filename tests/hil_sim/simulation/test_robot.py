@@ -23,6 +23,10 @@ class Walled:
         hit = ahead > 1.0
         return min(ahead, 1.0), y + distance * math.sin(yaw), hit
 
+    def falls(self, x: float, y: float) -> bool:
+        """The floor ends at y = 5."""
+        return y > 5.0
+
 
 def test_a_step_a_turn_and_a_stop() -> None:
     robot = Robot(Pose(0, 0, 0))
