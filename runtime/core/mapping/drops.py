@@ -62,7 +62,7 @@ class Openings:
             self._begin(doubtful, frame, camera_xy)
         assert self.from_xy is not None
         sectors = (np.remainder(azimuths_rad[at], math.tau) * SECTORS / math.tau).astype(np.int32)
-        reach_m = min(DOUBT_M, float(open_m[at].max()) + frame.resolution_m)
+        reach_m = min(DOUBT_M, float(open_m[at].min()) + frame.resolution_m)
         if self._open[sectors % SECTORS].all() and reach_m <= self._reach_m:
             return None
         self._open[sectors % SECTORS] = True
