@@ -39,6 +39,7 @@ class Corridor:
     y = 3.5 on the toilet fills 240 pixels."""
 
     bodies: list[tuple[Body, ...]] = field(default_factory=list)  # one entry a change
+    floor_until_m: float = math.inf  # of y
 
     def move(self, x: float, y: float, yaw: float, distance: float) -> tuple[float, float, bool]:
         end = y + distance * math.sin(yaw)
@@ -48,7 +49,7 @@ class Corridor:
         return x + distance * math.cos(yaw), min(end, 4.6), end > 4.6
 
     def falls(self, x: float, y: float) -> bool:
-        return False
+        return y > self.floor_until_m
 
     def look(self, pose: Pose) -> View:
         rgb = np.full((48, 64, 3), (200, 10, 20), np.uint8)

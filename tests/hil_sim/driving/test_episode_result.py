@@ -12,6 +12,7 @@ from hil_sim.driving.episode_result import End, Ended
     [
         (Ended(End.STOP), "stop", False),
         (Ended(End.STEPS), "steps", False),
+        (Ended(End.FELL), "fell", False),
         (Ended(End.ERROR, "rfnav: camera: fell off"), "error: rfnav: camera: fell off", True),
     ],
 )

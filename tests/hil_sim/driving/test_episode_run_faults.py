@@ -117,6 +117,14 @@ def test_a_door_that_closes_stops_the_robot(walker: Runtime, tmp_path: Path) -> 
     assert home.bodies[-1] == ()  # the next episode's home is as it was
 
 
+def test_a_robot_that_leaves_the_floor_has_fallen(walker: Runtime, tmp_path: Path) -> None:
+    home = Corridor(floor_until_m=3.6)
+    result = run_episode(EPISODE, home.home(), walker, SMALL, "rfnav", tmp_path)
+    assert (str(result.ended), result.success, result.collisions) == ("fell", False, 0)
+    assert result.steps == 3
+    assert 0.6 < result.path_m < 0.65
+
+
 def test_velocities_drive_the_robot_and_stop_brakes_it(roller: Runtime, tmp_path: Path) -> None:
     result = drive(roller, tmp_path, protocol=ROLLING)
     assert (str(result.ended), result.collisions) == ("stop", 0)

@@ -56,6 +56,20 @@ class Box:
         return False
 
 
+def test_the_floor_opens_ahead_once_there_is_room_and_closes_again() -> None:
+    fault, shown = mishaps("stairwell:at=2,for=3")
+    fault.move_bodies(When(1, 0.0), Pose(1.0, 3.0, 0.0))
+    assert shown[-1] == ()
+    fault.move_bodies(When(2, 0.5), Pose(5.5, 3.0, 0.0))  # a wall ahead, and to either side
+    fault.move_bodies(When(3, 1.0), Pose(1.0, 3.0, 0.0))
+    (opening,) = shown[-1]
+    assert (opening.kind, opening.x_m, opening.y_m) == ("opening", pytest.approx(3.2), 3.0)
+    fault.move_bodies(When(4, 1.5), Pose(1.25, 3.0, 0.0))
+    assert shown[-1] == (opening,)  # it stays where it is
+    fault.move_bodies(When(5, 2.0), Pose(1.5, 3.0, 0.0))
+    assert shown[-1] == ()
+
+
 def mishaps(*texts: str) -> tuple[Mishaps, list[tuple[Body, ...]]]:
     shown: list[tuple[Body, ...]] = []
     found = Mishaps(parse_faults(texts), 0, "e", SCENE, Box(), shown.append)

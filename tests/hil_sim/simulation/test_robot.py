@@ -100,3 +100,11 @@ def test_success_needs_a_stop_within_10_cm() -> None:
 def test_an_unknown_protocol_is_named_with_the_known_ones() -> None:
     with pytest.raises(ConfigError, match="protocol hm4d: unknown; known: hm3d"):
         protocol_named("hm4d")
+
+
+def test_a_step_that_leaves_the_floor_ends_where_it_does() -> None:
+    robot = act(Robot(Pose(0, 4.9, math.pi / 2)), Action.MOVE_FORWARD, Walled(), HM3D)
+    assert robot.fell
+    assert robot.over
+    assert 5.0 < robot.pose.y_m < 5.03
+    assert robot.path_m == pytest.approx(robot.pose.y_m - 4.9)
