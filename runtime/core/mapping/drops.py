@@ -21,11 +21,10 @@ DROP_AT: Final = 2  # frames that show a cell to drop, after which it does
 DROP_MOST: Final = 6  # frames; so many less one that show floor in it undo a drop
 OPEN_AZIMUTHS: Final = 3  # of a frame that drop without floor before; fewer may be a reflection
 SECTORS: Final = 120
-DOUBT_RAD: Final = math.radians(115.0)  # to either side of an opening, but no more than
-DOUBT_SHARE: Final = 0.7  # of the way to the middle of where there is none
+DOUBT_RAD: Final = math.radians(125.0)  # to either side of an opening, at most
 DOUBT_M: Final = 2.5  # farther it does not reach
-LEAVE_RAD: Final = math.radians(30.0)  # so wide it is where a robot may leave by the middle,
-LEAVE_M: Final = 0.4  # beginning with so much
+LEAVE_RAD: Final = math.radians(30.0)  # so wide a sector is left to a robot, if there is one,
+LEAVE_M: Final = 0.4  # which begins so long with so much
 FEET_M: Final = 0.1  # to either side
 SAME_M: Final = 0.2  # a robot that has moved by less looks from the same place
 
@@ -95,7 +94,7 @@ def _near(opened: Mask) -> tuple[Mask, float, float]:
     at = np.flatnonzero(opened)
     gaps = np.diff(np.r_[at, at[0] + SECTORS])
     widest_rad = float(gaps.max()) * math.tau / SECTORS
-    beside_rad = min(DOUBT_RAD, DOUBT_SHARE * widest_rad / 2)
+    beside_rad = min(DOUBT_RAD, max(0.0, (widest_rad - LEAVE_RAD) / 2))
     apart = np.abs(np.arange(SECTORS)[:, None] - at)
     apart = np.minimum(apart, SECTORS - apart).min(axis=1)
     after = int(gaps.argmax())
