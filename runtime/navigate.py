@@ -7,11 +7,12 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 import math
 from typing import Protocol, TypeVar
 
-from runtime.core import progress
+from runtime.core import homeward, progress
 from runtime.core.approach import approach_target
 from runtime.core.exploration import explore, with_frontiers
 from runtime.core.local_policy import local_policy
-from runtime.core.mapping import coverage, grid, keyframes
+from runtime.core.mapping import coverage, grid, keyframes, scanning
+from runtime.core.motion.contact import Met
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
 from runtime.core.outlook import Outlook, around
@@ -52,10 +53,16 @@ def perceive(
     return place(world, obs, detections, outline, mount, cfg)
 
 
-def survey(world: World, obs: Observation, mount: Mount, cfg: NavigateConfig) -> F64:
-    """What depth tells: navigation map, frontiers with stable ids. Returns the view's outline, (V,
-    2) m in the map frame, which `place` wants with the same observation."""
-    progress.advance(world, obs, cfg)
+def survey(
+    world: World, obs: Observation, mount: Mount, cfg: NavigateConfig, led: bool = False
+) -> F64:
+    """What depth and laser tell: navigation map, frontiers with stable ids. Returns the view's
+    outline, (V, 2) m in the map frame, which `place` wants with the same observation. `led`:
+    somebody else drives."""
+    if led:
+        progress.led(world, obs)
+    else:
+        progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
     world.body.been(obs.pose)
     world.grow(cfg.map.max_depth_m + 1.0)
@@ -63,6 +70,8 @@ def survey(world: World, obs: Observation, mount: Mount, cfg: NavigateConfig) ->
     outline = grid.integrate(
         world.map, obs, mount, robot.radius_m, robot.height_m, cfg.map.max_depth_m
     )
+    if obs.scan is not None:
+        scanning.add_scan(world.map, obs.scan, obs.pose, robot.radius_m, cfg.map.max_depth_m)
     coverage.look(world.explored.looked, world.map.frame, outline)
     with_frontiers(world, cfg)
     return outline
@@ -154,6 +163,18 @@ def act(world: World, cfg: NavigateConfig) -> Command:
         or explore(world, cfg)
         or _finish(world, cfg)
     )
+    world.body.step += 1
+    return command
+
+
+def meet(world: World, met: Met, cfg: NavigateConfig) -> None:
+    """Have in the map what the body has met since the observation before."""
+    progress.meet(world, met, cfg)
+
+
+def go_back(world: World, why: str, start_xy: tuple[float, float], cfg: NavigateConfig) -> Command:
+    """In place of `act`: the step back to where the search began, and there its end."""
+    command = homeward.go_back(world, why, start_xy, cfg)
     world.body.step += 1
     return command
 

@@ -189,3 +189,10 @@ class GridFrame:
     def contains(self, row: int, col: int) -> bool:
         """Whether the cell is inside the grid."""
         return 0 <= row < self.rows and 0 <= col < self.cols
+
+
+def camera_at(pose: Pose, mount: Mount) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Where the camera is in the map frame, m, and cosine and sine of the base's yaw."""
+    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    x_m = pose.x_m + c * mount.x_m - s * mount.y_m
+    return (x_m, pose.y_m + s * mount.x_m + c * mount.y_m), (c, s)

@@ -7,13 +7,15 @@ import numpy as np
 from runtime.core.distances.planner import Field
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
+from runtime.core.motion.contact import Met, Touch
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Observation
-from runtime.core.world import Aim, Progress, World
+from runtime.core.types import Action, Observation, Pose
+from runtime.core.world import Aim, Progress, Pursuit, World
 
 BLIND_SHARE = 0.02  # of the depth image; with less of it no velocity leads forward
 RETURNS = 8  # so often the robot turns back to an aim in vain before it is given up
 NEARER_M = 0.05  # what counts as having come closer
+EDGE_M = (-0.12, 0.0, 0.12)  # beside where the floor was felt to end, it is taken to end as well
 
 
 def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
@@ -22,13 +24,32 @@ def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
     since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
     body.dt_s = min(1.0, max(0.0, since_s))
     body.elapsed_s += body.dt_s
-    seen = int(np.count_nonzero(obs.depth_m > 0))
-    body.blind = seen < BLIND_SHARE * obs.depth_m.size
+    body.blind = _blind(obs)
     body.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
     if local_policy(cfg).blocked(world, obs):
         body.collisions += 1
         world.map.bump(obs.pose, cfg.robot.radius_m)
     world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
+
+
+def led(world: World, obs: Observation) -> None:
+    """The same of a robot that somebody else drives: only where it is, for no time of the search
+    passes. What it was after counts from here on, and the decision was one from elsewhere."""
+    body = world.body
+    body.dt_s, body.asked_mps, body.blocked_s, body.blind = 0.0, 0.0, 0.0, _blind(obs)
+    world.pursuit = Pursuit()
+    world.standing.evidence = ()
+    world.pose, world.stamp_ns = obs.pose, obs.stamp_ns
+
+
+def meet(world: World, met: Met, cfg: NavigateConfig) -> None:
+    """Have in the map what the body has met; no look takes it out again."""
+    at, ahead_rad = met.pose, met.pose.yaw_rad + met.bearing_rad
+    c, s = math.cos(ahead_rad), math.sin(ahead_rad)
+    world.body.collisions += met.touch is Touch.BUMPER
+    for aside_m in EDGE_M if met.touch is Touch.CLIFF else (0.0,):
+        facing = Pose(at.x_m - aside_m * s, at.y_m + aside_m * c, ahead_rad)
+        world.map.bump(facing, cfg.robot.radius_m)
 
 
 def dithers(world: World, aim: Aim, turn: Action, cfg: NavigateConfig) -> bool:
@@ -56,3 +77,7 @@ def stalled(world: World, aim: Aim, field: Field | None, cfg: NavigateConfig) ->
         return False
     del pursuit.progress[aim]  # what is given up may be tried again, from the start
     return True
+
+
+def _blind(obs: Observation) -> bool:
+    return int(np.count_nonzero(obs.depth_m > 0)) < BLIND_SHARE * obs.depth_m.size

@@ -67,6 +67,16 @@ class Mount:
 
 
 @dataclass(frozen=True)
+class Scan:
+    """What a level laser scanner met, in the map frame: where it stood, m; by beam its heading,
+    rad, and how far what it met was, m, 0 where nothing came back. (N,) each."""
+
+    at_xy: tuple[float, float]
+    headings_rad: F64
+    ranges_m: F32
+
+
+@dataclass(frozen=True)
 class Observation:
     """One matched set of sensor data: colour, depth and odometry at one stamp."""
 
@@ -76,6 +86,7 @@ class Observation:
     pose: Pose
     intrinsics: Intrinsics
     mount: Mount | None = None  # at that stamp, where somebody reports it
+    scan: Scan | None = None  # of about that time, where there is a laser
 
 
 @dataclass(frozen=True)

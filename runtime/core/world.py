@@ -55,6 +55,7 @@ class Mode(StrEnum):
     FRONTIER = "frontier"
     TARGET = "target"
     FACE = "face"
+    RETURN = "return"
     STOP = "stop"
 
 
@@ -71,7 +72,7 @@ class Command:
     path_xy: F64 = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) m, from the robot
     course: Course | None = None
     twist: Twist | None = None
-    ended: SearchState | None = None  # of a STOP: FOUND or NOT_FOUND
+    ended: SearchState | None = None  # of a STOP: FOUND, NOT_FOUND or CANCELLED
 
 
 class AimKind(StrEnum):
@@ -82,6 +83,7 @@ class AimKind(StrEnum):
     TARGET = "target"
     SIDE = "side"  # of a target: to see it from another side
     FACE = "face"  # a target, turning on the spot
+    START = "start"  # where the search began
 
 
 class Aim(NamedTuple):

@@ -15,11 +15,12 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.geometry import GridFrame, rays
+from runtime.core.geometry import GridFrame, camera_at, rays
 from runtime.core.kernels import mapping as kernels
 from runtime.core.keys import key
 from runtime.core.mapping import drops
 from runtime.core.mapping.drops import Openings
+from runtime.core.mapping.laser_layer import LaserLayer
 from runtime.core.mapping.windows import (
     Window,
     between,
@@ -95,6 +96,7 @@ class NavigationMap:
     began_xy: tuple[float, float] | None = None
     openings: Openings = field(default_factory=Openings, repr=False)
     last_xy: tuple[float, float] | None = None
+    laser: LaserLayer = field(default_factory=LaserLayer, repr=False)
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
     _stale: Window | None = field(default=None, repr=False)  # of the views
     _known: Window | None = field(default=None, repr=False)  # that holds all known cells
@@ -151,10 +153,11 @@ class NavigationMap:
 
     def _refresh(self, window: Window) -> None:
         """Derive the masks anew within a window, and book where they changed."""
+        felt = widened(window, 2 * _GAP_REACH, self.frame)
         changed, known = kernels.derive(
             self.evidence,
             self.drops,
-            self.bumped,
+            self.laser.bar(felt, self.bumped),
             self.swept,
             self.doubtful,
             (self._views["occupied"], self._views["free"], self._views["unknown"]),
@@ -214,6 +217,7 @@ class NavigationMap:
         evidence = self.evidence[window]
         evidence[disc] = np.minimum(evidence[disc], -MISS)
         self.bumped[window][disc] = False
+        self.laser.clear(window, disc)
         here = self.frame.cell(pose.x_m, pose.y_m)
         near = self.last_xy and math.dist(self.last_xy, (pose.x_m, pose.y_m)) < 0.5
         before = self.frame.cell(*self.last_xy) if near and self.last_xy else here
@@ -272,6 +276,7 @@ class NavigationMap:
         self.driven, self.dead_end = padded(self.driven, pad), padded(self.dead_end, pad)
         self.drops, self.backed = padded(self.drops, pad), padded(self.backed, pad)
         self.doubtful = padded(self.doubtful, pad)
+        self.laser.grow(pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
             f.y0_m - top * f.resolution_m,
@@ -294,7 +299,7 @@ def integrate(
     (V, 2) m in the map frame: the camera and the free range along each azimuth, which ends where
     the floor does. The grid must already reach as far as the camera sees."""
     table, frame = rays(obs.intrinsics, mount, STRIDE), grid.frame
-    (x0, y0), facing = _camera_at(obs.pose, mount)
+    (x0, y0), facing = camera_at(obs.pose, mount)
     view = kernels.DepthView(
         STRIDE, max_depth_m, mount.z_m, FLOOR_BELOW_M, height_m, *facing,
         x0 - frame.x0_m, y0 - frame.y0_m, 1.0 / frame.resolution_m,
@@ -325,13 +330,6 @@ def integrate(
         grid.changed(doubt)
     grid.drive_over(obs.pose, radius_m)
     return outline
-
-
-def _camera_at(pose: Pose, mount: Mount) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Where the camera is in the map frame, m, and cosine and sine of the base's yaw."""
-    c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
-    x_m = pose.x_m + c * mount.x_m - s * mount.y_m
-    return (x_m, pose.y_m + s * mount.x_m + c * mount.y_m), (c, s)
 
 
 def _sweep(grid: NavigationMap, outline: F64, floor: F64) -> None:

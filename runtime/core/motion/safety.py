@@ -60,6 +60,9 @@ class HaltKind(StrEnum):
     PLAN = "plan"  # of too old a frame
     BASE = "base"  # says that it cannot be driven
     HAND = "hand"  # somebody else drives
+    BUMPER = "bumper"  # touches something
+    CLIFF = "cliff"  # no floor under the rim
+    WHEEL = "wheel"  # one hangs in the air
 
 
 @dataclass(frozen=True)
@@ -83,8 +86,9 @@ class Guard:
         self._standing: HaltKind | None = None
         self.halts: Counter[HaltKind] = Counter()
 
-    def watch(self, odometry: Odometry) -> None:
-        """The newest odometry, driving or not; the same may be given again."""
+    def watch(self, odometry: Odometry, by_hand: bool = False) -> None:
+        """The newest odometry, driving or not; the same may be given again. However far somebody
+        else moves the robot between two messages, that is no jump."""
         last, self._last = self._last, odometry
         if last is None or odometry == last:
             return
@@ -95,6 +99,8 @@ class Guard:
             back_s = (last.stamp_ns - odometry.stamp_ns) / 1e9
             what = f"odometry's clock went back by {back_s:.2f} s"
             self._break(odometry, Halt(HaltKind.CLOCK, what))
+        elif by_hand:
+            return
         elif moved_m > self._cfg.odom_jump_m or turned_rad > self._cfg.odom_jump_rad:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._break(odometry, Halt(HaltKind.JUMP, what))
@@ -107,13 +113,14 @@ class Guard:
         plan_s: float,
         driving: bool = True,
         base: Halt | None = None,
+        body: Halt | None = None,
     ) -> Halt | None:
         """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
-        arrival of the frame that the plan was made of. `base`: what the base itself says. Only a
-        robot that is driving is halted, as far as the counts go."""
+        arrival of the frame that the plan was made of. `base`: what the base itself says; `body`:
+        what it has met. Only a robot that is driving is halted, as far as the counts go."""
         if base is not None:
             self._broken, self._broken_s = base, now_s
-        halt = base or self._judge(now_s, odometry, frame_s, plan_s)
+        halt = base or self._judge(now_s, odometry, frame_s, plan_s, body)
         kind = halt.kind if halt and driving else None
         if kind is HaltKind.PLAN and self._standing:
             return halt  # what was missing is back, but no plan was made of it yet
@@ -126,7 +133,12 @@ class Guard:
         self._broken, self._broken_s = halt, odometry.arrival_s
 
     def _judge(
-        self, now_s: float, odometry: Odometry | None, frame_s: float | None, plan_s: float
+        self,
+        now_s: float,
+        odometry: Odometry | None,
+        frame_s: float | None,
+        plan_s: float,
+        body: Halt | None,
     ) -> Halt | None:
         cfg = self._cfg
         if odometry is None:
@@ -137,6 +149,8 @@ class Guard:
             if plan_s <= self._broken_s:
                 return self._broken
             self._broken = None
+        if body is not None:
+            return body
         if frame_s is None:
             return Halt(HaltKind.FRAME, "no matched colour and depth yet")
         if now_s - frame_s > cfg.frame_stale_s:

@@ -1,14 +1,20 @@
 """An aim that the robot comes no nearer to is given up, and only then."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
+import pytest
+from apartment import INTRINSICS
 from open_floor import POSE, RADIUS_M, floor
 
 from runtime.core.distances.planner import look_around, march_from
 from runtime.core.local_policy import GIVE_UP_AFTER, local_policy
-from runtime.core.progress import dithers, stalled
+from runtime.core.motion.contact import Met, Touch
+from runtime.core.progress import advance, dithers, led, meet, stalled
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action
-from runtime.core.world import Aim, AimKind, Command, Mode, World
+from runtime.core.types import Action, Observation, Pose
+from runtime.core.world import NO_AIM, Aim, AimKind, Command, Mode, World
 
 
 def test_facing_a_point_that_jumps_with_the_view_comes_to_an_end():
@@ -83,3 +89,45 @@ def test_a_plan_through_a_tight_place_is_forgotten_with_its_aim():
     assert not stalled(world, there, field, cfg)
     assert not stalled(world, here, field, cfg)
     assert world.pursuit.progress[here].plan == ()
+
+
+def seen(at_s: float, pose: Pose) -> Observation:
+    depth = np.full((120, 160), 2.0, np.float32)
+    rgb = np.zeros((120, 160, 3), np.uint8)
+    return Observation(round(at_s * 1e9), rgb, depth, pose, INTRINSICS)
+
+
+def test_while_somebody_else_drives_no_time_passes_and_nothing_is_a_collision():
+    world, cfg = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0), NavigateConfig()
+    cfg = replace(cfg, control=replace(cfg.control, mode="velocity"))
+    advance(world, seen(1.0, POSE), cfg)
+    advance(world, seen(1.2, POSE), cfg)
+    aim, field = Aim(AimKind.FRONTIER, 5), Away(1.0)
+    assert not stalled(world, aim, field, cfg)
+    there = Pose(3.0, 2.0, 1.0)
+    for step in range(40):
+        world.body.asked_mps = 0.3
+        led(world, seen(1.4 + 0.2 * step, there if step else POSE))
+    assert world.body.elapsed_s == pytest.approx(0.2)
+    assert world.body.collisions == 0
+    assert world.pose == there
+    assert world.pursuit.aim == NO_AIM
+    assert not stalled(world, aim, Away(9.0), cfg)  # farther than ever: that counts from here
+    advance(world, seen(9.4, there), cfg)
+    assert world.body.elapsed_s == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(("touch", "collisions"), [(Touch.BUMPER, 1), (Touch.CLIFF, 0)])
+def test_what_was_met_is_an_obstacle_that_no_look_clears(touch: Touch, collisions: int):
+    world, cfg = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0), NavigateConfig()
+    world.map = floor()
+    meet(world, Met(touch, Pose(0.0, 0.0, math.pi / 2), -math.pi / 2), cfg)
+    ahead = world.map.frame.cell(RADIUS_M + 0.075, 0.0)
+    assert world.map.occupied[ahead]
+    assert world.body.collisions == collisions
+    world.map.evidence[:] = -20  # floor, however often it is seen
+    world.map.changed()
+    assert world.map.occupied[ahead]
+    beside = world.map.frame.cell(RADIUS_M + 0.075, 0.15)
+    assert bool(world.map.occupied[beside]) is (touch is Touch.CLIFF)
+    assert not world.map.occupied[world.map.frame.cell(0.0, RADIUS_M + 0.075)]
