@@ -28,7 +28,8 @@ from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
 from runtime.robot import base_config
 from runtime.robot.base_config import BaseConfig
-from runtime.robot.session import BusConfig
+from runtime.robot.battery import BatteryConfig
+from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.transforms import CameraConfig
 
 NAVIGATE = "navigate"
@@ -153,6 +154,8 @@ class Config:
     camera: CameraConfig = field(default_factory=CameraConfig)
     bus: BusConfig = field(default_factory=BusConfig)
     base: BaseConfig = field(default_factory=BaseConfig)
+    senses: SensesConfig = field(default_factory=SensesConfig)
+    battery: BatteryConfig = field(default_factory=BatteryConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
     goal: GoalConfig = field(default_factory=GoalConfig)

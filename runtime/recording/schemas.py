@@ -4,7 +4,7 @@ the map, JSON schemas for what is ours."""
 import functools
 from typing import Any, Final
 
-from rosbags.typesys import Stores, get_typestore
+from runtime.robot import wire_senses
 
 OCCUPANCY_GRID: Final = "nav_msgs/msg/OccupancyGrid"
 PATH: Final = "nav_msgs/msg/Path"
@@ -46,7 +46,7 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Frame": _object(
         "An observation that the loop consumed; the images of it were written just before.",
         stamp_ns=_INTEGER, color_stamp_ns=_INTEGER, arrival_s=_NUMBER, now_s=_NUMBER, pose=_POSE,
-        intrinsics=_TABLE, mount=_MAYBE,
+        intrinsics=_TABLE, mount=_MAYBE, scan=_MAYBE,
     ),
     "rfnav.Heard": _object("A value that the loop was given in passing.", name=_TEXT, value=_ANY),
     "rfnav.Detections": _object(
@@ -84,5 +84,5 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
 @functools.cache
 def ros_definition(kind: str) -> str:
     """The definition of a ROS 2 type, with those that it is made of, as `ros2msg` has it."""
-    text, _ = get_typestore(Stores.ROS2_HUMBLE).generate_msgdef(kind, ros_version=2)
+    text, _ = wire_senses.STORE.generate_msgdef(kind, ros_version=2)
     return text

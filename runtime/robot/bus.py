@@ -14,15 +14,24 @@ import zenoh
 from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
 from runtime.clock import Clock, Deadline
+from runtime.core.motion.contact import Felt
 from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
-from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
+from runtime.robot.base import BaseCondition, DriveOrder, Sent
+from runtime.robot.body_senses import BodySenses
 from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
-from runtime.robot.session import DETECTIONS, OWN_TOPICS, BusConfig, TopicsConfig, open_session
-from runtime.robot.streams import ConsumedFrame, SensorStreams, StreamHealth
+from runtime.robot.session import (
+    DETECTIONS,
+    OWN_TOPICS,
+    BusConfig,
+    SensesConfig,
+    TopicsConfig,
+    open_session,
+)
+from runtime.robot.streams import SENSES, ConsumedFrame, SensorStreams, StreamHealth
 from runtime.robot.transforms import FIXED, TF, TF_STATIC, CameraConfig
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
@@ -42,6 +51,7 @@ class Bus:
         camera: CameraConfig = FIXED,
         record: Record = unrecorded,
         odometry: bool = True,
+        senses: SensesConfig = SENSES,
     ) -> None:
         self._config = config
         self._record = record
@@ -49,7 +59,10 @@ class Bus:
         self._lockstep = lockstep
         self._changed = threading.Condition()
         self._requests: deque[tuple[str, str, Any]] = deque()
-        self._streams = SensorStreams(config, clock, self._changed, lockstep, camera, record)
+        self._streams = SensorStreams(
+            config, clock, self._changed, lockstep, camera, record, senses
+        )
+        self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
         self._session: Any = open_session(config)
@@ -59,6 +72,8 @@ class Bus:
             if stream == "odom" and not odometry:
                 continue
             self._subscribe(topic, partial(self._streams.file, stream))
+        for sense, topic in self._body.topics.items():
+            self._listen(sense, topic)
         if camera.mount == "tf":
             for topic in (TF, TF_STATIC):
                 self._subscribe(topic, partial(self._streams.file_transforms, topic), past=True)
@@ -158,9 +173,14 @@ class Bus:
             self._delivered_ns = -1
             self._out.forget_answer()
 
+    def felt(self) -> Felt:
+        """What the robot's body feels; any thread may ask."""
+        return self._body.felt()
+
     def health(self) -> dict[str, StreamHealth]:
-        """By topic: received, bad and the last error."""
-        return self._streams.health()
+        """By topic: received, bad and the last error; of what a robot may do without, where it is
+        there."""
+        return self._streams.health() | self._body.health()
 
     # -- out -----------------------------------------------------------------------------------
 
@@ -171,6 +191,8 @@ class Bus:
 
     def drive(self, order: DriveOrder) -> Sent:
         """See `Base`: a velocity for a base that listens to `cmd_vel`."""
+        if who := self._body.hand():
+            return Sent(None, f"a hand has the sticks: {who}")
         if late := order.late(self._clock.now_s()):
             return Sent(None, late)
         self._out.twist(order.twist.v_mps, order.twist.w_radps, order.stamp_ns)
@@ -178,7 +200,7 @@ class Bus:
 
     def condition(self) -> BaseCondition:
         """See `Base`."""
-        return WELL
+        return BaseCondition("", self._body.hand(), self._body.battery_percent())
 
     def publish_feedback(self, feedback: Mapping[str, object]) -> None:
         self._out.report("feedback", feedback)
@@ -217,6 +239,14 @@ class Bus:
         else:
             subscriber = self._session.declare_subscriber(name, receive)
         self._declared.append(subscriber)
+
+    def _listen(self, sense: str, topic: str) -> None:
+        """For what the body feels: on one topic, or on all that a wildcard stands for."""
+
+        def receive(sample: zenoh.Sample) -> None:
+            self._body.file(sense, str(sample.key_expr), sample.payload.to_bytes())
+
+        self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
 
     def _request_waits(self) -> bool:
         return bool(self._requests)

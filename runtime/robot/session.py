@@ -25,7 +25,8 @@ OWN_TOPICS = {
 
 @dataclass(frozen=True)
 class TopicsConfig:
-    """Names on the bus, without leading slash."""
+    """Names on the bus, without leading slash. From `pose` on, but for cmd_vel, they are used where
+    somebody publishes on them; "" is not listened to."""
 
     color: str = key(
         "camera/color/image_raw", "Colour images; one that ends in /compressed is compressed."
@@ -35,6 +36,17 @@ class TopicsConfig:
     odom: str = key("odom", "nav_msgs/Odometry of the base.")
     pose: str = key("", "geometry_msgs/PoseStamped of a SLAM, used in place of odom when set.")
     cmd_vel: str = key("cmd_vel", "Where velocities are commanded.")
+    teleop: str = key(
+        "cmd_vel_teleop",
+        "Twist(Stamped) of a hand on the sticks; while it speaks, we do not.",
+    )
+    battery: str = key("battery_state", "sensor_msgs/BatteryState.")
+    scan: str = key("scan", "sensor_msgs/LaserScan of a level laser.")
+    bumper: str = key("bumper", "std_msgs/Bool, true while something is touched.")
+    cliff: str = key("cliff/*", "sensor_msgs/Range of sensors that look down at the body's rim.")
+    hazards: str = key(
+        "hazard_detection", "irobot_create_msgs/HazardDetectionVector: bumper, cliffs, wheels."
+    )
 
 
 @dataclass(frozen=True)
@@ -56,6 +68,19 @@ class BusConfig:
     def key(self, topic: str) -> str:
         """Zenoh key of a topic, in the ros2dds dialect."""
         return "/".join(part for part in (self.prefix.strip("/"), topic.strip("/")) if part)
+
+
+@dataclass(frozen=True)
+class SensesConfig:
+    """[senses]: what the robot may have beside its camera. Where tf is read, it says where the
+    laser is, and not these keys."""
+
+    cliff_m: float = key(
+        0.1, "A cliff sensor that measures more has no floor under it.", "m", positive=True
+    )
+    laser_x_m: float = key(0.0, "How far the laser is ahead of the base's middle.", "m")
+    laser_y_m: float = key(0.0, "How far it is to the left of it.", "m")
+    laser_yaw_rad: float = key(0.0, "Where its angle 0 points; positive is to the left.", "rad")
 
 
 def open_session(config: BusConfig) -> zenoh.Session:

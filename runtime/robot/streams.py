@@ -6,12 +6,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from runtime.clock import Clock, Deadline
-from runtime.core.types import Intrinsics, Mount, Observation, Pose
+from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
-from runtime.robot import wire
+from runtime.robot import laser, wire, wire_senses
 from runtime.robot.labels import read_labels
-from runtime.robot.session import BusConfig
+from runtime.robot.laser import LaserMount, Scans
+from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
 
@@ -19,6 +20,7 @@ __all__ = ["SensorStreams", "StreamHealth"]
 
 PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
 ODOMETRY_GAP_S = 0.25  # longest span that is interpolated over
+SENSES = SensesConfig()
 SENSOR_TIMEOUT_S = 5.0  # how long a stream may stay away before the first frame
 
 
@@ -67,8 +69,10 @@ class SensorStreams:
         lockstep: bool,
         camera: CameraConfig,
         record: Record = unrecorded,
+        senses: SensesConfig = SENSES,
     ) -> None:
         self._config = config
+        self._senses, self._scans = senses, Scans()
         self._record = record
         self._clock = clock
         self._changed = changed
@@ -90,6 +94,8 @@ class SensorStreams:
             "camera_info": topics.camera_info,
             "odom": self._odom_topic,
         }
+        if topics.scan:
+            self.topics["scan"] = topics.scan
         self._health = {topic: StreamHealth() for topic in self.topics.values()}
 
     # -- in the bus's threads ------------------------------------------------------------------
@@ -111,6 +117,9 @@ class SensorStreams:
             kind = _recorded_as(stream, self._config)
             if kind:
                 self._record("wire", WireMessage(topic, kind, payload))
+            if stream == "scan":
+                self._scans.file(raw)
+                return
             if stream == "camera_info":
                 self._camera_info = raw
             elif self._rings.file(stream, raw):
@@ -202,7 +211,7 @@ class SensorStreams:
                 return None
         self._seen_frame = True
         pose = interpolate(before, after, match.stamp_ns)
-        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount)
+        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount, self._scan(match))
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -264,6 +273,30 @@ class SensorStreams:
             )
         return until_s
 
+    def _scan(self, match: Match) -> Scan | None:
+        """What a laser met about the time of a match; None where there is none, or none that can be
+        read and placed."""
+        topic = self._config.topics.scan
+        try:
+            with self._changed:
+                found = self._scans.take(match.stamp_ns, self._rings)
+            before = self._pose(found.before) if found else None
+            after = self._pose(found.after) if found else None
+            if found is None or before is None or after is None:
+                return None
+            told = wire_senses.decode_scan(found.scan.payload, topic)
+            mount = self._laser(told.value.frame, told.stamp_ns)
+            return laser.in_map(told, mount, before, after)
+        except SensorError as error:
+            self._count(topic, error)
+            return None
+
+    def _laser(self, frame: str, stamp_ns: int) -> LaserMount:
+        if self._camera.mount != "tf":
+            return laser.as_configured(self._senses)
+        placed = self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
+        return laser.as_placed(placed, frame)
+
     def _mount(self, match: Match) -> Mount | None:
         """By tf; None when it does not say. Before the first frame, SensorError when that is in
         vain."""
@@ -299,4 +332,4 @@ def _recorded_as(stream: str, config: BusConfig) -> str:
     consumed is."""
     if stream == "odom":
         return wire.POSE_STAMPED if config.topics.pose else wire.ODOMETRY
-    return wire.CAMERA_INFO if stream == "camera_info" else ""
+    return {"camera_info": wire.CAMERA_INFO, "scan": wire_senses.LASER_SCAN}.get(stream, "")

@@ -11,6 +11,7 @@ from runtime.robot.wire import Stamped
 IMAGES_KEPT = 10
 # Odometry comes at 20-200 Hz and must reach back to the oldest image in its ring.
 ODOMETRY_KEPT = 200
+ODOMETRY_BEHIND_NS = 300_000_000
 CLOCK_BACK_NS = 1_000_000_000  # a stamp this much older than the one before: a clock was set back
 
 
@@ -83,8 +84,10 @@ class Rings:
         if match is not None:
             _forget(self.color, match.color.stamp_ns)
             _forget(self.depth, match.depth.stamp_ns)
-            # The odometry just before may be needed again for the next image.
-            _forget(self.odom, match.before.stamp_ns - 1)
+            # The odometry just before may be needed again for the next image, and what is a little
+            # older for a scan that was taken before this one.
+            behind_ns = 0 if self._lockstep else ODOMETRY_BEHIND_NS
+            _forget(self.odom, match.before.stamp_ns - 1 - behind_ns)
         return match
 
     def drop_odometry(self, raw: RawMessage) -> None:
@@ -99,11 +102,13 @@ class Rings:
             )
             if depth is None or abs(depth.stamp_ns - color.stamp_ns) > self._tolerance_ns:
                 continue
-            sides = self._around(depth.stamp_ns)
+            sides = self.around(depth.stamp_ns)
             if sides is not None:
                 yield Match(color, depth, *sides)
 
-    def _around(self, stamp_ns: int) -> tuple[RawMessage, RawMessage] | None:
+    def around(self, stamp_ns: int) -> tuple[RawMessage, RawMessage] | None:
+        """The odometry just before and after a moment, twice that of the moment itself; None where
+        that is too far away."""
         before = max(
             (raw for raw in self.odom if raw.stamp_ns <= stamp_ns),
             key=lambda raw: raw.stamp_ns,

@@ -76,19 +76,7 @@ class Transforms:
 
     def mount(self, base: str, camera: str, stamp_ns: int) -> Mount:
         """The camera's optical frame on the base at that time; SensorError when tf does not say."""
-        self._decode()
-        base, camera = base.lstrip("/"), camera.lstrip("/")
-        up, down = self._above(camera), self._above(base)
-        shared = next((frame for frame in up if frame in down), None)
-        if shared is None:
-            told = ", ".join(sorted(self._links)) or "nothing"
-            raise SensorError(
-                f"{TF}: no way from {base} to {camera}; known are {told}: publish it, or set "
-                "research.camera_base_frame and research.camera_frame"
-            )
-        to_shared = self._to(shared, camera, up, stamp_ns)
-        from_base = self._to(shared, base, down, stamp_ns)
-        placed = np.linalg.inv(from_base) @ to_shared
+        placed = self.placed(base, camera, stamp_ns)
         mount = mount_of(placed[:3, :3], placed[:3, 3], _DIGITS)
         if abs(mount.pitch_rad) > STEEP_RAD:
             raise SensorError(
@@ -96,6 +84,23 @@ class Transforms:
                 "research.camera_frame to the optical frame (x right, y down, z ahead)"
             )
         return mount
+
+    def placed(self, base: str, frame: str, stamp_ns: int) -> F64:
+        """(4, 4) from a frame to the base's at that time; SensorError when tf does not say."""
+        self._decode()
+        base, frame = base.lstrip("/"), frame.lstrip("/")
+        up, down = self._above(frame), self._above(base)
+        shared = next((one for one in up if one in down), None)
+        if shared is None:
+            told = ", ".join(sorted(self._links)) or "nothing"
+            raise SensorError(
+                f"{TF}: no way from {base} to {frame}; known are {told}: publish it, or set "
+                "research.camera_base_frame and research.camera_frame"
+            )
+        to_shared = self._to(shared, frame, up, stamp_ns)
+        from_base = self._to(shared, base, down, stamp_ns)
+        found: F64 = np.linalg.inv(from_base) @ to_shared
+        return found
 
     def _decode(self) -> None:
         """Take in what was filed."""

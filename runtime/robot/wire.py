@@ -33,14 +33,7 @@ TWIST_STAMPED: Final = "geometry_msgs/msg/TwistStamped"
 TF_MESSAGE: Final = "tf2_msgs/msg/TFMessage"
 
 # What the CDR code raises on damaged bytes, besides its own errors.
-_DAMAGED: Final = (
-    SerdeError,
-    struct.error,
-    ValueError,
-    IndexError,
-    OverflowError,
-    AssertionError,
-)
+_DAMAGED: Final = (SerdeError, struct.error, ValueError, IndexError, OverflowError, AssertionError)
 _MAX_PIXELS: Final = 64_000_000  # a size field beyond this is damage, not a camera
 
 V = TypeVar("V")
@@ -78,19 +71,19 @@ def peek_stamp(payload: bytes, topic: str) -> int:
 
 def decode_color(payload: bytes, topic: str) -> Stamped[U8]:
     """Image (rgb8, bgr8) -> (H, W, 3) RGB."""
-    message = _decode(payload, IMAGE, topic)
+    message = decode(payload, IMAGE, topic)
     if message.encoding not in ("rgb8", "bgr8"):
         raise SensorError(f"{topic}: encoding {message.encoding!r}: publish rgb8 or bgr8")
     pixels = _pixels(message, np.dtype(np.uint8), 3, topic).reshape(message.height, -1, 3)
     if message.encoding == "bgr8":
         pixels = pixels[:, :, ::-1]
-    return Stamped(_header_stamp(message, topic), np.ascontiguousarray(pixels))
+    return Stamped(header_stamp(message, topic), np.ascontiguousarray(pixels))
 
 
 def decode_compressed_color(payload: bytes, topic: str) -> Stamped[U8]:
     """CompressedImage (JPEG, PNG, ...) -> (H, W, 3) RGB."""
-    message = _decode(payload, COMPRESSED_IMAGE, topic)
-    stamp_ns = _header_stamp(message, topic)
+    message = decode(payload, COMPRESSED_IMAGE, topic)
+    stamp_ns = header_stamp(message, topic)
     try:
         bgr = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
     except cv2.error:
@@ -105,7 +98,7 @@ def decode_compressed_color(payload: bytes, topic: str) -> Stamped[U8]:
 
 def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
     """Image (16UC1 mm, 32FC1 m) -> (H, W) m along the optical axis; 0 where there is no reading."""
-    message = _decode(payload, IMAGE, topic)
+    message = decode(payload, IMAGE, topic)
     if message.encoding in ("16UC1", "mono16"):
         depth = _pixels(message, np.dtype(np.uint16), 1, topic).astype(np.float32) / 1000
         depth[depth >= 65.535] = 0  # what fills 16 bits where nothing is
@@ -116,12 +109,12 @@ def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
             f"{topic}: encoding {message.encoding!r}: publish 16UC1 (mm) or 32FC1 (m)"
         )
     valid = np.isfinite(depth) & (depth > 0)
-    return Stamped(_header_stamp(message, topic), np.where(valid, depth, np.float32(0)))
+    return Stamped(header_stamp(message, topic), np.where(valid, depth, np.float32(0)))
 
 
 def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
     """CameraInfo -> Intrinsics of the image as published (K already is of that image)."""
-    message = _decode(payload, CAMERA_INFO, topic)
+    message = decode(payload, CAMERA_INFO, topic)
     k = [float(x) for x in message.k]
     if k[0] == 0 and k[4] == 0:  # REP 104: how an uncalibrated camera says so
         raise SensorError(f"{topic}: K is zero: camera without intrinsics; publish calibrated K")
@@ -133,25 +126,25 @@ def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
             f"{topic}: width or height is zero: publish the size K was calibrated for"
         )
     intrinsics = Intrinsics(fx, fy, cx, cy, int(message.width), int(message.height))
-    return Stamped(_header_stamp(message, topic), intrinsics)
+    return Stamped(header_stamp(message, topic), intrinsics)
 
 
 def decode_odometry(payload: bytes, topic: str) -> Stamped[Pose]:
     """Odometry -> the base in the odometry frame (roll, pitch and height are dropped)."""
-    message = _decode(payload, ODOMETRY, topic)
-    return Stamped(_header_stamp(message, topic), _planar(message.pose.pose, topic))
+    message = decode(payload, ODOMETRY, topic)
+    return Stamped(header_stamp(message, topic), _planar(message.pose.pose, topic))
 
 
 def decode_pose(payload: bytes, topic: str) -> Stamped[Pose]:
     """PoseStamped (a SLAM pose) -> the base in its frame."""
-    message = _decode(payload, POSE_STAMPED, topic)
-    return Stamped(_header_stamp(message, topic), _planar(message.pose, topic))
+    message = decode(payload, POSE_STAMPED, topic)
+    return Stamped(header_stamp(message, topic), _planar(message.pose, topic))
 
 
 def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | SensorError]:
     """TFMessage -> its transforms, or what is wrong with one; names without old ones' slash."""
     found: list[FrameTransform | SensorError] = []
-    for one in _decode(payload, TF_MESSAGE, topic).transforms:
+    for one in decode(payload, TF_MESSAGE, topic).transforms:
         at, q = one.transform.translation, one.transform.rotation
         moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
         names = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
@@ -160,18 +153,18 @@ def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | Senso
             what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
             found.append(SensorError(f"{what}: publish finite positions and unit quaternions"))
             continue
-        found.append(FrameTransform(*names, _header_stamp(one, topic), moved, turn / norm))
+        found.append(FrameTransform(*names, header_stamp(one, topic), moved, turn / norm))
     return found
 
 
 def decode_json(payload: bytes, topic: str) -> dict[str, Any]:
     """String that holds a JSON object -> dict."""
-    return parse_json(_decode(payload, STRING, topic).data, topic)
+    return parse_json(decode(payload, STRING, topic).data, topic)
 
 
 def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     """Twist -> (forward m/s, yaw rate rad/s)."""
-    message = _decode(payload, TWIST, topic)
+    message = decode(payload, TWIST, topic)
     forward, turn = float(message.linear.x), float(message.angular.z)
     if not (math.isfinite(forward) and math.isfinite(turn)):
         raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
@@ -273,7 +266,8 @@ def encode_twist_stamped(
 # -- CDR -----------------------------------------------------------------------------------------
 
 
-def _decode(payload: bytes, kind: str, topic: str) -> Any:
+def decode(payload: bytes, kind: str, topic: str) -> Any:
+    """CDR -> a message of one of `STORE`'s types."""
     try:
         return STORE.deserialize_cdr(payload, kind)
     except _DAMAGED as error:
@@ -315,7 +309,8 @@ def header(stamp_ns: int, frame: str) -> Any:
     return _T["std_msgs/msg/Header"](_T["builtin_interfaces/msg/Time"](sec, nanosec), frame)
 
 
-def _header_stamp(message: Any, topic: str) -> int:
+def header_stamp(message: Any, topic: str) -> int:
+    """The stamp of a message with a header."""
     return _stamp_ns(message.header.stamp.sec, message.header.stamp.nanosec, topic)
 
 

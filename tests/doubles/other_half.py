@@ -5,11 +5,24 @@ import math
 from typing import Any
 
 import cv2
-from rosbags.typesys import Stores, get_typestore
+import numpy as np
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from runtime.core.types import U8, Pose
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
+STORE.register(
+    get_types_from_msg(
+        "uint8 BUMP=1\nuint8 CLIFF=2\nstd_msgs/Header header\nuint8 type",
+        "irobot_create_msgs/msg/HazardDetection",
+    )
+)
+STORE.register(
+    get_types_from_msg(
+        "std_msgs/Header header\nHazardDetection[] detections",
+        "irobot_create_msgs/msg/HazardDetectionVector",
+    )
+)
 TYPES = STORE.types
 
 
@@ -42,6 +55,45 @@ def tf(*told: tuple[str, str, tuple[float, ...], tuple[float, ...]], stamp_ns: i
         for parent, child, at, q in told
     ]
     return _cdr(TYPES["tf2_msgs/msg/TFMessage"](transforms))
+
+
+def laser_scan(
+    ranges: list[float],
+    stamp_ns: int,
+    first_rad: float = -math.pi,
+    step_rad: float = 0.1,
+    near_m: float = 0.1,
+    far_m: float = 12.0,
+    step_s: float = 0.0,
+    frame: str = "laser",
+) -> bytes:
+    """A LaserScan, as a driver sends it."""
+    last, none = first_rad + step_rad * max(0, len(ranges) - 1), np.zeros(0, np.float32)
+    angles = first_rad, last, step_rad
+    told = np.array(ranges, np.float32)
+    kind = TYPES["sensor_msgs/msg/LaserScan"]
+    return _cdr(kind(_header(stamp_ns, frame), *angles, step_s, 0.1, near_m, far_m, told, none))
+
+
+def flag(value: bool) -> bytes:
+    """Bool, as a bumper sends it."""
+    return _cdr(TYPES["std_msgs/msg/Bool"](value))
+
+
+def hazards(told: list[tuple[str, int]], stamp_ns: int) -> bytes:
+    """(frame, type) each -> HazardDetectionVector, as a Create 3 sends it."""
+    one = TYPES["irobot_create_msgs/msg/HazardDetection"]
+    found = [one(_header(stamp_ns, frame), kind) for frame, kind in told]
+    vector = TYPES["irobot_create_msgs/msg/HazardDetectionVector"]
+    return _cdr(vector(_header(stamp_ns, "base_link"), found))
+
+
+def battery_state(share: float, stamp_ns: int) -> bytes:
+    """BatteryState of that percentage, its voltage known."""
+    none, nan = np.zeros(0, np.float32), math.nan
+    values = 14.8, 25.0, -0.5, nan, 2.6, 2.6, share
+    kind = TYPES["sensor_msgs/msg/BatteryState"]
+    return _cdr(kind(_header(stamp_ns, ""), *values, 2, 1, 2, True, none, none, "", ""))
 
 
 def stamped_twist(payload: bytes) -> tuple[int, float, float]:

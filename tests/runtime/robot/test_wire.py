@@ -148,7 +148,7 @@ def test_a_camera_without_intrinsics_is_named_with_the_remedy() -> None:
 
 
 def test_a_skewed_k_is_no_pinhole() -> None:
-    message = wire._decode(wire.encode_camera_info(INTRINSICS, 0), wire.CAMERA_INFO, "")
+    message = wire.decode(wire.encode_camera_info(INTRINSICS, 0), wire.CAMERA_INFO, "")
     message.k = np.array([300.0, 3, 320, 0, 300, 240, 0, 0, 1])
     with pytest.raises(SensorError, match=r"^cam/info: K = .* is not a pinhole matrix"):
         wire.decode_camera_info(wire.encode(message), "cam/info")
