@@ -107,7 +107,7 @@ def run(
             return
         with (
             LoadedModels(config, clock) as models,
-            Bus(config.bus, clock, True, config.camera, recorder) as bus,
+            Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
             Lockstep(bus, models, configure, clock, recorder).run(ending.is_set)
 
@@ -125,8 +125,9 @@ def _drive(
     after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
+    bus_odometry = not config.base.odometry
     with (
-        Bus(config.bus, clock, False, config.camera, record, not config.base.odometry) as bus,
+        Bus(config.bus, clock, False, config.camera, record, bus_odometry, config.senses) as bus,
         _base(config.base, bus, clock, arm) as base,
     ):
         rates = config.safety, config.realtime

@@ -10,18 +10,20 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
-from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
+from runtime.core.motion.contact import Felt, Met, Reflex
+from runtime.core.motion.courses import STILL
 from runtime.core.motion.safety import Guard, Halt, HaltKind, Odometry, SafetyConfig
 from runtime.core.motion.velocity_policy import steer
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import RfNavError
+from runtime.loops.plans import Plan, Tick, told_plan
 from runtime.record import Record, unrecorded
 from runtime.robot.base import ORDER_S, WELL, Base, BaseCondition, DriveOrder
 from runtime.robot.wire import Stamped
@@ -29,6 +31,7 @@ from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
 ZEROS_S = 1.0  # how long a base at rest is still told so; then others may drive it
+METS = 32  # what the body met that nobody has asked for yet
 LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
 
 
@@ -39,39 +42,9 @@ class RobotSenses(Protocol):
 
     def frame_arrival_s(self) -> float | None: ...
 
+    def felt(self) -> Felt: ...
+
     def publish_state(self, state: Mapping[str, object]) -> None: ...
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What to follow until the next plan comes. `frame_s`: when the frame arrived that it was made
-    of; its age is the plan's. `report`: what is known of it to those who watch."""
-
-    course: Course | None
-    frame_s: float
-    radius_m: float
-    control: ControlConfig
-    report: Mapping[str, object] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Tick:
-    """A turn of the loop, for a recorder: what it knew, and what it made of that. `plan`: how
-    many plans came before and with the one that it followed, 0 for none; `withdrawn`: that was
-    taken away meanwhile; `asked`: of the base, None when nothing was; `sent`: what the base sent of
-    that, None when nothing; `base`: what it said of itself."""
-
-    now_s: float
-    late_s: float
-    odometry: Odometry | None
-    frame_s: float | None
-    plan: int
-    stopping: bool
-    withdrawn: bool
-    sent: Twist | None
-    halt: str
-    asked: Twist | None
-    base: BaseCondition
 
 
 class ControlLoop:
@@ -94,7 +67,8 @@ class ControlLoop:
         self._base, self._senses = base, senses
         self._clock, self._rates, self._stopping = clock, rates, stopping
         self._tracer, self._at_start = tracer, at_start
-        self._guard = Guard(safety)
+        self._guard, self._reflex = Guard(safety), Reflex()
+        self._met: deque[Met] = deque(maxlen=METS)
         self._changed = threading.Condition()
         self._plan: Plan | None = None
         self._state, self._report = SearchState.READY, dict[str, object]()
@@ -105,7 +79,7 @@ class ControlLoop:
         self._said: tuple[object, ...] = ()
         self._silent_ticks = 0
         self._halt: Halt | None = None
-        self._condition = WELL
+        self._condition, self._hand = WELL, ""  # of a hand also that has let go since it was asked
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
         self._ending = False
@@ -146,6 +120,24 @@ class ControlLoop:
             twist = self._twist
         self._record("heard", {"name": "sent", "value": twist})
         return twist
+
+    def condition(self) -> BaseCondition:
+        """What the base said of itself last; a hand that has let go since the last call counts."""
+        with self._changed:
+            told = replace(self._condition, hand=self._condition.hand or self._hand)
+            self._hand = ""
+        if told != WELL:
+            self._record("heard", {"name": "condition", "value": told})
+        return told
+
+    def met(self) -> tuple[Met, ...]:
+        """What the body has met since the last call."""
+        with self._changed:
+            met = tuple(self._met)
+            self._met.clear()
+        if met:
+            self._record("heard", {"name": "met", "value": met})
+        return met
 
     def halted(self) -> str:
         """Why the base is held; "" when it is not."""
@@ -221,37 +213,64 @@ class ControlLoop:
     def _drive(self) -> Odometry | None:
         """The newest odometry, and the command that follows from it on the wire."""
         now_s = self._clock.now_s()
-        odometry, condition = self._odometry(), self._base.condition()
+        odometry, condition, felt = self._odometry(), self._base.condition(), self._senses.felt()
         frame_s = self._senses.frame_arrival_s()
         dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
         self._ticked_s = now_s
         with self._changed:
             plan, number = self._plan, self._plans if self._plan is not None else 0
             rests = self._rests
-            if odometry is not None:
-                self._guard.watch(odometry)
-            halt = None
-            driving = plan is not None and plan.course is not None
-            if plan is not None:
-                known = now_s, odometry, frame_s, plan.frame_s
-                halt = self._guard.check(*known, driving, _forbids(condition))
-        twist, stopping = STILL, self._stopping()
-        if plan is not None and odometry is not None and halt is None and not stopping:
+            halt, twist = self._judge(now_s, odometry, frame_s, condition, felt)
+        stopping = self._stopping()
+        if stopping:
+            twist = STILL
+        elif plan is not None and odometry is not None and halt is None:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
             twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s)
+            twist = self._reflex.allowed(twist, odometry.pose)
         with self._changed:
             withdrawn = plan is not None and (self._plan is None or self._rests != rests)
             if withdrawn:
                 twist = STILL  # whether or not another has come since
-            kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
-            if kind != (self._halt.kind if self._halt else ""):
-                self._record("halt", {"kind": kind, "reason": reason, "driving": driving})
-            self._halt, self._condition = halt, condition
+            self._note(halt, condition, plan)
             asked, sent = self._command(twist, odometry, now_s)
             late_s = self._late_s[-1] if self._late_s else 0.0
             given = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
-            self._record("tick", Tick(*given, sent, kind, asked, condition))
+            kind = halt.kind.value if halt else ""
+            self._record("tick", Tick(*given, sent, kind, asked, condition, felt))
         return odometry
+
+    def _judge(
+        self,
+        now_s: float,
+        odometry: Odometry | None,
+        frame_s: float | None,
+        condition: BaseCondition,
+        felt: Felt,
+    ) -> tuple[Halt | None, Twist]:
+        """Holding the lock: why the plan is not driven, and what the base does instead."""
+        plan, body, instead = self._plan, None, STILL
+        driving, by_hand = plan is not None and plan.course is not None, bool(condition.hand)
+        if odometry is not None:
+            self._guard.watch(odometry, by_hand)
+            ours = driving and not by_hand
+            self._met.extend(self._reflex.watch(now_s, odometry, felt.contacts, ours))
+        if plan is None:
+            return None, STILL
+        if odometry is not None:
+            body, instead = self._reflex.judge(now_s, odometry.pose, plan.frame_s)
+        known = now_s, odometry, frame_s, plan.frame_s
+        halt = self._guard.check(*known, driving, _forbids(condition), body)
+        return halt, instead if halt is body else STILL
+
+    def _note(self, halt: Halt | None, condition: BaseCondition, plan: Plan | None) -> None:
+        """Holding the lock: what is told of the tick."""
+        kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
+        if kind != (self._halt.kind if self._halt else ""):
+            driving = plan is not None and plan.course is not None
+            self._record("halt", {"kind": kind, "reason": reason, "driving": driving})
+        self._halt, self._condition = halt, condition
+        self._hand = condition.hand or self._hand
 
     def _command(
         self, twist: Twist, odometry: Odometry | None, now_s: float
@@ -322,17 +341,3 @@ def _forbids(base: BaseCondition) -> Halt | None:
     if base.hand:
         return Halt(HaltKind.HAND, f"a hand has the sticks: {base.hand}")
     return Halt(HaltKind.BASE, f"base: {base.held}") if base.held else None
-
-
-def told_plan(number: int, plan: Plan) -> dict[str, object]:
-    """A plan, for a recorder: without the field that its course may be."""
-    course = type(plan.course).__name__.lower() if plan.course is not None else "none"
-    toward = None if isinstance(plan.course, Along) else plan.course
-    return {
-        "number": number,
-        "course": course,
-        "toward": toward,
-        "frame_s": plan.frame_s,
-        "radius_m": plan.radius_m,
-        "limits": plan.control,
-    }

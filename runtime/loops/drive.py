@@ -12,16 +12,17 @@ from runtime.clock import Clock, Deadline
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
-from runtime.core.types import Ballot, Observation, SearchState
+from runtime.core.types import Action, Ballot, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
-from runtime.loops.control_loop import Plan
-from runtime.loops.decision_worker import DecisionRequest
+from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Surveyed
 from runtime.loops.feedback import Feedback
+from runtime.loops.plans import Plan
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.search import Search, SearchModels
 from runtime.loops.shedding import Shedding
+from runtime.robot.battery import Battery
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
@@ -41,6 +42,8 @@ class Means:
     detector: LoopDetector
     tracer: Tracer
     shedding: Shedding
+    battery: Battery
+    when_low: str  # what becomes of a search: see `BatteryConfig`
 
 
 @dataclass
@@ -55,33 +58,36 @@ class Drive:
     fresh: Observation | None = None  # the newest that showed something new
     frozen: int = 0  # frames that did not, although the robot had moved
     rehearsed_s: float = -math.inf  # when the last rehearsal began
+    led_s: float | None = None  # a hand drives: when the newest of its frames arrived
+    left_ns: int = (
+        -1
+    )  # stamp of the last frame of a hand's: what was asked before it is not adopted
+    back: str = ""  # why it drives back to where it began
 
     def see(self, obs: Observation, frame_s: float) -> Command | None:
         """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
+        condition = self.means.control.condition()
+        if condition.hand:
+            self._led(obs, frame_s, condition.hand)
+            return None
+        self._given_back()
+        ends = self._run_low(condition.battery_percent, frame_s)
+        if ends is not None:
+            return ends
         if _frozen(self.fresh, obs):
             self.frozen += 1
             return None  # the plan grows old, and that holds the base
         self.fresh = obs
-        search, cfg, tracer = self.search, self.search.config.navigate, self.means.tracer
+        search, tracer = self.search, self.means.tracer
         began_s = perf_counter()
-        with tracer.stage(Stage.PREPARE):
-            obs = search.prepared(obs)
-        if search.world is not None:
-            search.world.body.asked_mps = self.means.control.asked_mps()
-        with tracer.stage(Stage.SURVEY):
-            outline = search.survey(obs)
-        world = search.world
-        assert world is not None  # it was surveyed
-        tracer.book(Stage.FRAME, self.means.clock.now_s() - frame_s)
-        self._have_looked_at(Surveyed(search, obs, outline, frame_s), world)
-        with tracer.stage(Stage.PLACE):
-            self._place()
+        world = self._perceive(obs, frame_s)
         now_s = search.timed("map", began_s)
-        with tracer.stage(Stage.DECIDE):
-            self._decide(world)
-        now_s = search.timed("decide", now_s)
+        if not self.back:
+            with tracer.stage(Stage.DECIDE):
+                self._decide(world)
+            now_s = search.timed("decide", now_s)
         with tracer.stage(Stage.ACT):
-            command = navigate.act(world, cfg)
+            command = self._act(world)
         search.timed("plan", now_s)
         with tracer.stage(Stage.REPORT):
             return self._follow(world, command, frame_s)
@@ -118,6 +124,65 @@ class Drive:
 
     # -- inside --------------------------------------------------------------------------------
 
+    def _perceive(self, obs: Observation, frame_s: float, led: bool = False) -> World:
+        """Take in a frame, what the body has met since the one before, and what was seen in earlier
+        ones."""
+        search, means, tracer = self.search, self.means, self.means.tracer
+        with tracer.stage(Stage.PREPARE):
+            obs = search.prepared(obs)
+        if search.world is not None:
+            if not led:
+                search.world.body.asked_mps = means.control.asked_mps()
+            for met in means.control.met():
+                navigate.meet(search.world, met, search.config.navigate)
+                search.journal.write("met", **vars(met))
+        with tracer.stage(Stage.SURVEY):
+            outline = search.survey(obs, led)
+        world = search.world
+        assert world is not None  # it was surveyed
+        tracer.book(Stage.FRAME, means.clock.now_s() - frame_s)
+        self._have_looked_at(Surveyed(search, obs, outline, frame_s), world)
+        with tracer.stage(Stage.PLACE):
+            self._place()
+        return world
+
+    def _act(self, world: World) -> Command:
+        cfg, start_xy = self.search.config.navigate, self.search.start_xy
+        if not self.back or start_xy is None:
+            return navigate.act(world, cfg)
+        return navigate.go_back(world, self.back, start_xy, cfg)
+
+    def _led(self, obs: Observation, frame_s: float, who: str) -> None:
+        """A frame while a hand drives: it is mapped and looked at, but no time of the search
+        passes, nothing is decided, and no plan is made."""
+        reason = f"a hand has the sticks: {who}"
+        if self.led_s is None:
+            self.search.journal.write("hand", who=who, pose=obs.pose)
+            self.led_s = frame_s
+        self.feedback.led_s += frame_s - self.led_s
+        self.fresh, self.led_s, self.left_ns = obs, frame_s, obs.stamp_ns
+        self._perceive(obs, frame_s, led=True)
+        self.plan(None, frame_s, self.report | {"mode": "hand", "reason": reason})
+        self.tell(SearchState.SEARCHING, reason)
+
+    def _given_back(self) -> None:
+        if self.led_s is not None:
+            self.led_s = None
+            assert self.fresh is not None  # the last that a hand drove by
+            self.search.journal.write("hand", who="", pose=self.fresh.pose)
+
+    def _run_low(self, percent: float | None, frame_s: float) -> Command | None:
+        """The end of a search that the battery is too low for, or None; it may have to go back."""
+        means = self.means
+        low = means.battery.runs_low(percent, frame_s)
+        if not low or self.back or means.when_low == "refuse":
+            return None
+        self.search.journal.write("battery", percent=percent, reason=low, then=means.when_low)
+        if means.when_low == "return":
+            self.back = low
+            return None
+        return Command(Action.STOP, Mode.STOP, None, low, ended=SearchState.CANCELLED)
+
     def _have_looked_at(self, surveyed: Surveyed, world: World) -> None:
         last = world.body.last
         view = view_of(surveyed.outline, surveyed.obs.pose)
@@ -140,7 +205,7 @@ class Drive:
         means, search = self.means, self.search
         cfg, worker = search.config, means.decisions
         answer = worker.take()
-        if answer is not None and answer.question.asker is search:
+        if answer is not None and self._holds(answer):
             brief = answer.question.snapshot.brief
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
             means.bus.publish_decision(report)
@@ -158,6 +223,11 @@ class Drive:
             navigate.adopt(world, first)
         by = Deadline.after(cfg.panel.votes_s, means.clock)
         worker.ask(DecisionRequest(search, seen, search.order.panel, by, cfg.navigate))
+
+    def _holds(self, answer: DecisionReply) -> bool:
+        """Whether an answer is to what this search asked, from where the robot came by itself."""
+        question = answer.question
+        return question.asker is self.search and question.snapshot.stamp_ns > self.left_ns
 
     def _rehearse(self, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes

@@ -29,6 +29,11 @@ class Feedback:
     told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
     driven_m: float = 0.0
     counted: int = 0  # poses of the track that are in it
+    led_s: float = 0.0  # for so long somebody else drove: no time of the search
+
+    def elapsed_s(self, now_s: float) -> float:
+        """How long the search has taken."""
+        return now_s - self.began_s - self.led_s
 
     def tell(
         self,
@@ -53,7 +58,7 @@ class Feedback:
                 "mode": told[1],
                 "reason": reason,
                 "toward_xy": command.toward_xy if command else None,
-                "elapsed_s": round(now_s - self.began_s, 3),
+                "elapsed_s": round(self.elapsed_s(now_s), 3),
                 "driven_m": round(self.driven_m, 3),
                 "decisions": self.search.decisions,
             }

@@ -5,10 +5,12 @@ from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
 from runtime.core.mapping.attention import View
+from runtime.core.motion.contact import Met
 from runtime.core.types import Action, Observation, SearchState, Twist
-from runtime.loops.control_loop import Plan
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Look, Surveyed
+from runtime.loops.plans import Plan
+from runtime.robot.base import BaseCondition
 from runtime.robot.bus import Request
 from runtime.robot.streams import StreamHealth
 
@@ -59,6 +61,10 @@ class Control(Protocol):
     def asked_mps(self) -> float: ...
 
     def sent(self) -> Twist: ...
+
+    def condition(self) -> BaseCondition: ...
+
+    def met(self) -> tuple[Met, ...]: ...
 
     def halted(self) -> str: ...
 

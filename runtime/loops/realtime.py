@@ -28,6 +28,7 @@ from runtime.loops.process import Garbage
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
 from runtime.loops.shedding import Shedding
 from runtime.record import Record, unrecorded
+from runtime.robot.battery import Battery
 from runtime.robot.bus import Request
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
@@ -70,6 +71,8 @@ class RealTime:
         )
         self._decisions: Decisions = worker or DecisionWorker(WORKER_NICE, record)
         self._shedding = Shedding(budgets)
+        low = configure(()).battery  # the robot's own, not a goal's
+        self._battery, self._when_low = Battery(low), low.when_low
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
@@ -144,6 +147,8 @@ class RealTime:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         before = self._drive.search if self._drive else self._last[0] if self._last else None
+        if low := self._battery.refuses(self._control.condition().battery_percent):
+            return {"accepted": False, "error": low}
         with self._detector.paused():  # no look while the words change
             try:
                 order = understand(body, self._models, self._configure, _default_dir())
@@ -179,6 +184,8 @@ class RealTime:
             self._detector,
             self._tracer,
             self._shedding,
+            self._battery,
+            self._when_low,
         )
 
     def _look(self, surveyed: Surveyed) -> Detections | None:
@@ -222,7 +229,7 @@ class RealTime:
             summary = drive.search.end(reason, **facts, **extra) | facts
             if state in OVER:  # not when another goal has taken its place, or a restart may go on
                 self._models.finish()
-        summary["elapsed_s"] = round(self._clock.now_s() - drive.feedback.began_s, 3)
+        summary["elapsed_s"] = round(drive.feedback.elapsed_s(self._clock.now_s()), 3)
         self._last = drive.search, summary
         self._garbage.collect_all()
         return summary

@@ -123,6 +123,7 @@ class Search:
     order: Order
     journal: Journal
     world: World | None = None
+    start_xy: tuple[float, float] | None = None  # where it began, in the map
     decisions: int = 0
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
@@ -161,12 +162,15 @@ class Search:
         outline = self.survey(obs)
         return self.place(obs, detections, outline, models)
 
-    def survey(self, obs: Observation) -> F64:
-        """Add what depth tells; returns the view's outline, (V, 2) m, for `place`."""
+    def survey(self, obs: Observation, led: bool = False) -> F64:
+        """Add what depth tells; returns the view's outline, (V, 2) m, for `place`. `led`: somebody
+        else drives."""
         cfg = self.config.navigate
         if self.world is None:
             self.world = self._first(obs)
-        return navigate.survey(self.world, obs, obs.mount or self.config.camera, cfg)
+        if self.start_xy is None:
+            self.start_xy = obs.pose.x_m, obs.pose.y_m
+        return navigate.survey(self.world, obs, obs.mount or self.config.camera, cfg, led)
 
     def place(
         self,

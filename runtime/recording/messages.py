@@ -16,13 +16,14 @@ from runtime.core.voting.explain import in_words
 from runtime.errors import SensorError
 from runtime.recording.exact import as_json, exact
 from runtime.recording.pictures import Picture, compressed, drawn, transforms
-from runtime.robot import wire
+from runtime.robot import wire, wire_senses
 from runtime.robot.session import TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig, peek_frame
 
 LOOP: Final = "/loop/"  # before the topics that are ours
+WITHOUT_STAMP: Final = (wire.TWIST, wire.STRING, wire.TF_MESSAGE, wire_senses.BOOL)
 
 
 class Draft(NamedTuple):
@@ -58,7 +59,7 @@ class Encoder:
             yield _ours(kind, value)
 
     def _wire(self, message: WireMessage) -> Iterator[Draft]:
-        stamped = message.kind not in (wire.TWIST, wire.STRING, wire.TF_MESSAGE)
+        stamped = message.kind not in WITHOUT_STAMP
         stamp_ns = wire.peek_stamp(message.payload, message.topic) if stamped else None
         if message.kind in (wire.ODOMETRY, wire.POSE_STAMPED):
             with suppress(SensorError):  # a damaged one is recorded as it came, too
@@ -85,6 +86,7 @@ class Encoder:
             "pose": obs.pose,
             "intrinsics": obs.intrinsics,
             "mount": obs.mount,
+            "scan": obs.scan,
         }
         yield _ours("frame", told, obs.stamp_ns)
 

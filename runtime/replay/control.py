@@ -6,10 +6,12 @@ from dataclasses import replace
 from typing import Any
 
 from runtime.config import Config
+from runtime.core.motion.contact import NOTHING, Felt, Met
 from runtime.core.motion.courses import STILL
 from runtime.core.motion.safety import Odometry
 from runtime.core.types import Pose, SearchState, Twist
-from runtime.loops.control_loop import ControlLoop, Plan, Tick, told_plan
+from runtime.loops.control_loop import ControlLoop
+from runtime.loops.plans import Plan, Tick, told_plan
 from runtime.recording.exact import exact, read
 from runtime.replay.differences import Differences
 from runtime.replay.script import Turn
@@ -56,6 +58,13 @@ class FilmControl:
 
     def sent(self) -> Twist:
         return read(self._film.heard("sent"), Twist)
+
+    def condition(self) -> BaseCondition:
+        told = self._film.given("condition")
+        return read(told, BaseCondition) if told is not None else WELL
+
+    def met(self) -> tuple[Met, ...]:
+        return tuple(read(one, Met) for one in self._film.given("met") or ())
 
     def check(self) -> None:
         """Nothing ends it."""
@@ -133,6 +142,10 @@ class _Base:
 
     def frame_arrival_s(self) -> float | None:
         return self.frame_s
+
+    def felt(self) -> Felt:
+        told = self.told.get("felt")
+        return read(told, Felt) if told is not None else NOTHING
 
     def condition(self) -> BaseCondition:
         told = self.told.get("base")  # recordings from before bases said anything have none

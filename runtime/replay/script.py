@@ -15,7 +15,7 @@ from typing import Any, Final, Self
 import numpy as np
 
 from runtime.config import Config, known_keys, load
-from runtime.core.types import Intrinsics, Mount, Observation, Pose
+from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import RecordingError, SensorError
 from runtime.recording.exact import read
 from runtime.recording.messages import LOOP, color_topic, slashed
@@ -150,7 +150,8 @@ def observed(turn: Turn) -> Observation:
     except SensorError as error:
         raise RecordingError(f"frame {turn.number}: {error}") from error
     pose = read(told["pose"], Pose)
-    return Observation(told["stamp_ns"], rgb, depth_m, pose, intrinsics, mount)
+    scan = read(told["scan"], Scan) if told.get("scan") is not None else None
+    return Observation(told["stamp_ns"], rgb, depth_m, pose, intrinsics, mount, scan)
 
 
 def _take_images(turn: Turn, seen: Mapping[str, Recorded]) -> None:

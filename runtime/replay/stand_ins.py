@@ -111,6 +111,11 @@ class Film:
             raise RecordingError(what)
         return values.popleft()
 
+    def given(self, name: str) -> Any:
+        """The same of what was not always told; None where it was not."""
+        values = self.turn.heard[name]
+        return values.popleft() if values else None
+
     def _over(self) -> None:
         made, self._made = self._made, defaultdict(list)
         self._played(self.turn, made)

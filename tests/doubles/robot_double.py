@@ -9,9 +9,10 @@ from collections.abc import Callable
 from typing import Any
 
 import zenoh
+from other_half import flag
 
 from runtime.core.types import Pose, Twist
-from runtime.robot import wire
+from runtime.robot import wire, wire_senses
 from runtime.robot.session import DECISION, FEEDBACK, STATE, BusConfig, open_session
 
 WATCHDOG_S = 0.5
@@ -20,7 +21,9 @@ SILENCE_S = 0.2  # without a message, after which it is looked again
 
 
 class RobotDouble:
-    """`sending` names the streams that are alive; `bend` alters the odometry that is told."""
+    """`sending` names the streams that are alive, "bumper" and "battery" among them where it has
+    those; `bend` alters the odometry that is told. While a `hand` has the sticks the base obeys
+    nobody else."""
 
     def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
         self.home, self.topics = home, config.topics
@@ -28,6 +31,8 @@ class RobotDouble:
         self.sending = {"odom", "frames"}
         self.bend: Callable[[Pose, int], tuple[Pose, int]] = lambda pose, stamp: (pose, stamp)
         self.twist, self.told_s = Twist(), -math.inf
+        self.hand: Twist | None = None
+        self.touching, self.percent = False, 80.0
         self.commands: list[Twist] = []
         self.states: list[dict[str, Any]] = []
         self.decisions: list[dict[str, Any]] = []
@@ -104,12 +109,25 @@ class RobotDouble:
             dt, last_s = now_s - last_s, now_s
             with self.changed:
                 live = now_s - self.told_s < WATCHDOG_S
-                if live:
+                if self.hand is not None:
+                    self._move(self.hand, dt)
+                elif live:
                     self._move(self.twist, dt)
+            self._tell_of_the_body()
             if now_s - said_s >= self._odom_s and "odom" in self.sending:
                 said_s = now_s
                 pose, stamp = self.bend(self.home.pose, time.time_ns())
                 self.session.put(self.topics.odom, wire.encode_odometry(pose, stamp))
+
+    def _tell_of_the_body(self) -> None:
+        if self.hand is not None:
+            told = wire.encode_twist(self.hand.v_mps, self.hand.w_radps)
+            self.session.put(self.topics.teleop, told)
+        if "bumper" in self.sending:
+            self.session.put(self.topics.bumper, flag(self.touching))
+        if "battery" in self.sending:
+            charge = wire_senses.encode_battery(self.percent, time.time_ns())
+            self.session.put(self.topics.battery, charge)
 
     def _move(self, twist: Twist, dt: float) -> None:
         p = self.home.pose
@@ -118,7 +136,9 @@ class RobotDouble:
         y = p.y_m + twist.v_mps * dt * math.sin(yaw)
         if not twist.v_mps or self.home.fits(x, y):
             self.home.pose = Pose(x, y, yaw)
+            self.touching = self.touching and not twist.v_mps
         else:
+            self.touching = True
             self.home.collisions += 1
             self.home.pose = Pose(p.x_m, p.y_m, yaw)
 

@@ -16,11 +16,13 @@ from workload import CFG, MOUNT, NAMES
 from runtime import navigate
 from runtime.clock import SystemClock
 from runtime.config import RealtimeConfig
+from runtime.core.motion.contact import NOTHING
 from runtime.core.motion.courses import Along
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Pose
 from runtime.core.world import World
-from runtime.loops.control_loop import ControlLoop, Plan
+from runtime.loops.control_loop import ControlLoop
+from runtime.loops.plans import Plan
 from runtime.loops.process import SWITCH_S, go_first
 from runtime.robot.base import WELL, Sent
 from runtime.robot.wire import Stamped
@@ -48,6 +50,9 @@ class Base:
 
     def frame_arrival_s(self):
         return time.monotonic()
+
+    def felt(self):
+        return NOTHING
 
     def drive(self, order):
         self.sent += 1

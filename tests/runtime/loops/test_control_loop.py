@@ -12,12 +12,14 @@ from runtime.config import RealtimeConfig
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
+from runtime.core.motion.contact import NOTHING
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
 from runtime.core.types import Pose, Twist
 from runtime.errors import BusError
-from runtime.loops.control_loop import ControlLoop, Plan
+from runtime.loops.control_loop import ControlLoop
+from runtime.loops.plans import Plan
 from runtime.robot.base import ORDER_S, WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.wire import Stamped
 from runtime.tracing.budgets import read_budgets
@@ -50,6 +52,9 @@ class FakeBase:
 
     def frame_arrival_s(self):
         return self.clock.now_s() if self.frame_s is None else self.frame_s
+
+    def felt(self):
+        return NOTHING
 
     def drive(self, order):
         if self.broken:

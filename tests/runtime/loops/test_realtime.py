@@ -18,6 +18,7 @@ from robot_double import RobotDouble
 
 from hil_sim.driving.link import free_port
 from runtime.clock import Deadline, SystemClock
+from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core import local_policy
 from runtime.core.types import Brief, Detections, Missing, Pose, Twist, Vote
@@ -27,6 +28,9 @@ from runtime.loops.control_loop import ControlLoop
 from runtime.loops.detector_worker import DetectorWorker
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
+from runtime.record import Record, unrecorded
+from runtime.replay.drive import replay
+from runtime.replay.script import Script
 from runtime.robot.bus import Bus
 from runtime.robot.session import BusConfig
 from runtime.tracing.budgets import read_budgets
@@ -44,7 +48,7 @@ def short_look_around(monkeypatch: pytest.MonkeyPatch):
 
 @contextmanager
 def running(
-    models: FakeModels, *settings: str
+    models: FakeModels, *settings: str, record: Record = unrecorded
 ) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
     """The loop and its control, and a robot linked to them."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
@@ -52,10 +56,11 @@ def running(
     given = (*QUICK, *settings, f"bus.connect=['{endpoint}']", 'research.control_mode="velocity"')
     config, clock = load(None, given), SystemClock()
     ending, ended = threading.Event(), []
-    bus = Bus(config.bus, clock)
+    bus = Bus(config.bus, clock, record=record)
     budgets = read_budgets()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    control = ControlLoop(bus, bus, clock, config.safety, config.realtime, tracer, ending.is_set)
+    rates = config.safety, config.realtime
+    control = ControlLoop(bus, bus, clock, *rates, tracer, ending.is_set, record=record)
 
     def serve() -> None:
         try:
@@ -68,6 +73,7 @@ def running(
                 tracer,
                 budgets,
                 garbage,
+                record,
             )
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
@@ -312,6 +318,108 @@ def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path
     assert not ended
     halts = [line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "halt"]
     assert {"odometry", "frame", "jump", "clock"} <= set(halts[-1]["halts"])
+
+
+@contextmanager
+def recorded(
+    models: FakeModels, where: Path, *settings: str
+) -> Iterator[tuple[RobotDouble, list[BaseException]]]:
+    """The same; what was recorded of it comes out of a replay to the last bit."""
+    config = load(None, (*QUICK, *settings, 'research.control_mode="velocity"'))
+    with (
+        recording(config, RecordOptions(where, 0.0, False), False) as record,
+        running(models, *settings, record=record) as parts,
+    ):
+        yield parts
+    (path,) = where.iterdir()
+    again = replay(Script.open(path))
+    assert again.equal, [again.stopped, *(d.in_words() for d in again.differences.found[:3])]
+    assert again.differences.compared["tick"] > 20
+
+
+def lines(log: Path, kind: str) -> list[dict]:
+    return [line for line in read_journal(log / "decisions.jsonl") if line["kind"] == kind]
+
+
+def test_a_hand_takes_over_in_mid_search_and_gives_back(tmp_path: Path):
+    there = home()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    with recorded(FakeModels(there), tmp_path / "recorded", *PATIENT) as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or ended)
+        robot.hand = Twist(0.0, 1.0)
+        robot.until(lambda: robot.state()["base"]["hand"] == "cmd_vel_teleop" or ended)
+        robot.hears(lambda: False, 0.3)  # what was under way when it took over
+        sent, before = len(robot.commands), there.pose
+        robot.hears(lambda: False, 1.5)
+        robot.hand = Twist(0.4, 0.1)
+        robot.hears(lambda: False, 2.0)
+        assert len(robot.commands) == sent
+        left = there.pose
+        robot.hand = None
+        robot.until(lambda: moving(robot) or ended)
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    assert math.dist((before.x_m, before.y_m), (left.x_m, left.y_m)) > 0.3
+    assert summary["state"] == "found"
+    assert summary["halts"].get("jump", 0) == 0
+    assert summary["frozen_frames"] == 0
+    taken, given = lines(tmp_path, "hand")
+    assert (taken["who"], given["who"]) == ("cmd_vel_teleop", "")
+    assert math.dist((given["pose"]["x_m"], given["pose"]["y_m"]), (left.x_m, left.y_m)) < 0.3
+
+
+def test_what_no_camera_sees_is_touched_mapped_and_gone_round(tmp_path: Path):
+    there = home()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    there.heights[105:118, 305:311] = 0.05  # lower than what counts as an obstacle
+    with recorded(FakeModels(there), tmp_path / "recorded", *PATIENT) as (robot, ended):
+        robot.sending.add("bumper")
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("halts", {}).get("bumper") or ended)
+        robot.until(lambda: min(t.v_mps for t in robot.commands) < 0 or ended)
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    assert summary["state"] == "found"
+    assert lines(tmp_path, "met")[0]["touch"] == "bumper"
+    assert summary["collisions"] >= 1
+    assert there.pose.x_m > 6.4
+
+
+def test_with_a_low_battery_a_search_goes_back_to_where_it_began_and_none_is_begun(tmp_path: Path):
+    there = home(4.0, 3.0)
+    low = "battery.low_percent=20"
+    with recorded(FakeModels(there), tmp_path / "recorded", *PATIENT, low) as (robot, ended):
+        robot.sending.add("battery")
+        begin(robot, tmp_path)
+        start = there.pose
+        robot.until(lambda: math.dist((there.pose.x_m, there.pose.y_m), start.xy) > 0.8 or ended)
+        robot.percent = 12.0
+        robot.until(lambda: robot.state().get("mode") == "return" or ended)
+        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        assert math.dist((there.pose.x_m, there.pose.y_m), start.xy) < 0.5
+        why = "battery: 12 % is left, battery.low_percent is 20"
+        assert robot.state()["reason"] == f"{why}; it is back where it began"
+        refused = robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path / "b")})
+        assert refused == {"accepted": False, "error": why}
+        assert robot.ask("status")["base"]["battery_percent"] == pytest.approx(12.0)
+    assert not ended
+    assert lines(tmp_path, "battery")[0]["then"] == "return"
+
+
+def test_a_search_may_end_where_the_battery_runs_low(tmp_path: Path):
+    low = "battery.low_percent=20", "battery.when_low='end'"
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT, *low) as (robot, ended):
+        robot.sending.add("battery")
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or ended)
+        robot.percent = 5.0
+        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+        assert robot.feedback[-1]["reason"] == "battery: 5 % is left, battery.low_percent is 20"
+    assert not ended
 
 
 @pytest.mark.slow

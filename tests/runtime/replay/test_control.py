@@ -4,10 +4,11 @@ from collections import deque
 from typing import Any
 
 from runtime.config import load
+from runtime.core.motion.contact import Contact, Felt, Met, Touch
 from runtime.core.motion.courses import STILL, ControlConfig, Spin
 from runtime.core.motion.safety import Odometry
 from runtime.core.types import Pose, SearchState, Twist
-from runtime.loops.control_loop import Plan, Tick
+from runtime.loops.plans import Plan, Tick
 from runtime.recording.exact import exact
 from runtime.replay.control import FilmControl
 from runtime.replay.differences import Differences
@@ -29,6 +30,10 @@ class Film:
 
     def made(self, kind: str) -> int:
         return sum(told == kind for told, _ in self.told)
+
+    def given(self, name: str) -> Any:
+        values = self.turn.heard.get(name)
+        return values.popleft() if values else None
 
     def record(self, kind: str, value: object) -> None:
         self.told.append((kind, value))
@@ -82,6 +87,27 @@ def test_rest_comes_between_the_ticks_where_it_came():
         tick(10.0, STILL), tick(10.0625, ACCELERATED), rest, tick(10.125, STILL, plan=0)
     )
     assert [d.in_words() for d in differences.found] == []
+
+
+def test_what_the_body_felt_and_who_had_the_sticks_is_as_it_was():
+    felt = Felt((Contact(Touch.BUMPER, "bumper", 0.0, 10.05, True),), True)
+    touched = tick(10.0625, STILL, halt="bumper", felt=exact(felt))
+    hand = exact(BaseCondition(hand="cmd_vel_teleop", battery_percent=55.0))
+    led = tick(10.125, None, halt="hand", felt=exact(felt), base=hand, asked=exact(STILL))
+    differences, _ = driven(tick(10.0, STILL), touched, led)
+    assert [d.in_words() for d in differences.found] == []
+    differences, _ = driven(tick(10.0, STILL), tick(10.0625, STILL, halt="bumper"))
+    assert "tick.halt" in [d.what for d in differences.found]
+
+
+def test_what_was_told_to_the_thread_that_plans_is_told_again():
+    _, control = driven()
+    assert (control.condition(), control.met()) == (WELL, ())
+    told = BaseCondition(hand="cmd_vel_teleop", battery_percent=7.5)
+    met = Met(Touch.CLIFF, Pose(1.0, 2.0, 0.5), -0.3)
+    heard = control._film.turn.heard
+    heard["condition"], heard["met"] = deque([exact(told)]), deque([exact((met,))])
+    assert (control.condition(), control.met()) == (told, (met,))
 
 
 def test_ticks_of_a_plan_that_is_not_known_are_left_out():
