@@ -25,7 +25,7 @@ from hil_sim.ground_truth.witness import TARGET_MODES
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import Fault, model_fault, parse_faults
-from hil_sim.simulation.protocol import Protocol, protocol_named
+from hil_sim.simulation.protocol import EXTRAS, Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from hil_sim.simulation.rover_stand_in import RoverStandIn
 from runtime.core.world import Mode
@@ -52,7 +52,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--noise", multiple=True, metavar="NAME=SIZE",
               help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
-@click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--sensor", "sensors", multiple=True, type=click.Choice(EXTRAS))
 @click.option("--whole-mm", is_flag=True, help="Depth in whole millimetres, as most cameras.")
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
 @click.option("--base", type=click.Choice(["ros2", "mavlink"]), default="ros2",

@@ -17,6 +17,7 @@ from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings, protocol_for
 from hil_sim.ground_truth.episodes import Episode, load_suite
 from hil_sim.simulation.faults import parse_faults
+from hil_sim.simulation.protocol import EXTRAS
 from runtime.errors import RfNavError
 from runtime.journal import plain
 
@@ -38,7 +39,7 @@ from runtime.journal import plain
 @click.option("--noise", multiple=True, metavar="NAME=SIZE",
               help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
-@click.option("--sensor", "sensors", multiple=True, type=click.Choice(["laser", "bumper"]))
+@click.option("--sensor", "sensors", multiple=True, type=click.Choice(EXTRAS))
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
 @click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")

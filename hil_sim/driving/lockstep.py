@@ -73,6 +73,9 @@ def drive(run: EpisodeRun) -> None:
 
 
 def _check(run: EpisodeRun) -> None:
+    for fault in run.mishaps.faults:
+        if fault.kind.realtime:
+            raise ConfigError(f"fault {fault.name}: there is none in lockstep; add --realtime")
     if any(fault.name == "clock-step" and fault.size < 0 for fault in run.mishaps.faults):
         raise ConfigError(
             "fault clock-step: size: must be positive in lockstep, where stamps tell steps apart"
@@ -135,6 +138,7 @@ def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
     )
     scanner = home.scan if run.protocol.laser else None
     ranges_m = scanner(pose) if scanner is not None else None
+    below_m = home.cliffs(pose) if home.cliffs is not None else {}
     began_s = time.monotonic()
     answer = run.driver.exchange(
         sensed.stamp_ns,
@@ -143,7 +147,7 @@ def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
         sensed.odometry,
         run.protocol.intrinsics,
         labels,
-        beside(run.protocol, ranges_m, tally.robot.touching, sensed.stamp_ns),
+        beside(run.protocol, ranges_m, tally.robot.touching, below_m, sensed.stamp_ns),
     )
     tally.answer_s += time.monotonic() - began_s
     tally.thinking_s += float(answer.state.get("took_s", 0.0))

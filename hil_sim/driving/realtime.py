@@ -29,21 +29,27 @@ from hil_sim.ground_truth.witness import to_scene
 from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered, still
 from hil_sim.simulation.faults import Fault, Sensed, When
+from hil_sim.simulation.hand import SPEAKS_S, by_hand
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.protocol import DifferentialDrive, Protocol
 from hil_sim.simulation.robot import Robot
-from hil_sim.simulation.sensors import beside
+from hil_sim.simulation.sensors import SCAN, encode_scan, felt
 from runtime.core.types import Action, Pose, SearchState, Twist
 from runtime.core.world import Mode
-from runtime.robot import wire
+from runtime.robot import wire, wire_senses
+from runtime.robot.session import TopicsConfig
 
+TOPICS = TopicsConfig()
 TICK_S = 0.02
 FRAME_S = 0.2
 LONGEST_S = 0.5
 """A tick that comes later than this does not make up for it."""
 BRAKE_S = 2.0
 """How long the base has to come to rest when the search is over."""
-OVER = (SearchState.FOUND, SearchState.NOT_FOUND)
+OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
+CHARGE_S = 0.5
+"""Between two messages of the battery's."""
+FULL_PERCENT = 80.0
 
 
 class CameraPort(Port):
@@ -104,6 +110,10 @@ class _State:
     aim: list[float] | None = None  # what the runtime went for last, in its map
     decisions: tuple[dict[str, Any], ...] = ()
     collisions: int = 0  # until the last frame
+    searching: bool = False  # the runtime has said so: before, what it says is of another search
+    hand_s: float | None = None  # when a hand took the sticks
+    spoke_s: float = -1.0  # when the sticks and the battery were heard last
+    charge_s: float = -1.0
 
 
 def drive(
@@ -117,16 +127,26 @@ def drive(
     if not isinstance(run.driver, Runtime) or run.protocol.base is None:
         raise HarnessError("real time needs a runtime, and a base that drives")
     state = _State(clock(), clock(), base_wire or CmdVelWire(run.driver))
+    for fault in run.mishaps.faults:
+        if fault.kind.realtime and not isinstance(state.wire, CmdVelWire):
+            raise HarnessError(f"fault {fault.name}: comes over ROS 2; leave --base away")
     allowed_s = run.protocol.max_steps * run.protocol.observe_s
     while not run.tally.robot.over and state.now_s - state.began_s < allowed_s:
         _tick(run, run.driver, camera, state, clock)
-        if state.said is not None and state.said.get("state") in OVER:
+        if state.said is not None and _over(state, state.said):
             _conclude(run, state, state.said)
     until_s = clock() + BRAKE_S
     while not still(run.tally.robot) and clock() < until_s:
         _tick(run, run.driver, camera, state, clock)
     run.driver.call_again(wait=False)
     run.tally.halted = still(run.tally.robot)
+
+
+def _over(state: _State, said: dict[str, Any]) -> bool:
+    """Whether the runtime says that the search has ended. That of the episode before was cancelled,
+    too, and may still be told of."""
+    ended = said.get("state")
+    return ended in OVER and (state.searching or ended != SearchState.CANCELLED)
 
 
 def _conclude(run: EpisodeRun, state: _State, said: dict[str, Any]) -> None:
@@ -152,7 +172,8 @@ def _tick(
     when = When(run.tally.steps + 1, state.now_s - state.began_s)
     base, protocol = run.protocol.base, run.protocol
     assert base is not None
-    command = state.wire.command(state.now_s)
+    ours = state.wire.command(state.now_s)  # one that is not obeyed now is not obeyed later
+    command = _by_hand(run, runtime, state, when) or ours
     if command is not None and not run.mishaps.deaf(when):
         run.tally.robot = ordered(run.tally.robot, command, base)
     rng = generator(run.seed, run.episode, state.ticks, "base")
@@ -161,7 +182,8 @@ def _tick(
     )
     stamp_ns = time.time_ns()
     _link(run, runtime, when)
-    _report(run, state, when, stamp_ns)
+    _report(run, runtime, state, when, stamp_ns)
+    _report_charge(run, runtime, state, when, stamp_ns)
     _listen(runtime, state)
     sight = camera.seen() if camera.busy else None
     if sight is not None and state.frame is not None:
@@ -182,19 +204,52 @@ def _link(run: EpisodeRun, runtime: Runtime, when: When) -> None:
         runtime.call_again(wait=False)
 
 
-def _report(run: EpisodeRun, state: _State, when: When, stamp_ns: int) -> None:
-    """Odometry, and what else has a rate of its own."""
+def _report(
+    run: EpisodeRun, runtime: Runtime, state: _State, when: When, stamp_ns: int
+) -> None:
+    """Odometry, and what the body feels."""
     robot = run.tally.robot
     told = run.mishaps.odometry(when, robot.odometry(run.start), stamp_ns)
     if told is not None:
         pose, stamp_ns = told
         state.wire.report(pose, stamp_ns, state.now_s)
+    cliffs = run.home.cliffs
+    below_m = cliffs(robot.pose) if cliffs is not None else {}
+    for topic, payload in felt(run.protocol, robot.touching, below_m, stamp_ns).items():
+        runtime.publish(topic, payload)
+
+
+def _by_hand(run: EpisodeRun, runtime: Runtime, state: _State, when: When) -> Twist | None:
+    """What a hand on the sticks tells the base, which then hears nobody else; None without one."""
+    fault = run.mishaps.active("hand", when)
+    if fault is None:
+        state.hand_s = None
+        return None
+    state.hand_s = state.now_s if state.hand_s is None else state.hand_s
+    twist = by_hand(run.tally.robot, state.now_s - state.hand_s, fault.size)
+    if state.now_s - state.spoke_s >= SPEAKS_S:
+        state.spoke_s = state.now_s
+        runtime.publish(TOPICS.teleop, wire.encode_twist(twist.v_mps, twist.w_radps))
+    return twist
+
+
+def _report_charge(
+    run: EpisodeRun, runtime: Runtime, state: _State, when: When, stamp_ns: int
+) -> None:
+    """The battery, of a robot that is to run low."""
+    if not any(fault.name == "battery-low" for fault in run.mishaps.faults):
+        return
+    if state.now_s - state.charge_s >= CHARGE_S:
+        state.charge_s, low = state.now_s, run.mishaps.active("battery-low", when)
+        percent = low.size if low is not None else FULL_PERCENT
+        runtime.publish(TOPICS.battery, wire_senses.encode_battery(percent, stamp_ns))
 
 
 def _listen(runtime: Runtime, state: _State) -> None:
     for name, message in runtime.hear():
         if name == "state":
             state.said = message
+            state.searching |= message.get("state") == SearchState.SEARCHING
             state.aim = message.get("toward_xy") or state.aim
         elif name == "decision":
             state.decisions = (*state.decisions, message)
@@ -207,7 +262,7 @@ def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, si
     reported = robot.odometry(run.start)
     sensed = run.mishaps.sense(when, Sensed(sight.rgb, sight.depth_m, reported, frame.stamp_ns))
     if sensed is not None:
-        _publish(run, runtime, robot.pose, sensed, sight, tally.robot.touching)
+        _publish(run, runtime, robot.pose, sensed, sight)
     tally.steps += 1
     said, action = state.said or {}, Action.STOP if tally.robot.stopped else Action.MOVE_FORWARD
     run.witness.hear(when.step, said, state.decisions, to_scene(robot.pose, reported))
@@ -222,14 +277,11 @@ def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, si
     state.decisions, state.collisions = (), tally.robot.collisions
 
 
-def _publish(
-    run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight, touching: bool
-) -> None:
+def _publish(run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight) -> None:
     protocol, stamp_ns = run.protocol, sensed.stamp_ns
     scanner = run.home.scan if protocol.laser else None
-    ranges_m = scanner(pose) if scanner is not None else None
-    for topic, payload in beside(protocol, ranges_m, touching, stamp_ns).items():
-        runtime.publish(topic, payload)
+    if scanner is not None:
+        runtime.publish(SCAN, encode_scan(scanner(pose), stamp_ns))
     if run.how.labels:
         labels = true_labels(run.home.scene, pose, sight.segmentation, sight.true_depth_m)
         runtime.publish("detections", wire.encode_json({"stamp_ns": stamp_ns, **labels}))

@@ -66,6 +66,7 @@ class StagedHome:
     goal_boxes: tuple[Footprint, ...]
     populate: Callable[[tuple[Body, ...]], None] = lambda bodies: None  # with these, no others
     scan: Callable[[Pose], Ranges] | None = None  # a laser scanner's
+    cliffs: Callable[[Pose], Mapping[str, float]] | None = None  # by topic, m down to the ground
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ def _shifted(pose: Pose, size_m: float) -> Pose:
 @dataclass(frozen=True)
 class Kind:
     """`means`: what `size` is; "" when there is none. `timed`: has a beginning and an end.
+    `realtime`: there is no such thing in lockstep.
     `model`: what is wrong with the runtime's models (see `faulty_runtime`); `settings`: `--set`
     values that go with it."""
 
@@ -49,6 +50,7 @@ class Kind:
     lasts: float = 10
     spoil: Spoil | None = None
     timed: bool = True
+    realtime: bool = False
     model: str = ""
     settings: tuple[str, ...] = ()
 
@@ -89,6 +91,14 @@ KINDS: dict[str, Kind] = {
     "base-deaf": Kind("the base ignores its commands"),
     "person": Kind(
         "a person walks through the home", "metres per second", 0.8, math.inf
+    ),
+    "hand": Kind(
+        "a hand takes the sticks, turns and drives ahead; in real time",
+        "metres per second", 0.3, 6, realtime=True,
+    ),
+    "battery-low": Kind(
+        "the battery holds no more than that; in real time", "percent", 10.0, math.inf,
+        realtime=True,
     ),
     "door-closes": Kind("the doorway nearest the robot is closed", lasts=math.inf),
     "stairwell": Kind(
@@ -182,7 +192,7 @@ def _size(name: str, text: str, kind: Kind) -> float:
         value = float(text)
     except ValueError:
         value = math.nan
-    if not math.isfinite(value) or (name == "person" and value <= 0):
+    if not math.isfinite(value) or (name in ("person", "hand") and value <= 0):
         raise ConfigError(f"fault {name}: size={text}: must be a number ({kind.means})")
     return value
 

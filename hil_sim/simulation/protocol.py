@@ -79,6 +79,7 @@ class Protocol:
     noise: Noise = NONE
     laser: bool = False  # a scan on `scan`
     bumper: bool = False  # whether something is touched, on `bumper`
+    cliffs: bool = False  # what is under sensors at the body's rim, on `cliff/...`
 
     @property
     def intrinsics(self) -> Intrinsics:
@@ -105,7 +106,7 @@ SUCCESS_M = 0.1
 ONROBOT_SUCCESS_M = 0.25
 VISIBLE_PIXELS, VISIBLE_M = 100, 1.0
 EPISODE_TILT_RAD = math.radians(30)
-EXTRAS = ("laser", "bumper")
+EXTRAS = ("laser", "bumper", "cliffs")
 
 
 def _near(end: Ending) -> bool:
@@ -148,7 +149,7 @@ def protocol_named(
     name: str, tilt: str = "level", noise: Iterable[str] = (), extras: Iterable[str] = ()
 ) -> Protocol:
     """A protocol by name, perhaps with other noise (`parse_noise`), a tilted camera
-    (`tilt="episode"`) or `extras` "laser" and "bumper". ConfigError lists the known ones."""
+    (`tilt="episode"`) or `extras` (EXTRAS). ConfigError lists the known ones."""
     if name not in PROTOCOLS:
         raise ConfigError(f"protocol {name}: unknown; known: {', '.join(sorted(PROTOCOLS))}")
     protocol = PROTOCOLS[name]
@@ -165,5 +166,6 @@ def protocol_named(
         protocol,
         laser="laser" in wanted,
         bumper="bumper" in wanted,
+        cliffs="cliffs" in wanted,
         noise=parse_noise(noise, protocol.noise),
     )

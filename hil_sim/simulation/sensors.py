@@ -1,6 +1,7 @@
 """What a real camera makes of a view, a laser scanner and a bumper. All seeded."""
 
 import math
+from collections.abc import Mapping
 from typing import Any, Final
 from typing import Protocol as Port
 
@@ -13,6 +14,7 @@ from hil_sim.scenes.format import Scene
 from hil_sim.simulation.depth_cameras import CAMERAS, edges, mixed, photograph_depth
 from hil_sim.simulation.noise import Noise
 from hil_sim.simulation.protocol import Protocol
+from runtime.robot.wire_senses import encode_range
 
 
 class Seen(Port):
@@ -34,6 +36,7 @@ GLASS = ("mirror", "shower")
 """Categories whose depth is lost; also anything whose id or mesh speaks of a window."""
 BEAMS: Final = 360
 LASER_M: Final = (0.1, 12.0)
+CLIFF_SEES_M: Final = 0.2
 LASER_Z_M: Final = 0.18
 """Height of the laser scanner: over floor coverings, under seats."""
 
@@ -62,14 +65,28 @@ def sense(
 
 
 def beside(
-    protocol: Protocol, ranges_m: NDArray[np.float32] | None, touching: bool, stamp_ns: int
+    protocol: Protocol,
+    ranges_m: NDArray[np.float32] | None,
+    touching: bool,
+    below_m: Mapping[str, float],
+    stamp_ns: int,
 ) -> dict[str, bytes]:
     """What is published beside the camera, as topic: CDR."""
     found = {}
     if protocol.laser and ranges_m is not None:
         found[SCAN] = encode_scan(ranges_m, stamp_ns)
-    if protocol.bumper:
-        found[BUMPER] = encode_bumper(touching)
+    return found | felt(protocol, touching, below_m, stamp_ns)
+
+
+def felt(
+    protocol: Protocol, touching: bool, below_m: Mapping[str, float], stamp_ns: int
+) -> dict[str, bytes]:
+    """What is published of the body, however often, as topic: CDR. `below_m`: by topic, how far
+    down the ground is under a cliff sensor."""
+    found = {BUMPER: encode_bumper(touching)} if protocol.bumper else {}
+    if protocol.cliffs:
+        for topic, range_m in below_m.items():
+            found[topic] = encode_range(range_m, stamp_ns, CLIFF_SEES_M, topic.replace("/", "_"))
     return found
 
 

@@ -185,3 +185,11 @@ def test_an_action_without_finite_speed_is_an_error() -> None:
         link._twist({"v_mps": math.nan})
     with pytest.raises(link.HarnessError, match="velocity"):
         link._twist({"w_radps": "fast"})
+
+
+@pytest.mark.parametrize("fault", ["hand", "battery-low:size=5"])
+def test_some_faults_are_of_real_time_alone(fault: str, walker: Runtime, tmp_path: Path) -> None:
+    result = None
+    with pytest.raises(ConfigError, match="there is none in lockstep; add --realtime"):
+        result = drive(walker, tmp_path, fault)
+    assert result is None

@@ -2,6 +2,7 @@
 
 import os
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
@@ -97,6 +98,22 @@ def test_without_odometry_the_runtime_holds_the_base(rover: Runtime, tmp_path: P
     result, _ = drive(rover, tmp_path, "odometry-stop:at=3,for=999", max_steps=12)
     assert (str(result.ended), result.stopped) == ("steps", True)
     assert result.path_m < 0.6
+
+
+def test_a_hand_drives_the_base_and_the_runtime_is_silent(rover: Runtime, tmp_path: Path) -> None:
+    hand = "hand:at=1,for=1.5s,size=0.2"
+    heard: list[float] = []
+    subscriber = rover._session.declare_subscriber(
+        "cmd_vel_teleop", lambda sample: heard.append(time.monotonic())
+    )
+    result, camera = drive(rover, tmp_path, hand)
+    subscriber.undeclare()
+    assert 5 <= len(heard) <= 20
+    assert result.fault == hand
+    turned = max(
+        abs(glance.pose.yaw_rad - camera.glances[0].pose.yaw_rad) for glance in camera.glances
+    )
+    assert turned > 0.5
 
 
 @pytest.mark.slow

@@ -72,7 +72,7 @@ def test_protocols_travel_to_other_processes() -> None:
         (("hm3d", "episode"), "tilt episode: protocol hm3d's camera is level; use robothor"),
         (("hm3d", "down"), "tilt down: must be level or episode"),
         (("hm3d", "level", ["x"]), "noise x: unknown"),
-        (("hm3d", "level", [], ["lidar"]), "sensor lidar: unknown; known: laser, bumper"),
+        (("hm3d", "level", [], ["lidar"]), "sensor lidar: unknown; known: laser, bumper, cliffs"),
     ],
 )
 def test_what_is_wrong_is_named(arguments: tuple[object, ...], says: str) -> None:

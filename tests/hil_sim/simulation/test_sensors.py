@@ -17,6 +17,7 @@ from hil_sim.simulation.sensors import (
     encode_scan,
     sense,
 )
+from runtime.robot.wire_senses import decode_range
 
 NO_GLASS = np.zeros((60, 80), bool)
 STEP = np.where(np.arange(80) < 40, 2.0, 4.0).astype(np.float32) * np.ones((60, 1), np.float32)
@@ -129,8 +130,10 @@ def test_scan_and_bumper_are_ros_messages() -> None:
 
 def test_what_a_robot_does_not_carry_is_not_published() -> None:
     ranges = np.ones(4, np.float32)
-    assert beside(HM3D, ranges, True, 1) == {}
-    assert set(beside(replace(HM3D, laser=True, bumper=True), ranges, True, 1)) == {
-        "scan",
-        "bumper",
-    }
+    below_m = {"cliff/left": 0.03, "cliff/right": np.inf}
+    assert beside(HM3D, ranges, True, below_m, 1) == {}
+    every = replace(HM3D, laser=True, bumper=True, cliffs=True)
+    found = beside(every, ranges, True, below_m, 1)
+    assert set(found) == {"scan", "bumper", "cliff/left", "cliff/right"}
+    for topic, range_m in below_m.items():
+        assert decode_range(found[topic], topic).value == pytest.approx(range_m)
