@@ -27,7 +27,6 @@ from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
 from runtime.robot import base_config
-from runtime.robot.base_config import BaseConfig
 from runtime.robot.battery import BatteryConfig
 from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.transforms import CameraConfig
@@ -153,7 +152,7 @@ class Config:
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
     bus: BusConfig = field(default_factory=BusConfig)
-    base: BaseConfig = field(default_factory=BaseConfig)
+    base: base_config.BaseConfig = field(default_factory=base_config.BaseConfig)
     senses: SensesConfig = field(default_factory=SensesConfig)
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)

@@ -204,9 +204,7 @@ def _link(run: EpisodeRun, runtime: Runtime, when: When) -> None:
         runtime.call_again(wait=False)
 
 
-def _report(
-    run: EpisodeRun, runtime: Runtime, state: _State, when: When, stamp_ns: int
-) -> None:
+def _report(run: EpisodeRun, runtime: Runtime, state: _State, when: When, stamp_ns: int) -> None:
     """Odometry, and what the body feels."""
     robot = run.tally.robot
     told = run.mishaps.odometry(when, robot.odometry(run.start), stamp_ns)

@@ -136,7 +136,10 @@ def test_a_robot_has_no_more_sensors_than_robots_have():
     for n in range(SENSORS + 5):
         body.says("cliff", under(0.3), f"cliff/{n}")
     assert len(body.felt().contacts) == SENSORS
-    assert sum(health.bad for health in body.health().values()) == 5
+    health = body.health()
+    assert len(health) == SENSORS + 1
+    assert sum(one.received for one in health.values()) == SENSORS + 5
+    assert health["cliff/*"].bad == 5
 
 
 def test_a_topic_without_a_name_is_not_listened_to():

@@ -4,7 +4,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -15,9 +15,19 @@ from other_half import compressed_color, slam_pose, tf
 from zenoh.ext import CacheConfig, declare_advanced_publisher
 
 from runtime.clock import SystemClock
-from runtime.core.types import Absence, Action, Intrinsics, Missing, Mount, Observation, Pose
+from runtime.core.types import (
+    Absence,
+    Action,
+    Intrinsics,
+    Missing,
+    Mount,
+    Observation,
+    Pose,
+    Twist,
+)
 from runtime.errors import BusError, SensorError
-from runtime.robot import wire
+from runtime.robot import wire, wire_senses
+from runtime.robot.base import DriveOrder, Sent
 from runtime.robot.bus import Bus, BusConfig, TopicsConfig
 from runtime.robot.session import open_session
 from runtime.robot.transforms import CameraConfig
@@ -288,6 +298,41 @@ def test_in_real_time_only_the_newest_set_is_handed_over(realtime: tuple[Robot, 
     later = bus.frame_arrival_s()
     assert later is not None
     assert later > (frame_s or later)  # not taken yet, but there
+
+
+def test_a_hand_silences_what_drives_and_sensors_are_heard_by_their_names(
+    realtime: tuple[Robot, Bus],
+) -> None:
+    robot, bus = realtime
+    heard: list[bytes] = []
+    topics = robot.config.topics
+    robot.session.declare_subscriber(
+        robot.config.key(topics.cmd_vel), lambda sample: heard.append(sample.payload.to_bytes())
+    )
+
+    def drive() -> Sent:
+        return bus.drive(DriveOrder(Twist(0.1, 0.0), 0, time.monotonic() + 1.0))
+
+    until(lambda: drive().twist is not None and heard)
+    until(lambda: robot.send(topics.teleop, wire.encode_twist(0.0, 0.0)) or bus.condition().hand)
+    assert bus.condition().hand == robot.config.key(topics.teleop)
+    time.sleep(0.1)  # what was sent before is there
+    count, sent = len(heard), drive()
+    assert sent == Sent(None, f"a hand has the sticks: {robot.config.key(topics.teleop)}")
+    until(lambda: not bus.condition().hand)
+    assert len(heard) == count
+    assert drive().twist is not None
+    below = wire_senses.encode_range(0.5, 1, 1.0, "front_left")
+    until(lambda: robot.send("cliff/front_left", below) or bus.felt().contacts)
+    assert bus.felt().contacts[0].sensor == "cliff front_left"
+    assert bus.health()[robot.config.key("cliff/front_left")].received >= 1
+
+
+def until(what: Callable[[], object]) -> None:
+    by_s = time.monotonic() + PATIENCE_S
+    while not what():
+        assert time.monotonic() < by_s
+        time.sleep(0.02)
 
 
 def test_flush_forgets_what_waits(lockstep: tuple[Robot, Bus]) -> None:

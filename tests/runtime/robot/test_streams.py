@@ -5,13 +5,14 @@ import threading
 import numpy as np
 import pytest
 from manual_clock import ManualClock
+from other_half import laser_scan, tf
 
 from runtime.clock import Deadline
 from runtime.core.types import Intrinsics, Observation, Pose
 from runtime.robot import wire
 from runtime.robot.session import BusConfig
 from runtime.robot.streams import SensorStreams
-from runtime.robot.transforms import FIXED
+from runtime.robot.transforms import FIXED, CameraConfig
 
 K = Intrinsics(20.0, 20.0, 8.0, 6.0, 16, 12)
 S = 1_000_000_000
@@ -22,9 +23,9 @@ DEPTH, ODOM = "camera/depth/image_raw", "odom"
 class Camera:
     """The streams, and what is put into them."""
 
-    def __init__(self) -> None:
+    def __init__(self, camera: CameraConfig = FIXED) -> None:
         self.clock, self.changed = ManualClock(1.0), threading.Condition()
-        self.streams = SensorStreams(BusConfig(), self.clock, self.changed, False, FIXED)
+        self.streams = SensorStreams(BusConfig(), self.clock, self.changed, False, camera)
         self.streams.file("camera_info", wire.encode_camera_info(K, 0))
 
     def show(self, depth: bytes, at_s: float, pose: Pose = HERE) -> Observation | None:
@@ -94,3 +95,47 @@ def test_labels_that_cannot_be_read_are_counted_and_those_before_stay(wrong: dic
     health = camera.streams.health()["detections"]
     assert (health.received, health.bad) == (1, 1)
     assert health.last_error.startswith("detections: ")
+
+
+def scans(camera: Camera, *at_s: float, payload: bytes = b"") -> None:
+    for when in at_s:
+        camera.streams.file("scan", payload or laser_scan([1.0, 2.0], round(when * S)))
+
+
+def test_a_scan_goes_with_the_image_of_its_time_and_with_no_other():
+    camera = Camera()
+    assert camera.show(depth(2.0, 5.0), 5.0).scan is None
+    scans(camera, 5.21)
+    there = Pose(1.0, 2.0, 0.0)
+    found = camera.show(depth(2.0, 5.2), 5.2, there).scan
+    assert found.at_xy == (1.0, 2.0)
+    assert found.ranges_m.tolist() == [1.0, 2.0]
+    assert camera.show(depth(2.0, 5.4), 5.4).scan is None
+
+
+def test_a_scan_that_cannot_be_read_costs_no_image():
+    camera = Camera()
+    for n, wrong in enumerate((laser_scan([], 5 * S), laser_scan([1.0], 5 * S)[:-30], b"\0\1")):
+        scans(camera, 0, payload=wrong)
+        obs = camera.show(depth(2.0, 5.0 + 0.01 * n), 5.0 + 0.01 * n)
+        assert obs is not None
+        assert obs.scan is None
+    health = camera.streams.health()["scan"]
+    assert (health.received, health.bad) == (3, 3)
+    assert health.last_error.startswith("scan: ")
+
+
+def test_where_tf_is_read_it_says_where_the_laser_is():
+    camera = Camera(CameraConfig(mount="tf"))
+    unit = (0.0, 0.0, 0.0, 1.0)
+    optical = (-0.5, 0.5, -0.5, 0.5)
+    told = tf(("base_link", "camera", (0.1, 0.0, 0.8), optical))
+    camera.streams.file_transforms("tf_static", told)
+    scans(camera, 5.0)
+    obs = camera.show(depth(2.0, 5.0), 5.0)
+    assert obs.scan is None  # nobody has told yet where that is
+    assert "no way from base_link to laser" in camera.streams.health()["scan"].last_error
+    told = tf(("base_link", "laser", (0.2, 0.0, 0.3), unit))
+    camera.streams.file_transforms("tf_static", told)
+    scans(camera, 5.2)
+    assert camera.show(depth(2.0, 5.2), 5.2).scan.at_xy == (0.2, 0.0)
