@@ -2,6 +2,7 @@
 the map, JSON schemas for what is ours."""
 
 import functools
+from collections.abc import Mapping
 from typing import Any, Final
 
 from runtime.robot import wire_senses
@@ -21,9 +22,12 @@ _TABLE: Final = {"type": "object"}
 _PLACE: Final = {"type": ["array", "null"], "items": {"type": "number"}}
 
 
-def _object(meaning: str, **properties: Any) -> dict[str, Any]:
-    known = list(properties)
-    return {"type": "object", "description": meaning, "properties": properties, "required": known}
+def _object(
+    meaning: str, since: Mapping[str, Any] | None = None, **properties: Any
+) -> dict[str, Any]:
+    """`since`: properties that older recordings lack."""
+    known, every = list(properties), {**properties, **(since or {})}
+    return {"type": "object", "description": meaning, "properties": every, "required": known}
 
 
 _POSE: Final = _object("In the map frame.", x_m=_NUMBER, y_m=_NUMBER, yaw_rad=_NUMBER)
@@ -46,7 +50,7 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Frame": _object(
         "An observation that the loop consumed; the images of it were written just before.",
         stamp_ns=_INTEGER, color_stamp_ns=_INTEGER, arrival_s=_NUMBER, now_s=_NUMBER, pose=_POSE,
-        intrinsics=_TABLE, mount=_MAYBE, scan=_MAYBE,
+        intrinsics=_TABLE, mount=_MAYBE, since={"scan": _MAYBE},
     ),
     "rfnav.Heard": _object("A value that the loop was given in passing.", name=_TEXT, value=_ANY),
     "rfnav.Detections": _object(
@@ -73,6 +77,7 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
         "A turn of the control loop: what it knew and what it sent.", now_s=_NUMBER,
         late_s=_NUMBER, odometry=_NEWEST, frame_s=_ANY, plan=_INTEGER, stopping=_FLAG,
         withdrawn=_FLAG, sent=_TWIST, halt=_TEXT,
+        since={"asked": _TWIST, "base": _TABLE, "felt": _TABLE},
     ),
     "rfnav.Halt": _object(
         "The base is held, or no longer.", kind=_TEXT, reason=_TEXT, driving=_FLAG
