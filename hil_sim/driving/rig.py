@@ -54,6 +54,7 @@ def home_of(
         goal_boxes=tuple(boxes.values()),
         populate=world.populate,
         scan=world.scan,
+        cliffs=world.flooring.cliffs,
     )
 
 

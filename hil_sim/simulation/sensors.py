@@ -12,6 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from hil_sim.scenes.format import Scene
 from hil_sim.simulation.depth_cameras import CAMERAS, edges, mixed, photograph_depth
+from hil_sim.simulation.flooring import CLIFF_FAR_M
 from hil_sim.simulation.noise import Noise
 from hil_sim.simulation.protocol import Protocol
 from runtime.robot.wire_senses import encode_range
@@ -36,7 +37,6 @@ GLASS = ("mirror", "shower")
 """Categories whose depth is lost; also anything whose id or mesh speaks of a window."""
 BEAMS: Final = 360
 LASER_M: Final = (0.1, 12.0)
-CLIFF_SEES_M: Final = 0.2
 LASER_Z_M: Final = 0.18
 """Height of the laser scanner: over floor coverings, under seats."""
 
@@ -86,7 +86,7 @@ def felt(
     found = {BUMPER: encode_bumper(touching)} if protocol.bumper else {}
     if protocol.cliffs:
         for topic, range_m in below_m.items():
-            found[topic] = encode_range(range_m, stamp_ns, CLIFF_SEES_M, topic.replace("/", "_"))
+            found[topic] = encode_range(range_m, stamp_ns, CLIFF_FAR_M, topic.replace("/", "_"))
     return found
 
 

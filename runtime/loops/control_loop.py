@@ -226,7 +226,8 @@ class ControlLoop:
             twist = STILL
         elif plan is not None and odometry is not None and halt is None:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
-            twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s)
+            watched = felt.cliffs_watched
+            twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s, watched)
             twist = self._reflex.allowed(twist, odometry.pose)
         with self._changed:
             withdrawn = plan is not None and (self._plan is None or self._rests != rests)
