@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow  # whole processes
 START_XY, GOAL_XY, BETWEEN_XY = (0.8, 1.5), (4.6, 1.5), (2.4, 1.5)
 
 
-def room(folder: Path, thing: dict | None = None) -> Path:
+def room(folder: Path, thing: dict | None = None, hole: list | None = None) -> Path:
     """A room with a plant at its far end, and something between that and where the robot begins."""
     corners = [[0, 0], [5.5, 0], [5.5, 3], [0, 3]]
     walls = [
@@ -39,6 +39,7 @@ def room(folder: Path, thing: dict | None = None) -> Path:
         "rooms": [{"name": "hall", "type": "hallway", "polygon": corners}],
         "objects": objects,
         "spawn": [near],
+        "holes": [{"polygon": hole, "depth_m": 0.5}] if hole else [],
     }
     path = folder / "room.json"
     path.write_text(json.dumps(scene))
@@ -112,6 +113,19 @@ def test_with_a_laser_glass_is_gone_round_and_not_into(tmp_path: Path):
     summary = demo(out, scene, "--sensor", "laser", *blind, "--record", str(kept))
     assert summary["success"], summary
     assert summary["collisions"] == 0
+    assert replayed(kept).startswith("equal in ")
+
+
+def test_a_drop_that_no_camera_sees_is_met_by_the_cliff_sensors_alone(tmp_path: Path):
+    """It lies within what a level camera never sees of the floor round the start."""
+    out, kept = tmp_path / "run", tmp_path / "kept"
+    (x, y), wide = START_XY, 0.35
+    hole = [[x + 0.6, y - wide], [x + 1.0, y - wide], [x + 1.0, y + wide], [x + 0.6, y + wide]]
+    scene = room(tmp_path, hole=hole)
+    summary = demo(out, scene, "--sensor", "cliffs", "--record", str(kept))
+    assert summary["success"], summary
+    assert {line["touch"] for line in told(out, "met")} == {"cliff"}
+    assert told(out, "end")[-1]["halts"]["cliff"] >= 1
     assert replayed(kept).startswith("equal in ")
 
 

@@ -19,16 +19,22 @@ NEAR_M = 0.6  # of a path that is told to lead over floor that was never seen
 class Footing:
     """Cells (r, c) around the robot. floor: known to be free, and seen to be floor, driven over, or
     swept by a ray along whose azimuth floor was seen there or beyond. blind: free as far as is
-    known, but not that, round where the map began and nothing of the floor near by was in view."""
+    known, but not that, round where the map began and nothing of the floor near by was in view.
+    seen: of the floor what was not merely swept; None where that is all of it."""
 
     frame: GridFrame
     floor: Mask
     blind: Mask
+    seen: Mask | None = None
 
     def bears(self, points_xy: F64, unseen: bool = False) -> bool:
         """Whether all of the points (N, 2) m are on floor, or with `unseen` on what is blind."""
         ground = self.floor | self.blind if unseen else self.floor
         return bool(self._at(ground, points_xy).all())
+
+    def was_seen(self, points_xy: F64) -> bool:
+        """Whether all of the points (N, 2) m are on floor that was seen or driven over."""
+        return bool(self._at(self.floor if self.seen is None else self.seen, points_xy).all())
 
     def begins_blind(self, path_xy: F64) -> bool:
         """Whether a path (N, 2) m leads over what is blind before long."""
@@ -54,8 +60,8 @@ def footing(
     row, col = grid.frame.cell(pose.x_m, pose.y_m)
     window = widened((slice(row - n, row + n + 1), slice(col - n, col + n + 1)), 0, grid.frame)
     free = grid.free[window]
-    floor = (grid.evidence[window] < 0) | (grid.driven[window] > 0) | grid.backed[window]
-    floor &= free
+    seen = free & ((grid.evidence[window] < 0) | (grid.driven[window] > 0))
+    floor = seen | (free & grid.backed[window])
     frame, blind = part_frame(grid.frame, window), np.zeros(free.shape, bool)
     blind_m = floor_from_m(*lens) if lens else MOST_BLIND_M
     if grid.began_xy and math.dist(grid.began_xy, (pose.x_m, pose.y_m)) > blind_m:
@@ -63,11 +69,11 @@ def footing(
     if grid.began_xy:
         seen_from = grid.openings.from_xy
         if seen_from and math.dist(seen_from, grid.began_xy) < SAME_M:  # it began beside an opening
-            floor &= (grid.evidence[window] < 0) | (grid.driven[window] > 0)
+            floor &= seen
         rows, cols = np.indices(free.shape, np.int32)
         away = frame.centres(np.stack([rows, cols], axis=-1)) - grid.began_xy
         blind = free & ~floor & (np.hypot(away[..., 0], away[..., 1]) <= blind_m)
-    return Footing(frame, floor, blind)
+    return Footing(frame, floor, blind, seen)
 
 
 def floor_from_m(intrinsics: Intrinsics, mount: Mount) -> float:

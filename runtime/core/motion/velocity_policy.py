@@ -14,6 +14,7 @@ from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, C
 from runtime.core.types import F64, Action, Pose, Twist
 
 HOLD_S = 0.3  # how long a velocity may act before the next: period, sensing and wire
+FELT_S = 0.1  # from the floor's end under a sensor to the command that halts: two turns of control
 FRESH_S = 0.4  # age of an image up to which nothing slows: a camera's period, and the map's update
 SIDE_ACCEL_MPS2 = 0.3  # slows curves
 TIGHT_SHARE = 0.4  # of the speed, where the body barely fits
@@ -68,9 +69,9 @@ def velocity(
     places and before the goal, on the spot when the heading is far off. It is never faster than
     lets the robot halt on known free ground if no further command came, the longer ahead the older
     that knowledge is (`age_s`); braking for that is not held back by the slew. Ground is what the
-    course's footing calls floor. Over what it calls blind the robot creeps, or, where
-    `cliffs_watch`, over all that is free as fast as lets it halt within its own radius. Where no
-    path leads the robot turns on the spot, to see more."""
+    course's footing calls floor. Over what it calls blind the robot creeps; where `cliffs_watch`,
+    it drives over all that is free, but over what it has not seen to be floor no faster than they
+    are of use. Where no path leads the robot turns on the spot, to see more."""
     terrain, field = course.terrain, course.field
     path = _path(field, pose)
     if not len(path):
@@ -86,24 +87,26 @@ def velocity(
     v *= _ease(terrain, pose, aim, radius_m)
     v = min(v, _before_goal(field, path, pose, cfg))
     wished = _slewed(now, Twist(v, w), dt_s, cfg)
-    stale_s = _stale_s(age_s)
+    stale_s, unseen_mps = _stale_s(age_s), within_rim_mps(radius_m, cfg)
     for share in _SHARES:
         twist = Twist(share * wished.v_mps, wished.w_radps)
-        if _can_halt(course, pose, twist, radius_m, cfg, stale_s):
+        if cliffs_watch and twist.v_mps > unseen_mps:
+            if _can_halt(course, pose, twist, radius_m, cfg, stale_s, _Ground.SEEN):
+                return twist
+        elif _can_halt(course, pose, twist, radius_m, cfg, stale_s):
             return twist
-    unseen_mps = within_radius_mps(radius_m, cfg) if cliffs_watch else CREEP_MPS
-    twist = Twist(min(wished.v_mps, unseen_mps), wished.w_radps)
+    twist = Twist(min(wished.v_mps, unseen_mps if cliffs_watch else CREEP_MPS), wished.w_radps)
     ground = _Ground.ANY if cliffs_watch else _Ground.BLIND
     if course.footing and _can_halt(course, pose, twist, radius_m, cfg, stale_s, ground):
         return twist
     return Twist(0.0, wished.w_radps)
 
 
-def within_radius_mps(radius_m: float, cfg: ControlConfig) -> float:
-    """The speed from which the robot halts within its radius, as one must that learns at its rim
-    that the floor ends: v * HOLD_S + v^2 / 2b."""
-    brake = cfg.brake_mps2
-    return brake * (math.sqrt(HOLD_S * HOLD_S + 2 * radius_m / brake) - HOLD_S)
+def within_rim_mps(radius_m: float, cfg: ControlConfig) -> float:
+    """The speed from which a robot that learns at its rim that the floor ends halts before its feet
+    are there: v * FELT_S + v^2 / 2b."""
+    brake, way_m = cfg.brake_mps2, (1 - FOOTING) * radius_m
+    return brake * (math.sqrt(FELT_S * FELT_S + 2 * way_m / brake) - FELT_S)
 
 
 def sighted_mps(age_s: float, cfg: ControlConfig) -> float:
@@ -225,6 +228,7 @@ def _before_goal(field: Field, path: F64, pose: Pose, cfg: ControlConfig) -> flo
 class _Ground(Enum):
     """What the robot may halt on."""
 
+    SEEN = "seen"  # to be floor
     FLOOR = "floor"
     BLIND = "blind"  # or what was never in view, round the start
     ANY = "any"  # that is free
@@ -252,6 +256,8 @@ def _can_halt(
     if footing is None or ground is _Ground.ANY:
         return True
     feet = _curve(pose, w / v, length + FOOTING * radius_m, resolution_m)
+    if ground is _Ground.SEEN:
+        return footing.was_seen(feet[1:])
     return footing.bears(feet[1:], ground is _Ground.BLIND)
 
 

@@ -396,7 +396,21 @@ def test_what_was_never_in_view_is_crept_over():
 def test_where_cliffs_are_watched_the_speed_lets_it_halt_within_its_radius():
     x_m, fastest = end_of(over_ground(1.2, blind=False), cliffs_watch=True)
     assert x_m > 2.0
-    assert 0.05 < fastest <= velocity_policy.within_radius_mps(RADIUS, CFG) < CFG.max_speed_mps
+    assert 0.05 < fastest <= velocity_policy.within_rim_mps(RADIUS, CFG) < CFG.max_speed_mps
+
+
+@pytest.mark.parametrize("cliffs_watch", [True, False])
+def test_floor_that_was_only_swept_is_slow_where_sensors_could_tell_that_it_is_none(
+    cliffs_watch: bool,
+):
+    swept = over_ground(9.0, blind=False)
+    x = (np.arange(swept.terrain.frame.cols) + 0.5) * CELL
+    seen = swept.footing.floor & (x <= 1.0)
+    course = replace(swept, footing=replace(swept.footing, seen=seen))
+    x_m, fastest = end_of(course, cliffs_watch)
+    assert x_m > 2.0
+    rim_mps = velocity_policy.within_rim_mps(RADIUS, CFG)
+    assert fastest <= rim_mps if cliffs_watch else fastest > 1.2 * rim_mps
 
 
 def test_on_floor_that_was_seen_nothing_is_slower():
