@@ -17,7 +17,7 @@ import numpy as np
 
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
-from runtime.core.motion.contact import Felt, Met, Reflex
+from runtime.core.motion.contact import ContactResponse, Felt, Met
 from runtime.core.motion.courses import STILL
 from runtime.core.motion.safety import Guard, Halt, HaltKind, Odometry, SafetyConfig
 from runtime.core.motion.velocity_policy import steer
@@ -67,7 +67,7 @@ class ControlLoop:
         self._base, self._senses = base, senses
         self._clock, self._rates, self._stopping = clock, rates, stopping
         self._tracer, self._at_start = tracer, at_start
-        self._guard, self._reflex = Guard(safety), Reflex()
+        self._guard, self._response = Guard(safety), ContactResponse()
         self._met: deque[Met] = deque(maxlen=METS)
         self._changed = threading.Condition()
         self._plan: Plan | None = None
@@ -228,7 +228,7 @@ class ControlLoop:
             here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
             watched = felt.cliffs_watched
             twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s, watched)
-            twist = self._reflex.allowed(twist, odometry.pose)
+            twist = self._response.allowed(twist, odometry.pose)
         with self._changed:
             withdrawn = plan is not None and (self._plan is None or self._rests != rests)
             if withdrawn:
@@ -255,11 +255,11 @@ class ControlLoop:
         if odometry is not None:
             self._guard.watch(odometry, by_hand)
             ours = driving and not by_hand
-            self._met.extend(self._reflex.watch(now_s, odometry, felt.contacts, ours))
+            self._met.extend(self._response.watch(now_s, odometry, felt.contacts, ours))
         if plan is None:
             return None, STILL
         if odometry is not None:
-            body, instead = self._reflex.judge(now_s, odometry.pose, plan.frame_s)
+            body, instead = self._response.judge(now_s, odometry.pose, plan.frame_s)
         known = now_s, odometry, frame_s, plan.frame_s
         halt = self._guard.check(*known, driving, _forbids(condition), body)
         return halt, instead if halt is body else STILL

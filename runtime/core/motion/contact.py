@@ -130,7 +130,7 @@ class _Backing:
         return self.way_m - math.hypot(pose.x_m - self.begin.x_m, pose.y_m - self.begin.y_m)
 
 
-class Reflex:
+class ContactResponse:
     """Fed with every tick's odometry and contacts, whoever drives; `judge` says what follows for a
     base that is driven by a plan."""
 

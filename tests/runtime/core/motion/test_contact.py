@@ -11,8 +11,8 @@ from runtime.core.motion.contact import (
     REST_S,
     STUCK_S,
     Contact,
+    ContactResponse,
     Met,
-    Reflex,
     Touch,
 )
 from runtime.core.motion.courses import STILL
@@ -27,7 +27,7 @@ class Robot:
     """Obeys to the letter, sees ten frames a second, and plans at once."""
 
     def __init__(self, yaw_rad: float = 0.0) -> None:
-        self.reflex, self.now_s = Reflex(), 100.0
+        self.response, self.now_s = ContactResponse(), 100.0
         self.pose = Pose(0.0, 0.0, yaw_rad)
         self.contacts: tuple[Contact, ...] = ()
         self.met: list[Met] = []
@@ -38,13 +38,13 @@ class Robot:
         """Ticks of a plan that wants this velocity."""
         for _ in range(ticks):
             halt, instead = self.tick(plan)
-            self.obey(instead if halt else self.reflex.allowed(twist, self.pose))
+            self.obey(instead if halt else self.response.allowed(twist, self.pose))
 
     def tick(self, plan: bool = True):
         self.now_s += DT_S
         odometry = Odometry(self.pose, round(self.now_s * 1e9), self.now_s)
-        self.met += self.reflex.watch(self.now_s, odometry, self.contacts, plan)
-        return self.reflex.judge(self.now_s, self.pose, min(self.now_s, self.plans_s))
+        self.met += self.response.watch(self.now_s, odometry, self.contacts, plan)
+        return self.response.judge(self.now_s, self.pose, min(self.now_s, self.plans_s))
 
     def obey(self, twist: Twist) -> None:
         if self.stuck and twist.v_mps < 0:
@@ -175,12 +175,12 @@ def test_a_bumper_that_stays_pressed_forbids_only_what_pushes_on():
     robot.touch()
     robot.drive(STILL, BACK_TICKS + 2)
     assert robot.held() == ""
-    assert robot.reflex.allowed(Twist(0.3, 0.5), robot.pose) == Twist(0.0, 0.5)
+    assert robot.response.allowed(Twist(0.3, 0.5), robot.pose) == Twist(0.0, 0.5)
     robot.drive(Twist(0.3, 1.0), 30)  # so it turns, and may go when it faces another way
-    assert robot.reflex.allowed(AHEAD, robot.pose) == AHEAD
+    assert robot.response.allowed(AHEAD, robot.pose) == AHEAD
     robot.let_go()
     robot.tick()
-    assert robot.reflex.allowed(AHEAD, Pose(0.0, 0.0, 0.0)) == AHEAD
+    assert robot.response.allowed(AHEAD, Pose(0.0, 0.0, 0.0)) == AHEAD
 
 
 @pytest.mark.parametrize("touch", [Touch.CLIFF, Touch.WHEEL])
