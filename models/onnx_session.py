@@ -48,7 +48,8 @@ def _share_memory() -> None:
     """One arena for all sessions of the process, which run in turn: else each keeps its own."""
     kind, where = onnxruntime.OrtAllocatorType.ORT_ARENA_ALLOCATOR, onnxruntime.OrtMemType.DEFAULT
     memory = onnxruntime.OrtMemoryInfo("Cpu", kind, 0, where)
-    onnxruntime.create_and_register_allocator(memory, None)
+    as_asked = onnxruntime.OrtArenaCfg({"arena_extend_strategy": 1})  # not twice as much each time
+    onnxruntime.create_and_register_allocator(memory, as_asked)
 
 
 def run(

@@ -16,6 +16,8 @@ from runtime.clock import Clock
 FIFO_PRIORITY = 20  # above ordinary threads, below the kernel's own
 COLLECT_S = 5.0  # between collections
 _CAP_IPC_LOCK: Final = 14
+_M_MMAP_THRESHOLD: Final = -3
+_OWN_BYTES: Final = 4 << 20  # blocks that large are the system's again as soon as they are freed
 _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
 _MCL_ONFAULT: Final = 4  # what is touched stays; what is not takes no memory
@@ -27,6 +29,7 @@ SWITCH_S = 0.0005  # a thread that computes lets the control loop in so soon
 def prepare() -> None:
     """The process as a whole, before its threads begin."""
     sys.setswitchinterval(SWITCH_S)
+    keep_little()
     _tell(lock_memory())
 
 
@@ -49,6 +52,14 @@ def go_first() -> str:
     except OSError as error:
         return f"control: no SCHED_FIFO ({error.strerror}): it runs as other threads do"
     return ""
+
+
+def keep_little() -> None:
+    """Have malloc, where it is glibc's, give large blocks back when they are freed, however many
+    come and go: by itself it keeps ever larger ones, in between smaller ones that stay."""
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_M_MMAP_THRESHOLD, _OWN_BYTES)
 
 
 def lock_memory() -> str:

@@ -1,7 +1,10 @@
 """What is asked of the system: granted, or told in a line."""
 
+import ctypes
 import gc
 import os
+import subprocess
+import sys
 import threading
 from collections.abc import Iterator
 
@@ -94,3 +97,31 @@ def test_on_the_road_only_what_is_new_is_looked_at_and_all_of_it_after(
     assert nodes() == 1
     garbage.collect_all()
     assert nodes() == 0
+
+
+MAPPED = """
+import ctypes, sys
+from runtime.loops.process import keep_little
+
+class Told(ctypes.Structure):  # glibc's mallinfo2
+    _fields_ = [(name, ctypes.c_size_t) for name in "abc"] + [("mapped", ctypes.c_size_t)]
+    _fields_ += [(name, ctypes.c_size_t) for name in "defghi"]
+
+libc = ctypes.CDLL(None)
+libc.mallinfo2.restype = Told
+if sys.argv[1] == "little":
+    keep_little()
+block = bytearray(24 << 20)
+del block  # from now on malloc takes such sizes from its own, unless it was told
+before = libc.mallinfo2().mapped
+blocks = [bytearray(12 << 20) for _ in range(3)]
+print(libc.mallinfo2().mapped - before)
+"""
+
+
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallinfo2"), reason="malloc is not glibc's")
+@pytest.mark.parametrize(("how", "mapped"), [("little", 3), ("as it is", 0)])
+def test_large_blocks_are_the_systems_own_whatever_came_before(how: str, mapped: int):
+    command = [sys.executable, "-c", MAPPED, how]
+    said = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    assert int(said) == mapped
