@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 
 from house_core import Sources, foreign_imports, parse, reaches_out
+from house_unsafe import unsafe
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("runtime", "models", "hil_sim")
@@ -62,6 +63,7 @@ def broken(files: Iterable[str], texts: Sources, code: Sources, keys: Iterable[s
         *tests_without_a_room(files),
         *foreign_imports(core),
         *reaches_out(core),
+        *unsafe(code),
         *only_tested(code, texts),
         *too_many_keys(keys),
     ]

@@ -67,12 +67,12 @@ def reaches_out(core: Sources) -> list[str]:
         f"{path}:{node.lineno}: {said}"
         for path, text in core.items()
         for node in ast.walk(parse(text))
-        if isinstance(node, ast.expr | ast.stmt) and (said := _reached(node, _aliases(text)))
+        if isinstance(node, ast.expr | ast.stmt) and (said := _reached(node, aliases_of(text)))
     ]
 
 
 @cache
-def _aliases(text: str) -> Mapping[str, str]:
+def aliases_of(text: str) -> Mapping[str, str]:
     """Each imported name, as the file calls it, by what it stands for: `np` is `numpy`."""
     found = {}
     for node in ast.walk(parse(text)):
@@ -95,7 +95,7 @@ def _reached(node: ast.AST, aliases: Mapping[str, str]) -> str:
         case ast.Call(func=ast.Attribute(attr=name)) if name in {*FILE_METHODS, "open"}:
             return f".{name}(): the core opens no files"
         case ast.Attribute():
-            name = _resolved(node, aliases)
+            name = resolved(node, aliases)
         case ast.ImportFrom(module=str(module), names=names):
             name = next(
                 (f"{module}.{n.name}" for n in names if _reaching(f"{module}.{n.name}")), ""
@@ -107,13 +107,13 @@ def _reached(node: ast.AST, aliases: Mapping[str, str]) -> str:
     return f"{name}: the core knows no file and no clock" if _reaching(name) else ""
 
 
-def _resolved(node: ast.AST, aliases: Mapping[str, str]) -> str:
+def resolved(node: ast.AST, aliases: Mapping[str, str]) -> str:
     """`n.lib.format` -> "numpy.lib.format" where n is numpy; "" of what is no imported name."""
     match node:
         case ast.Name(id=name):
             return aliases.get(name, "")
         case ast.Attribute(value=value, attr=attr):
-            below = _resolved(value, aliases)
+            below = resolved(value, aliases)
             return f"{below}.{attr}" if below else ""
     return ""
 

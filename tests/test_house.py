@@ -207,6 +207,55 @@ def test_what_opens_no_file_may_stand_in_the_core() -> None:
     assert house.reaches_out({"runtime/core/a.py": lines}) == []
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "import pickle",
+        "from pickle import loads",
+        "import joblib.numpy_pickle",
+        "eval('1')",
+        "run = exec",
+        "compile('1', 'a', 'eval')",
+        "__import__('time')",
+        "os.system('ls')",
+        "from os import popen as p; p('ls')",
+        "subprocess.run('ls', shell=True)",
+        "subprocess.Popen(['ls'], shell=given)",
+        "asyncio.create_subprocess_shell('ls')",
+        "yaml.load(text)",
+        "np.load('a.npy')",
+        "np.load('a.npy', allow_pickle=True)",
+        "np.load('a.npy', allow_pickle=given)",
+        "torch.load('a.pt')",
+        "torch.load('a.pt', weights_only=False)",
+        "importlib.import_module(given)",
+        "spec.loader.exec_module(own)",
+    ],
+)
+def test_what_may_run_a_message_or_a_file_as_code_is_told(line: str) -> None:
+    imports = "import asyncio, importlib, os, subprocess, torch, yaml, numpy as np\n"
+    [said] = house.unsafe({"runtime/a.py": f"{imports}{line}\n"}, {})
+    assert said.startswith("runtime/a.py:2: ")
+    assert house.unsafe({"hil_sim/a.py": f"{imports}{line}\n"}, {}) == []  # not on the robot
+
+
+def test_what_runs_nothing_is_not_told() -> None:
+    lines = "import re, subprocess, torch, yaml, numpy as np\nre.compile('a')\nnetwork.eval()\n"
+    lines += "np.load('a', allow_pickle=False)\ntorch.load('a', weights_only=True)\n"
+    lines += "subprocess.run(['ls'], shell=False)\nyaml.safe_load(a)\nllama.eval(tokens)\n"
+    assert house.unsafe({"models/a.py": lines}, {}) == []
+
+
+def test_an_exception_is_for_one_name_in_one_file_and_goes_when_it_is_not_needed() -> None:
+    code = {"models/a.py": "import pickle\neval('1')\n", "models/b.py": "import pickle\n"}
+    excepted = {("models/a.py", "pickle"): "why", ("models/c.py", "exec"): "why"}
+    assert house.unsafe(code, excepted) == [
+        "models/a.py:2: eval: runs text as code",
+        "models/b.py:1: pickle: reading it runs what somebody wrote",
+        "models/c.py: exec: is excepted and not there",
+    ]
+
+
 def test_what_only_tests_use_is_told() -> None:
     code = {
         "runtime/a.py": (
