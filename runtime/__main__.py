@@ -22,13 +22,15 @@ from runtime.commands.config import config_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.errors import ConfigError, InternalError, RfNavError
+from runtime.experts.cloud_config import read_key
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.lockstep import Lockstep
-from runtime.loops.process import Garbage, go_first_or_tell, prepare
+from runtime.loops.process import Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
 from runtime.loops.worker_thread import lower_priority
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
+from runtime.private_files import keep_to_owner
 from runtime.record import Record
 from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
@@ -92,9 +94,11 @@ def run(
     def configure(more: Sequence[str]) -> configuration.Config:
         return configuration.load(path, (*settings, *more, *always))
 
+    seal()
     config, budgets = configure(()), read_budgets(budgets_path)
     if arm and (lockstep or config.base.kind != "mavlink"):
         raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
+    _tell(config)
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
@@ -110,6 +114,13 @@ def run(
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
             Lockstep(bus, models, configure, clock, recorder).run(ending.is_set)
+
+
+def _tell(config: configuration.Config) -> None:
+    """A key that is none is told before anything is written: what stands in its place may be the
+    key itself."""
+    if config.cloud.enabled:
+        read_key(config.cloud)
 
 
 def _drive(
@@ -163,6 +174,7 @@ def _loaded(config: configuration.Config, clock: SystemClock, tracer: Tracer) ->
 def main() -> None:
     """Run the command line; every foreseeable error is one line and exit status 2."""
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+    keep_to_owner()
     try:
         cli(prog_name="rfnav", standalone_mode=False)
     except click.UsageError as error:

@@ -7,6 +7,7 @@ from contextlib import closing
 from pathlib import Path
 
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
+from runtime.private_files import tighten
 
 _TABLE = """CREATE TABLE IF NOT EXISTS score (
     model TEXT, context TEXT, continuation TEXT, value REAL,
@@ -55,6 +56,7 @@ class ScoreFile:
             self.error = f"{self._path}: {error}"
 
     def _open(self) -> sqlite3.Connection:
+        tighten(self._path)
         file = sqlite3.connect(self._path, timeout=10.0)
         file.execute("PRAGMA journal_mode=WAL")
         file.execute("PRAGMA synchronous=NORMAL")

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from runtime.private_files import tighten
+
 NANO = 1_000_000_000
 RESUMED_S = 12 * 3600
 """A goal that was under way when the runtime ended is the same goal when it is given again so soon
@@ -159,6 +161,7 @@ class Spending:
         """One at a time over all processes; when it is `durable`, on disk when it ends."""
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
+            tighten(self._path)
             with closing(sqlite3.connect(self._path, timeout=10.0, isolation_level=None)) as file:
                 file.execute("PRAGMA journal_mode=WAL")
                 file.execute(f"PRAGMA synchronous={'FULL' if durable else 'NORMAL'}")

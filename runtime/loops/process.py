@@ -1,6 +1,6 @@
 """What the process asks of the system so that its control loop is in time: a thread that goes
-before all others, memory that stays, and no garbage collection while a frame waits. What is not
-granted is told in a line, and the loop goes on without."""
+before all others, memory that stays, and no garbage collection while a frame waits; and that nobody
+looks into its memory. What is not granted is told in a line, and the loop goes on without."""
 
 import ctypes
 import gc
@@ -21,9 +21,17 @@ _OWN_BYTES: Final = 4 << 20  # blocks that large are the system's again as soon 
 _MCL_CURRENT: Final = 1
 _MCL_FUTURE: Final = 2
 _MCL_ONFAULT: Final = 4  # what is touched stays; what is not takes no memory
-
+_PR_SET_DUMPABLE: Final = 4
 
 SWITCH_S = 0.0005  # a thread that computes lets the control loop in so soon
+
+
+def seal() -> None:
+    """Keys lie in memory: a crash leaves no core, neither in a file nor with a program that
+    collects them, and no other process of the same user reads it."""
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_DUMPABLE, 0, 0, 0, 0) != 0:
+        _tell(f"memory: can be dumped ({os.strerror(ctypes.get_errno())})")
 
 
 def prepare() -> None:

@@ -46,6 +46,18 @@ def test_memory_that_may_not_be_locked_whole_is_not_locked_at_all(monkeypatch: p
     assert process.lock_memory().startswith("memory: not locked (RLIMIT_MEMLOCK is limited)")
 
 
+def test_a_sealed_process_leaves_no_core_and_is_not_looked_into() -> None:
+    """In a process of its own, which cannot be undone."""
+    code = (
+        "import ctypes, resource; from runtime.loops.process import seal; "
+        "get = ctypes.CDLL(None).prctl; before = get(3, 0, 0, 0, 0); seal(); "
+        "print(before, get(3, 0, 0, 0, 0), resource.getrlimit(resource.RLIMIT_CORE))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "1 0 (0, 0)\n"
+    assert done.stderr == ""
+
+
 class Node:
     me: "Node"
 
