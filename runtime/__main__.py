@@ -35,6 +35,7 @@ from runtime.record import Record
 from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
+from runtime.robot.exposure import exposed
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -117,8 +118,10 @@ def run(
 
 
 def _tell(config: configuration.Config) -> None:
-    """A key that is none is told before anything is written: what stands in its place may be the
-    key itself."""
+    """What others may reach. A key that is none is told before anything is written: what stands in
+    its place may be the key itself."""
+    for line in exposed(config.bus, config.base):
+        click.echo(f"rfnav: {line}", err=True)
     if config.cloud.enabled:
         read_key(config.cloud)
 

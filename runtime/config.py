@@ -26,9 +26,8 @@ from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
-from runtime.robot import base_config
+from runtime.robot import base_config, session
 from runtime.robot.battery import BatteryConfig
-from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.transforms import CameraConfig
 
 NAVIGATE = "navigate"
@@ -151,9 +150,9 @@ class Config:
 
     navigate: NavigateConfig = field(default_factory=NavigateConfig)
     camera: CameraConfig = field(default_factory=CameraConfig)
-    bus: BusConfig = field(default_factory=BusConfig)
+    bus: session.BusConfig = field(default_factory=session.BusConfig)
     base: base_config.BaseConfig = field(default_factory=base_config.BaseConfig)
-    senses: SensesConfig = field(default_factory=SensesConfig)
+    senses: session.SensesConfig = field(default_factory=session.SensesConfig)
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
@@ -275,6 +274,7 @@ def _check(config: Config) -> None:
         if known.positive and not known.value(config) > 0:
             raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
     cloud_config.check(config.cloud)
+    session.check(config.bus)
     base_config.check(config.base)
     if config.base.odometry and config.bus.topics.pose:
         raise ConfigError(

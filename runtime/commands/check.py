@@ -6,14 +6,20 @@ import click
 
 from runtime.config import load
 from runtime.experts.cloud_config import read_key
+from runtime.robot import session
+from runtime.robot.exposure import exposed
 
 
 @click.command("check", epilog="Example:  rfnav check --config robot.toml")
 @click.option("--config", "path", type=click.Path(path_type=Path), required=True)
 def check_command(path: Path) -> None:
-    """Read a configuration and say whether it can be used, and which keys are called otherwise
-    now."""
-    cloud = load(path).cloud
+    """Read a configuration and say whether it can be used, which keys are called otherwise now,
+    and what it opens to others."""
+    config = load(path)
+    cloud = config.cloud
+    session.check(config.bus, files=True)
+    for line in exposed(config.bus, config.base):
+        click.echo(f"{path}: {line}")
     if cloud.enabled and cloud.key_file:  # a credential is there only under systemd
         read_key(cloud)
     click.echo(f"{path}: ok")

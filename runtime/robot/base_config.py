@@ -21,9 +21,9 @@ class BaseConfig:
         "driven wrongly.",
     )
     link: str = key(
-        "udpin:0.0.0.0:14550",
-        'Where its MAVLink is: "udpin:HOST:PORT" (listen), "udpout:HOST:PORT", "tcp:HOST:PORT" or '
-        '"serial:DEVICE:BAUD".',
+        "udpin:127.0.0.1:14550",
+        'Where its MAVLink is: "serial:DEVICE:BAUD", "udpin:HOST:PORT" (listen), '
+        '"udpout:HOST:PORT" or "tcp:HOST:PORT".',
     )
     odometry: bool = key(
         False, "Whether odometry is taken from its MAVLink, in place of bus.topics.odom."

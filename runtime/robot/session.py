@@ -2,12 +2,13 @@
 
 import json
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Final, Literal
 
 import zenoh
 
 from runtime.core.keys import key
-from runtime.errors import BusError
+from runtime.errors import BusError, ConfigError
+from runtime.robot.endpoints import TlsConfig, check_endpoint, check_files
 
 ACTION = "rfnav/action"  # our own names on the bus, the same on every robot
 STATE = "rfnav/state"
@@ -17,6 +18,7 @@ DETECTIONS = "rfnav/detections"  # read when `research.detector_source` is "topi
 GOAL = "rfnav/goal"
 CANCEL = "rfnav/cancel"
 STATUS = "rfnav/status"
+DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
     "detections": DETECTIONS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
@@ -51,19 +53,37 @@ class TopicsConfig:
 
 @dataclass(frozen=True)
 class BusConfig:
-    """Where the bus is and what runs on it. Scouting is off as soon as an endpoint is given."""
+    """Where the bus is and what runs on it. Nobody is looked for, and nobody finds us: only
+    endpoints that are given are used."""
 
     mode: Literal["peer", "client"] = key(
         "peer", '"peer", or "client" of a router or bridge such as zenoh-bridge-ros2dds.'
     )
     connect: tuple[str, ...] = key((), 'Endpoints to connect to, e.g. "tcp/127.0.0.1:7447".')
-    listen: tuple[str, ...] = key((), "Endpoints to listen on.")
+    listen: tuple[str, ...] = key(
+        (),
+        'Endpoints to listen on; where none to connect to is given either, "tcp/127.0.0.1:7447". '
+        "Beyond this computer both are tls/HOST:PORT, with [bus.tls].",
+    )
     prefix: str = key("", "The robot's ROS namespace.")
     cmd_vel_type: Literal["Twist", "TwistStamped"] = key(
         "Twist", '"TwistStamped" is what newer ROS 2 bases want.'
     )
     cmd_vel_frame: str = key("base_link", "Frame of a TwistStamped.")
     topics: TopicsConfig = field(default_factory=TopicsConfig)
+    tls: TlsConfig = field(default_factory=TlsConfig)
+
+    @property
+    def endpoints(self) -> tuple[tuple[str, str], ...]:
+        """(key, endpoint) of all that are used."""
+        listen = self.listen or (() if self.connect or self.mode == "client" else DEFAULT_LISTEN)
+        named = [("bus.connect", end) for end in self.connect]
+        return (*named, *(("bus.listen", end) for end in listen))
+
+    @property
+    def secured(self) -> bool:
+        """Whether certificates are used."""
+        return any(endpoint.startswith("tls/") for _, endpoint in self.endpoints)
 
     def key(self, topic: str) -> str:
         """Zenoh key of a topic, in the ros2dds dialect."""
@@ -83,31 +103,63 @@ class SensesConfig:
     laser_yaw_rad: float = key(0.0, "Where its angle 0 points; positive is to the left.", "rad")
 
 
+def check(config: BusConfig, files: bool = False) -> None:
+    """ConfigError for a bus that would be open to strangers, or cannot be opened. `files`: also
+    for certificates that are not there."""
+    if config.mode == "client" and not config.connect:
+        raise ConfigError('bus.connect: a client needs a router, e.g. ["tcp/127.0.0.1:7447"]')
+    for name, endpoint in config.endpoints:
+        check_endpoint(name, endpoint, config.tls)
+    if files and config.secured:
+        check_files(config.tls)
+
+
 def open_session(config: BusConfig) -> zenoh.Session:
-    """A Zenoh session as configured; BusError when that is impossible.
+    """A Zenoh session as configured; BusError when that is impossible, ConfigError when it would be
+    open to strangers.
 
     A peer whose `connect` endpoint is not there yet keeps trying in the background.
     """
     if config.mode not in ("peer", "client"):
         raise BusError(f"bus.mode: {config.mode!r} is not a mode: use peer or client")
-    if config.mode == "client" and not config.connect:
-        raise BusError('bus.connect: a client needs a router, e.g. ["tcp/127.0.0.1:7447"]')
-    settings: dict[str, object] = {
-        "mode": config.mode,
-        "connect/endpoints": list(config.connect),
-        "transport/shared_memory/enabled": False,
-    }
-    if config.connect or config.listen:
-        settings["scouting/multicast/enabled"] = False
-        settings["scouting/gossip/enabled"] = False
-        settings["scouting/delay"] = 0
-        settings["listen/endpoints"] = list(config.listen)  # none: no open port beside them
-    where = ", ".join((*config.connect, *config.listen)) or "multicast scouting"
+    check(config, files=True)
+    where = ", ".join(endpoint for _, endpoint in config.endpoints)
     try:
         zenoh_config = zenoh.Config()
-        for key, value in settings.items():
+        for key, value in _settings(config).items():
             zenoh_config.insert_json5(key, json.dumps(value))
         return zenoh.open(zenoh_config)
     except zenoh.ZError as error:
         what = " ".join(str(error).split(" at /")[0].split())
         raise BusError(f"bus ({config.mode}, {where}): cannot be opened: {what}") from error
+
+
+def _settings(config: BusConfig) -> dict[str, object]:
+    """By Zenoh's names. What is off by Zenoh's default is said too: defaults change."""
+    settings: dict[str, object] = {
+        "mode": config.mode,
+        "connect/endpoints": list(config.connect),
+        "listen/endpoints": [end for name, end in config.endpoints if name == "bus.listen"],
+        "scouting/multicast/enabled": False,
+        "scouting/gossip/enabled": False,
+        "scouting/delay": 0,
+        "adminspace/enabled": False,
+        "adminspace/permissions": {"read": False, "write": False},
+        "plugins_loading/enabled": False,
+        "transport/link/protocols": ["tcp", "tls"],
+        "transport/shared_memory/enabled": False,
+    }
+    if config.secured:
+        ca, certificate, private_key = (str(path) for path in config.tls.paths.values())
+        within = "transport/link/tls"
+        settings |= {
+            f"{within}/root_ca_certificate": ca,
+            f"{within}/enable_mtls": True,
+            f"{within}/listen_certificate": certificate,
+            f"{within}/listen_private_key": private_key,
+            f"{within}/connect_certificate": certificate,
+            f"{within}/connect_private_key": private_key,
+            f"{within}/verify_name_on_connect": True,
+            f"{within}/close_link_on_expiration": True,
+        }
+    return settings

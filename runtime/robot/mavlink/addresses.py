@@ -1,4 +1,4 @@
-"""Where a vehicle is on MAVLink, in words: "udpin:0.0.0.0:14550", "serial:/dev/ttyACM0:57600"."""
+"""Where a vehicle is on MAVLink, in words: "udpin:127.0.0.1:14550", "serial:/dev/ttyACM0:57600"."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -6,7 +6,7 @@ from typing import Literal
 from runtime.errors import ConfigError
 
 KINDS = ("udpin", "udpout", "tcp", "serial")
-EXAMPLE = 'e.g. "udpin:0.0.0.0:14550", "tcp:127.0.0.1:5760" or "serial:/dev/ttyACM0:57600"'
+EXAMPLE = 'e.g. "udpin:127.0.0.1:14550", "tcp:127.0.0.1:5760" or "serial:/dev/ttyACM0:57600"'
 
 
 @dataclass(frozen=True)

@@ -391,9 +391,7 @@ def test_closing_twice_is_closing_once() -> None:
     ("config", "wanted"),
     [
         (BusConfig(mode="boss"), "bus.mode: 'boss' is not a mode"),
-        (BusConfig(mode="client"), "bus.connect: a client needs a router"),
-        (BusConfig(listen=("nonsense",)), "nonsense\\): cannot be opened: .*<protocol>/<address>"),
-        (BusConfig(listen=("tcp/203.0.113.9:1",)), "cannot be opened: Can not create a new TCP"),
+        (BusConfig(listen=("tcp/127.0.0.1:x",)), "cannot be opened: invalid port value"),
     ],
 )
 def test_a_bus_that_cannot_be_opened_says_why(config: BusConfig, wanted: str) -> None:
