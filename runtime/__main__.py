@@ -99,7 +99,7 @@ def run(
     config, budgets = configure(()), read_budgets(budgets_path)
     if arm and (lockstep or config.base.kind != "mavlink"):
         raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
-    _tell(config)
+    _precautions(config)
     clock = SystemClock()
     ending = threading.Event()
     for name in (signal.SIGTERM, signal.SIGINT):
@@ -117,7 +117,7 @@ def run(
             Lockstep(bus, models, configure, clock, recorder).run(ending.is_set)
 
 
-def _tell(config: configuration.Config) -> None:
+def _precautions(config: configuration.Config) -> None:
     """What others may reach. A key that is none is told before anything is written: what stands in
     its place may be the key itself."""
     for line in exposed(config.bus, config.base):
