@@ -1,5 +1,5 @@
-"""The runtime as a process: what it leaves is its owner's alone, what it listens to this computer's,
-and a key is nowhere but in its own file and on its way to the server that it is for."""
+"""The runtime as a process: what it leaves is its owner's alone, what it listens to is this
+computer's, and a key is nowhere but in its file and on its way to the server that it is for."""
 
 import os
 import sys
