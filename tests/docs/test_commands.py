@@ -154,7 +154,7 @@ def wrong_keys(text: str) -> list[str]:
     unknown = []
     for name in INLINE.findall(FENCED.sub("", text)):
         key = name.partition(" ")[0].partition("=")[0]
-        if key.endswith((".py", ".png", ".npz", ".md")) or not DOTTED.fullmatch(key):
+        if key.endswith((".py", ".png", ".npz", ".md", ".pem")) or not DOTTED.fullmatch(key):
             continue
         if key.partition(".")[0] in tables and key not in {*known_keys(), *former}:
             unknown += [] if _is_module(key) else [key]
