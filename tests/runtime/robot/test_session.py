@@ -88,12 +88,16 @@ def test_a_check_before_the_start_refuses_the_same() -> None:
         open_session(given)
 
 
-def test_a_port_that_is_taken_is_told() -> None:
+def test_a_port_that_is_taken_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         endpoint = f"tcp/127.0.0.1:{taken.getsockname()[1]}"
-        with pytest.raises(BusError, match=rf"^bus \(peer, {endpoint}\): cannot be opened") as told:
-            open_session(BusConfig(listen=(endpoint,)))
-    assert "\n" not in str(told.value)
+        monkeypatch.setattr("runtime.robot.session.DEFAULT_LISTEN", (endpoint,))
+        for config, remedy in ((BusConfig(listen=(endpoint,)), ""), (BusConfig(), "if that is a")):
+            said = rf"^bus \(peer, {endpoint}\): cannot be opened: .*{remedy}"
+            with pytest.raises(BusError, match=said) as told:
+                open_session(config)
+            assert "\n" not in str(told.value)
+            assert ("bus.connect" in str(told.value)) is bool(remedy)
 
 
 @contextmanager
