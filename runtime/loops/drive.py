@@ -22,6 +22,7 @@ from runtime.loops.plans import Plan
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.search import Search, SearchModels
 from runtime.loops.shedding import Shedding
+from runtime.robot.base import BaseCondition
 from runtime.robot.battery import Battery
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -58,7 +59,8 @@ class Drive:
     fresh: Observation | None = None  # the newest that showed something new
     frozen: int = 0  # frames that did not, although the robot had moved
     rehearsed_s: float = -math.inf  # when the last rehearsal began
-    led_s: float | None = None  # a hand drives: when the newest of its frames arrived
+    led_s: float | None = None  # a hand drives, or nobody can: when its newest frame arrived
+    led_by: str = ""  # how that is called in the journal: hand, or held
     left_ns: int = (
         -1
     )  # stamp of the last frame of a hand's: what was asked before it is not adopted
@@ -67,8 +69,8 @@ class Drive:
     def see(self, obs: Observation, frame_s: float) -> Command | None:
         """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
         condition = self.means.control.condition()
-        if condition.hand:
-            self._led(obs, frame_s, condition.hand)
+        if condition.hand or condition.held:
+            self._led(obs, frame_s, condition)
             return None
         self._given_back()
         ends = self._run_low(condition.battery_percent, frame_s)
@@ -152,24 +154,27 @@ class Drive:
             return navigate.act(world, cfg)
         return navigate.go_back(world, self.back, start_xy, cfg)
 
-    def _led(self, obs: Observation, frame_s: float, who: str) -> None:
-        """A frame while a hand drives: it is mapped and looked at, but no time of the search
-        passes, nothing is decided, and no plan is made."""
-        reason = f"a hand has the sticks: {who}"
+    def _led(self, obs: Observation, frame_s: float, condition: BaseCondition) -> None:
+        """A frame while a hand drives, or nobody can (a base that is not armed): it is mapped and
+        looked at, but no time of the search passes, nothing is decided, and no plan is made."""
+        kind, mode, reason = "held", "wait", f"base: {condition.held}"
+        if condition.hand:
+            kind, mode, reason = "hand", "hand", f"a hand has the sticks: {condition.hand}"
         if self.led_s is None:
-            self.search.journal.write("hand", who=who, pose=obs.pose)
-            self.led_s = frame_s
+            who = condition.hand or condition.held
+            self.search.journal.write(kind, who=who, pose=obs.pose)
+            self.led_s, self.led_by = frame_s, kind
         self.feedback.led_s += frame_s - self.led_s
         self.fresh, self.led_s, self.left_ns = obs, frame_s, obs.stamp_ns
         self._perceive(obs, frame_s, led=True)
-        self.plan(None, frame_s, self.report | {"mode": "hand", "reason": reason})
+        self.plan(None, frame_s, self.report | {"mode": mode, "reason": reason})
         self.tell(SearchState.SEARCHING, reason)
 
     def _given_back(self) -> None:
         if self.led_s is not None:
             self.led_s = None
             assert self.fresh is not None  # the last that a hand drove by
-            self.search.journal.write("hand", who="", pose=self.fresh.pose)
+            self.search.journal.write(self.led_by, who="", pose=self.fresh.pose)
 
     def _run_low(self, percent: float | None, frame_s: float) -> Command | None:
         """The end of a search that the battery is too low for, or None; it may have to go back."""

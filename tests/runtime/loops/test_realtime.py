@@ -31,6 +31,7 @@ from runtime.loops.realtime import RealTime
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
+from runtime.robot.base import WELL, BaseCondition
 from runtime.robot.bus import Bus
 from runtime.robot.session import BusConfig
 from runtime.tracing.budgets import read_budgets
@@ -368,6 +369,29 @@ def test_a_hand_takes_over_in_mid_search_and_gives_back(tmp_path: Path):
     taken, given = lines(tmp_path, "hand")
     assert (taken["who"], given["who"]) == ("cmd_vel_teleop", "")
     assert math.dist((given["pose"]["x_m"], given["pose"]["y_m"]), (left.x_m, left.y_m)) < 0.3
+
+
+def test_a_base_that_nobody_has_armed_yet_costs_the_search_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    there, armed = home(), threading.Event()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    waits = BaseCondition(held="not armed: arm it, or run with --arm")
+    monkeypatch.setattr(Bus, "condition", lambda bus: WELL if armed.is_set() else waits)
+    with recorded(FakeModels(there), tmp_path / "recorded", *PATIENT) as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("halt", "").startswith("base: not armed") or ended)
+        robot.hears(lambda: False, 3.0)
+        assert robot.state()["mode"] == "wait"
+        assert not robot.decisions
+        armed.set()
+        robot.until(lambda: moving(robot) or ended)
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    assert summary["state"] == "found"
+    began, over = lines(tmp_path, "held")
+    assert (began["who"], over["who"]) == (waits.held, "")
 
 
 def test_what_no_camera_sees_is_touched_mapped_and_gone_round(tmp_path: Path):
