@@ -60,8 +60,9 @@ class Contact:
 
 @dataclass(frozen=True)
 class Felt:
-    """What all of them said, those that say nothing any more for a while left out.
-    `cliffs_watched`: cliff sensors speak, so that the end of the floor will be felt."""
+    """What lasts, by the last word of each sensor, and what was over a short while ago.
+    `cliffs_watched`: cliff sensors look ahead, and all that ever spoke still do, so that the end of
+    the floor will be felt."""
 
     contacts: tuple[Contact, ...] = ()
     cliffs_watched: bool = False
@@ -195,12 +196,12 @@ class ContactResponse:
     # -- inside ------------------------------------------------------------------------------------
 
     def _halt_for(self, contact: Contact, now_s: float, pose: Pose, driving: bool) -> None:
-        behind = contact.touch is Touch.WHEEL or abs(contact.bearing_rad) > AHEAD_RAD
-        if self._backing is not None and not behind:
+        if self._backing is not None and not _behind(contact):
             return  # another sensor of the front; it backs off from that, too
         self._met, self._met_s, self._backing, self._over_s = contact, now_s, None, None
         way_m, end = self._trail.back(BACK_M)
-        if driving and not behind and end is not None:
+        barred = any(map(_behind, (contact, *self._held)))
+        if driving and not barred and end is not None:
             until_s = now_s + REST_S + way_m / BACK_MPS + STUCK_S
             self._backing = _Backing(until_s, way_m, pose, end)
 
@@ -217,6 +218,11 @@ class ContactResponse:
             return None
         turn = wrap_angle(backing.end.yaw_rad - pose.yaw_rad) * BACK_MPS / max(left_m, STEP_M)
         return Twist(-BACK_MPS, min(BACK_TURN_RADPS, max(-BACK_TURN_RADPS, turn)))
+
+
+def _behind(contact: Contact) -> bool:
+    """Whether backing off would make it worse."""
+    return contact.touch is Touch.WHEEL or abs(contact.bearing_rad) > AHEAD_RAD
 
 
 def _gravity(contact: Contact) -> int:

@@ -146,6 +146,23 @@ def test_something_behind_ends_the_backing_off():
     assert robot.pose == here
 
 
+@pytest.mark.parametrize(
+    ("touch", "bearing_rad"),
+    [(Touch.BUMPER, BEHIND), (Touch.CLIFF, BEHIND), (Touch.WHEEL, FRONT)],
+)
+def test_it_does_not_back_off_while_there_is_something_behind(touch: Touch, bearing_rad: float):
+    """Nor while a wheel hangs: somebody may hold the robot, and touch its bumper."""
+    robot = Robot()
+    robot.drive(AHEAD, 20)
+    here = robot.pose
+    robot.contacts = (Contact(touch, "first", bearing_rad, robot.now_s, True),)
+    robot.plans_s = robot.now_s
+    robot.drive(AHEAD, 20)
+    robot.contacts += (Contact(Touch.BUMPER, "front", FRONT, robot.now_s, True),)
+    robot.drive(AHEAD, BACK_TICKS)
+    assert robot.pose == here
+
+
 def test_a_second_sensor_of_the_front_does_not_keep_it_from_backing_off():
     robot = Robot()
     robot.drive(AHEAD, 20)
