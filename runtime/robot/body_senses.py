@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Final
 
 from runtime.clock import Clock
-from runtime.core.motion.contact import NOTHING, Contact, Felt, Touch
+from runtime.core.motion.contact import AHEAD_RAD, NOTHING, Contact, Felt, Touch
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire_senses
@@ -18,7 +18,7 @@ from runtime.robot.streams import StreamHealth, WireMessage
 from runtime.robot.wire_senses import HazardKind
 
 HAND_S: Final = 0.5  # after what a hand said last, as in `twist_mux` set-ups
-WATCH_S: Final = 0.5  # after what a cliff sensor said last, nobody watches for cliffs any more
+WATCH_S: Final = 0.15  # after what a cliff sensor said last, it does not watch any more
 TOLD_S: Final = 2.0  # how long a contact that is over is told of: many ticks
 SENSORS: Final = 64  # on one robot; more names are somebody's mistake
 _TOUCHES: Final = {
@@ -52,7 +52,7 @@ class BodySenses:
         self._health: dict[str, StreamHealth] = {}  # of topics on which something came
         self._contacts: dict[str, Contact] = {}  # by sensor
         self._newest_s = -math.inf  # when the last contact began
-        self._cliffs_s = -math.inf  # when a cliff sensor spoke last
+        self._cliffs: dict[str, tuple[float, float]] = {}  # by topic: bearing, when it spoke last
         self._hand: tuple[str, float] = ("", -math.inf)  # who spoke, and when
         self._percent: float | None = None
         self._of_hundred = False  # the battery tells percent, and not shares
@@ -84,7 +84,7 @@ class BodySenses:
         """What the body feels now, and what it felt within TOLD_S."""
         with self._lock:
             now_s = self._clock.now_s()
-            watched = now_s - self._cliffs_s <= WATCH_S
+            watched = self._watched(now_s)
             if not self._contacts and not watched:
                 return NOTHING
             fresh = [c for c in self._contacts.values() if c.held or now_s - c.since_s <= TOLD_S]
@@ -106,6 +106,12 @@ class BodySenses:
         with self._lock:
             return {topic: replace(health) for topic, health in self._health.items()}
 
+    def _watched(self, now_s: float) -> bool:
+        """Holding the lock: whether the end of the floor would be felt. One sensor that has fallen
+        silent may be the one above it; what looks down behind does not tell of what is ahead."""
+        ahead = any(abs(bearing) <= AHEAD_RAD for bearing, _ in self._cliffs.values())
+        return ahead and all(now_s - spoke_s <= WATCH_S for _, spoke_s in self._cliffs.values())
+
     # -- inside, holding the lock; each returns the message's type -------------------------------
 
     def _sticks(self, payload: bytes, topic: str, now_s: float) -> str:
@@ -126,14 +132,15 @@ class BodySenses:
 
     def _look_down(self, payload: bytes, topic: str, now_s: float) -> str:
         below_m = wire_senses.decode_range(payload, topic).value
-        self._cliffs_s = now_s
+        if topic in self._cliffs or len(self._cliffs) < SENSORS:
+            self._cliffs[topic] = wire_senses.bearing_named(_last(topic)), now_s
         none = below_m > self._config.cliff_m
         self._feel(Touch.CLIFF, topic, f"cliff {_last(topic)}", none, now_s)
         return wire_senses.RANGE
 
     def _hazards(self, payload: bytes, topic: str, now_s: float) -> str:
         found = wire_senses.decode_hazards(payload, topic).value
-        self._cliffs_s = now_s  # all that lasts is told every time, or that nothing does
+        self._cliffs[topic] = 0.0, now_s  # all that lasts is told every time, or that nothing does
         lasting = {(_TOUCHES[h.kind], h.sensor) for h in found if h.kind in _TOUCHES}
         for touch, sensor in sorted(lasting):
             self._feel(touch, topic, sensor or touch.value, True, now_s)

@@ -14,7 +14,7 @@ from runtime.core.motion.courses import MARGIN_M, STILL, Along, ControlConfig, C
 from runtime.core.types import F64, Action, Pose, Twist
 
 HOLD_S = 0.3  # how long a velocity may act before the next: period, sensing and wire
-FELT_S = 0.1  # from the floor's end under a sensor to the command that halts: two turns of control
+FELT_S = 0.2  # from the floor's end under a sensor to the command that halts: it speaks, and a turn
 FRESH_S = 0.4  # age of an image up to which nothing slows: a camera's period, and the map's update
 SIDE_ACCEL_MPS2 = 0.3  # slows curves
 TIGHT_SHARE = 0.4  # of the speed, where the body barely fits

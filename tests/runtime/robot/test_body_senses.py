@@ -6,7 +6,9 @@ import pytest
 from manual_clock import ManualClock
 from other_half import battery_state, flag, hazards
 
+from runtime.config import RealtimeConfig
 from runtime.core.motion.contact import NOTHING, Touch
+from runtime.core.motion.velocity_policy import FELT_S
 from runtime.robot import wire, wire_senses
 from runtime.robot.body_senses import HAND_S, SENSORS, TOLD_S, WATCH_S, BodySenses
 from runtime.robot.session import SensesConfig, TopicsConfig
@@ -80,6 +82,31 @@ def test_cliff_sensors_by_their_topics():
     assert contact.bearing_rad > 0
     body.clock.advance(WATCH_S + 0.01)
     assert not body.felt().cliffs_watched
+
+
+def test_cliffs_are_watched_only_while_every_sensor_speaks():
+    body = Body()
+    body.says("cliff", under(0.03), "cliff/front_left")
+    body.says("cliff", under(0.03), "cliff/front_right")
+    assert body.felt().cliffs_watched
+    for _ in range(2):
+        body.clock.advance(WATCH_S * 0.75)
+        body.says("cliff", under(0.03), "cliff/front_left")
+    assert not body.felt().cliffs_watched
+    body.says("cliff", under(0.03), "cliff/front_right")
+    assert body.felt().cliffs_watched
+
+
+def test_a_cliff_sensor_behind_does_not_watch_the_way_ahead():
+    body = Body()
+    body.says("cliff", under(0.03), "cliff/rear_left")
+    assert not body.felt().cliffs_watched
+    body.says("cliff", under(0.03), "cliff/left")
+    assert body.felt().cliffs_watched
+
+
+def test_a_sensor_is_felt_within_what_the_speed_over_unseen_floor_allows():
+    assert WATCH_S + 1 / RealtimeConfig().control_hz <= FELT_S + 1e-9
 
 
 def test_a_create_tells_of_all_at_once():
