@@ -164,7 +164,8 @@ def _base(config: BaseConfig, bus: Bus, clock: Clock, arm: bool) -> AbstractCont
         return nullcontext(bus)
     from runtime.robot.mavlink.base import MavlinkBase  # its messages take a while to import
 
-    return MavlinkBase(config.link, clock, arm, bus.file_odometry if config.odometry else None)
+    odometry = bus.file_odometry if config.odometry else None
+    return MavlinkBase(config.link, clock, arm, odometry, beside=bus.condition)
 
 
 def _loaded(config: configuration.Config, clock: SystemClock, tracer: Tracer) -> LoadedModels:

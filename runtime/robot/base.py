@@ -2,8 +2,8 @@
 
 The ROS 2 base is `bus.Bus`, one on MAVLink `mavlink.base.MavlinkBase`; one on another wire is a
 class beside them. Every base keeps to this: an order that came too late is not sent; while somebody
-else has the sticks nothing is sent that would be obeyed, not even zero; and what keeps it from
-driving is said, not worked around.
+else has the sticks nothing is sent that would be obeyed, not even zero, but to stop on MAVLink what
+was moving; and what keeps it from driving is said, not worked around.
 """
 
 from dataclasses import dataclass

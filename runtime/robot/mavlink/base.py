@@ -18,7 +18,7 @@ from runtime.clock import Clock
 from runtime.core.motion.courses import STILL
 from runtime.core.types import Pose
 from runtime.errors import BaseError
-from runtime.robot.base import BaseCondition, DriveOrder, Sent
+from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.mavlink.addresses import MavlinkAddress
 from runtime.robot.mavlink.links import MavlinkLink, open_link
 from runtime.robot.mavlink.odometry import VehicleOdometry
@@ -31,6 +31,7 @@ HEARTBEAT_S: Final = 1.0
 ASK_S: Final = 2.0  # between two times that the same streams and parameters are asked for
 REOPEN_S: Final = 1.0
 FAREWELL_S: Final = 4.0  # at the end, for the vehicle to come to rest and be disarmed
+STANDS: Final = 4  # set-points that stop what was moving when a hand takes over: some may get lost
 REST_S: Final = 2.0  # after a search, in which it is told to stand; then it may be anybody's
 TELL_S: Final = 1.0  # between two lines of what the vehicle warns of
 POSE_HZ: Final = 25.0
@@ -40,7 +41,8 @@ COMPONENT: Final = mavlink.MAV_COMP_ID_ONBOARD_COMPUTER
 
 class MavlinkBase:
     """See the module. `may_arm`: whether mode and arming may be asked for; `odometry`: who is told
-    poses in the map frame and their stamps by the wall clock, None where they are not wanted.
+    poses in the map frame and their stamps by the wall clock, None where they are not wanted;
+    `beside`: who else knows of a hand and of the battery, of which the vehicle itself goes first.
     ConfigError for an address that is none."""
 
     def __init__(
@@ -50,9 +52,10 @@ class MavlinkBase:
         may_arm: bool = False,
         odometry: Callable[[Pose, int], None] | None = None,
         tell: Callable[[str], None] = lambda line: print(f"rfnav: {line}", file=sys.stderr),
+        beside: Callable[[], BaseCondition] = lambda: WELL,
     ) -> None:
         self._address, self._clock = MavlinkAddress.parse(link), clock
-        self._tell_pose, self._tell = odometry, tell
+        self._tell_pose, self._tell, self._beside = odometry, tell, beside
         self._lock = threading.Lock()
         self._vehicle, self._takeover = Vehicle(), Takeover(may_arm)
         self._odometry = VehicleOdometry()
@@ -61,7 +64,9 @@ class MavlinkBase:
         self._link: MavlinkLink | None = None
         self._broken = ""  # why there is no link
         self._searching, self._rest_s = False, -1e9  # and when it ended
+        self._stands = 0  # that are still owed to a base that was told to move
         self._bad = 0
+        self._error: Exception | None = None  # what ended the thread
         self._began_s = clock.now_s()
         self._heartbeat_s = self._ask_s = self._told_s = -1e9
         self._told = ""
@@ -81,39 +86,50 @@ class MavlinkBase:
         """See `Base`. A vehicle that is not ours to drive is told to stand: ArduPilot and PX4
         ignore that outside GUIDED and OFFBOARD, and PX4 enters OFFBOARD only while it is told
         something. In a hand ArduPilot is told nothing. Without a search both are told nothing, but
-        to stand when one has just ended."""
-        now_s = self._clock.now_s()
+        to stand when one has just ended. While somebody else speaks of a hand both are told to
+        stand if they were moving, for nothing else may, and then nothing."""
+        now_s, hand = self._clock.now_s(), self._beside().hand
         if late := order.late(now_s):
             return Sent(None, late)
         with self._lock:
             vehicle, takeover = self._vehicle, self._takeover
             if order.searching is not self._searching:
                 self._searching, self._rest_s = order.searching, now_s
-                takeover.begin(now_s) if order.searching else takeover.end(vehicle, now_s)
+                if order.searching:
+                    takeover.begin(now_s)
+                else:
+                    takeover.end(vehicle, now_s, bool(hand))
             if vehicle.autopilot is None:
                 return Sent(None, self._held(now_s))
             if not order.searching and now_s - self._rest_s > REST_S:
                 return Sent(None, "no search: it may be somebody else's")
             if takeover.hand and vehicle.autopilot is Autopilot.ARDUPILOT:
                 return Sent(None, f"a hand has the sticks: {takeover.hand}")
-            held = takeover.hand or self._held(now_s)
+            if hand and not self._stands:
+                return Sent(None, f"a hand has the sticks: {hand}")
+            held = takeover.hand or hand or self._held(now_s)
             time_ms = round((now_s - self._began_s) * 1e3)
             point = set_point(vehicle, STILL if held else order.twist, time_ms)
+            self._stands = max(0, self._stands - 1) if point.twist == STILL else STANDS
             error = self._send(point.message)
         return Sent(None, error) if error else Sent(point.twist, held or point.why)
 
     def condition(self) -> BaseCondition:
-        """See `Base`."""
-        now_s = self._clock.now_s()
+        """See `Base`. What ended the thread is raised here, and so ends the control loop."""
+        if self._error is not None:
+            raise self._error
+        now_s, beside = self._clock.now_s(), self._beside()
         with self._lock:
-            vehicle = self._vehicle
-            battery, said = vehicle.battery_percent(now_s), vehicle.said(now_s)
-            return BaseCondition(self._held(now_s), self._takeover.hand, battery, said, self._bad)
+            battery, said = self._vehicle.battery_percent(now_s), self._vehicle.said(now_s)
+            hand = self._takeover.hand or beside.hand
+            battery = battery if battery is not None else beside.battery_percent
+            return BaseCondition(self._held(now_s), hand, battery, said, self._bad)
 
     def close(self) -> None:
         """Stop speaking; what is asked for is waited for a moment. Idempotent."""
         self._ending.set()
         self._thread.join(timeout=FAREWELL_S + 2 * REOPEN_S)
+        self._hang_up("closed")
 
     # -- the thread ----------------------------------------------------------------------------
 
@@ -131,7 +147,9 @@ class MavlinkBase:
             except BaseError as error:
                 self._hang_up(str(error))
                 self._ending.wait(REOPEN_S)
-        self._hang_up("closed")
+            except Exception as error:  # noqa: BLE001 -- raised again by `condition`
+                self._error = error  # the link stays open: the base is still to be told to stand
+                return
 
     def _turn(self) -> None:
         """Receive once, and send what is due."""

@@ -79,10 +79,13 @@ class Takeover:
         self._disarm_s = None
         self._was_armed = self._asked_mode = self._asked_arm = False
 
-    def end(self, vehicle: Vehicle, now_s: float) -> None:
+    def end(self, vehicle: Vehicle, now_s: float, by_hand: bool = False) -> None:
         """The search is over. PX4 takes OFFBOARD without a stream for a failure, so that it is put
-        on hold; ArduPilot stands in GUIDED. What was armed for us is disarmed when it stands."""
+        on hold; ArduPilot stands in GUIDED. What was armed for us is disarmed when it stands. What
+        somebody else drives, `by_hand`, is left as it is."""
         self._searching_s, self._request, self._refused = None, None, ""
+        if by_hand:
+            return
         if self._ours and not self.hand:
             self._disarm_s = now_s + STAND_S
         if vehicle.autopilot is Autopilot.PX4 and vehicle.guided():

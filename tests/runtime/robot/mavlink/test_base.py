@@ -114,6 +114,53 @@ def test_a_hand_on_the_sticks_is_told_nothing_until_it_gives_back(rover):
         assert base.condition().hand == ""
 
 
+def test_a_hand_that_somebody_else_tells_of_stops_it_and_then_is_told_nothing(rover):
+    """As the bus does, of cmd_vel_teleop. What was told last would be driven on for 3 s."""
+    said = [BaseCondition()]
+    with on(rover, beside=lambda: said[0]) as base:
+        driving(base, lambda: rover.velocities[-1] != Twist())
+        said[0] = BaseCondition(hand="cmd_vel_teleop")
+        driving(base, lambda: base.drive(order()).twist is None)
+        until(lambda: rover.velocities[-1] == Twist())
+        assert base.condition().hand == "cmd_vel_teleop"
+        before = rover.rover.set_points
+        for searching in (True, False, True):
+            sent = base.drive(order(AHEAD if searching else Twist(), searching))
+            assert sent == Sent(None, "a hand has the sticks: cmd_vel_teleop")
+        time.sleep(0.1)
+        assert rover.rover.set_points == before
+        said[0] = BaseCondition()
+        driving(base, lambda: rover.velocities[-1].v_mps > 0)
+
+
+def test_what_a_hand_drives_when_a_search_ends_stays_armed(rover):
+    said = [BaseCondition()]
+    with on(rover, beside=lambda: said[0]) as base:
+        driving(base, lambda: rover.velocities[-1] != Twist())
+        said[0] = BaseCondition(hand="cmd_vel_teleop")
+        base.drive(order(Twist(), searching=False))
+    assert rover.rover.armed
+
+
+def test_a_battery_that_the_vehicle_does_not_tell_of_is_asked_for_beside_it():
+    with (
+        RoverDouble(RoverStandIn(battery_percent=-1)) as rover,
+        on(rover, beside=lambda: BaseCondition(battery_percent=33.0)) as base,
+    ):
+        assert base.condition().battery_percent == 33.0
+
+
+def test_a_mistake_in_its_thread_ends_the_control_loop_and_the_base_can_still_be_stopped(rover):
+    def mistaken(pose: Pose, stamp_ns: int) -> None:
+        if rover.velocities[-1].v_mps > 0:
+            raise ValueError("mistake")
+
+    with on(rover, odometry=mistaken) as base:
+        with pytest.raises(ValueError, match="mistake"):
+            driving(base, lambda: base.condition() is None)
+        until(lambda: base.drive(order(Twist())) and rover.velocities[-1] == Twist())
+
+
 def test_a_refusal_to_arm_comes_with_what_the_vehicle_says():
     with RoverDouble(RoverStandIn(refuses="GPS 1: Bad fix")) as rover, on(rover) as base:
         driving(base, lambda: "failed" in base.condition().held)
