@@ -61,9 +61,7 @@ class Drive:
     rehearsed_s: float = -math.inf  # when the last rehearsal began
     led_s: float | None = None  # a hand drives, or nobody can: when its newest frame arrived
     led_by: str = ""  # how that is called in the journal: hand, or held
-    left_ns: int = (
-        -1
-    )  # stamp of the last frame of a hand's: what was asked before it is not adopted
+    left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
     back: str = ""  # why it drives back to where it began
 
     def see(self, obs: Observation, frame_s: float) -> Command | None:

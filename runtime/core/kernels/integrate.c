@@ -83,7 +83,8 @@ static void project(const Arrays *arrays, const Numbers *n, const View *view, Py
         view->distance[i] = d * reach[i];
         view->cell[i] =
             ((int32_t)line - (int32_t)top) * (int32_t)width + (int32_t)col - (int32_t)low;
-        view->what[i] = (uint8_t)(obstacle * OBSTACLE + floor * FLOOR + hole * HOLE + drop * DROP + lower * LOW);
+        view->what[i] = (uint8_t)(obstacle * OBSTACLE + floor * FLOOR + hole * HOLE + drop * DROP +
+                                  lower * LOW);
     }
 }
 

@@ -14,9 +14,7 @@ from runtime.core.types import F32, F64, U8, Mask
 
 SLACK: Final = 0.03  # m a metre away: a tilt that is off by 1.7 degrees makes no drop of the floor
 LIP_M: Final = 0.03  # of the far side of a hole no more passes for floor
-DROP_WITHIN_M: Final = (
-    3.0  # of the camera cells are told to drop; what is farther is looked at first
-)
+DROP_WITHIN_M: Final = 3.0  # of the camera cells are told to drop; farther ones are gone to first
 DROP_AT: Final = 2  # frames that show a cell to drop, after which it does
 DROP_MOST: Final = 6  # frames; so many less one that show floor in it undo a drop
 OPEN_AZIMUTHS: Final = 3  # of a frame that drop without floor before; fewer may be a reflection
