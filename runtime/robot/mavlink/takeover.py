@@ -1,8 +1,9 @@
 """Mode and arming: who has the vehicle, and how it is asked for. No thread, no clock, no socket.
 
-Nothing is asked for without leave (`rfnav run --arm`), and with it once a search: what a person or
-a failsafe changes after that stays as it is. What was armed for a search is disarmed after it.
-Whoever takes the vehicle out of GUIDED has the sticks until it is back in it.
+Nothing is asked for without leave (`rfnav run --arm`), and with it once a search, but of nobody who
+drives it, armed, in another mode: what a person or a failsafe changes after that stays as it is.
+What was armed for a search is disarmed after it. Whoever takes the vehicle out of GUIDED has the
+sticks until it is back in it.
 """
 
 import math
@@ -152,8 +153,11 @@ class Takeover:
             return f"{self._refused}; see to it, then give the goal again"
         if not vehicle.guided():
             what = f"mode {vehicle.mode_name()}"
-            do = f"switch it to {guided}, or run with --arm"
-            return f"{what}: {f'{guided} is asked for' if self._may else do}"
+            if vehicle.driven():
+                return f"{what}, and armed: somebody drives it; switch it to {guided}"
+            if self._may and (self._request is not None or not self._asked_mode):
+                return f"{what}: {guided} is asked for"
+            return f"{what}: switch it to {guided}{'' if self._may else ', or run with --arm'}"
         if not vehicle.armed:
             if self._was_armed:
                 return "was disarmed: arm it, or give the goal again"
@@ -169,6 +173,8 @@ class Takeover:
             if self._asked_mode or (vehicle.autopilot is Autopilot.PX4 and not streamed):
                 return None
             self._asked_mode = True
+            if vehicle.driven():
+                return None  # nor later in this search: who stops it wants it to stand
             return _mode_request(GUIDED[vehicle.autopilot], GUIDED_NAME[vehicle.autopilot])
         if not vehicle.armed and not self._was_armed and not self._asked_arm:
             self._asked_arm = True

@@ -28,6 +28,7 @@ AUTOPILOTS: Final = {
 GUIDED: Final = {Autopilot.ARDUPILOT: 15, Autopilot.PX4: 6 << 16}  # custom_mode
 GUIDED_NAME: Final = {Autopilot.ARDUPILOT: "GUIDED", Autopilot.PX4: "OFFBOARD"}
 PX4_HOLD: Final = 4 << 16 | 3 << 24
+HOLD: Final = {Autopilot.ARDUPILOT: 4, Autopilot.PX4: PX4_HOLD}
 _ARDUPILOT_MODES: Final = {
     0: "MANUAL", 1: "ACRO", 3: "STEERING", 4: "HOLD", 5: "LOITER", 6: "FOLLOW", 7: "SIMPLE",
     8: "DOCK", 9: "CIRCLE", 10: "AUTO", 11: "RTL", 12: "SMART_RTL", 15: "GUIDED",
@@ -104,6 +105,11 @@ class Vehicle:
     def guided(self) -> bool:
         """Whether it is in the mode in which it obeys set-points."""
         return self.autopilot is not None and self.mode == GUIDED[self.autopilot]
+
+    def driven(self) -> bool:
+        """Whether a pilot, or a mission, may be driving it: it is armed in a mode of theirs."""
+        held = self.autopilot is not None and self.mode == HOLD[self.autopilot]
+        return self.armed and not held and not self.guided()
 
     def battery_percent(self, now_s: float) -> float | None:
         """None when it is not known, or no longer."""

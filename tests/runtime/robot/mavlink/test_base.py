@@ -14,7 +14,7 @@ from hil_sim.simulation.rover_stand_in import RoverStandIn
 from runtime.clock import SystemClock
 from runtime.core.types import Pose, Twist
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
-from runtime.robot.mavlink.base import MavlinkBase
+from runtime.robot.mavlink.base import STANDS, MavlinkBase
 
 CLOCK = SystemClock()
 AHEAD = Twist(0.3, 0.5)
@@ -116,21 +116,28 @@ def test_a_hand_on_the_sticks_is_told_nothing_until_it_gives_back(rover):
 
 def test_a_hand_that_somebody_else_tells_of_stops_it_and_then_is_told_nothing(rover):
     """As the bus does, of cmd_vel_teleop. What was told last would be driven on for 3 s."""
-    said = [BaseCondition()]
+    said, told = [BaseCondition()], []
+    heard = lambda: rover.rover.set_points + rover.rover.ignored  # noqa: E731
     with on(rover, beside=lambda: said[0]) as base:
-        driving(base, lambda: rover.velocities[-1] != Twist())
-        said[0] = BaseCondition(hand="cmd_vel_teleop")
-        driving(base, lambda: base.drive(order()).twist is None)
-        until(lambda: rover.velocities[-1] == Twist())
-        assert base.condition().hand == "cmd_vel_teleop"
-        before = rover.rover.set_points
-        for searching in (True, False, True):
+
+        def turn(searching: bool = True) -> Sent:
             sent = base.drive(order(AHEAD if searching else Twist(), searching))
-            assert sent == Sent(None, "a hand has the sticks: cmd_vel_teleop")
+            told.extend([sent.twist] if sent.twist is not None else [])
+            return sent
+
+        until(lambda: turn() and rover.velocities[-1] != Twist())
+        said[0] = BaseCondition(hand="cmd_vel_teleop")
+        until(lambda: turn().twist is None)
+        assert told[-STANDS - 1 :] == [AHEAD, *[Twist()] * STANDS]
+        until(lambda: heard() == len(told))
+        assert rover.rover.velocity(time.monotonic()) == Twist()
+        assert base.condition().hand == "cmd_vel_teleop"
+        for searching in (True, False, True):
+            assert turn(searching) == Sent(None, "a hand has the sticks: cmd_vel_teleop")
         time.sleep(0.1)
-        assert rover.rover.set_points == before
+        assert heard() == len(told)
         said[0] = BaseCondition()
-        driving(base, lambda: rover.velocities[-1].v_mps > 0)
+        until(lambda: turn() and rover.velocities[-1].v_mps > 0)
 
 
 def test_what_a_hand_drives_when_a_search_ends_stays_armed(rover):

@@ -72,6 +72,27 @@ def test_with_leave_mode_then_arming_are_asked_for_when_a_search_begins():
     assert held.takeover.idle
 
 
+def test_what_somebody_drives_when_a_search_begins_is_not_taken_from_him():
+    held = Held(may_arm=True)
+    held.says(MANUAL, armed=True)
+    held.takeover.begin(held.now_s)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    assert held.lacks() == "mode MANUAL, and armed: somebody drives it; switch it to GUIDED"
+    held.says(HOLD, armed=True)  # it is stopped, and not handed over
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    assert held.lacks() == "mode HOLD: switch it to GUIDED"
+    held.says(GUIDED, armed=True)
+    assert held.lacks() == ""
+
+
+@pytest.mark.parametrize(("autopilot", "mode"), [(ARDUPILOT, HOLD), (PX4, PX4_HOLD)])
+def test_what_stands_armed_on_hold_is_asked_for(autopilot: int, mode: int):
+    held = Held(True, autopilot, mode)
+    held.says(mode, armed=True)
+    held.takeover.begin(held.now_s)
+    assert held.due(2 * STREAM_S) is not None
+
+
 def test_what_is_not_answered_is_sent_again_a_few_times():
     held = Held(may_arm=True)
     held.takeover.begin(held.now_s)
