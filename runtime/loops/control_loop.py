@@ -11,22 +11,21 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
-from typing import Protocol
-
-import numpy as np
 
 from runtime.clock import Clock
 from runtime.config import RealtimeConfig
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import ContactResponse, Felt, Met
 from runtime.core.motion.courses import STILL
 from runtime.core.motion.safety import Guard, Halt, HaltKind, Odometry, SafetyConfig
 from runtime.core.motion.velocity_policy import steer
-from runtime.core.types import Pose, SearchState, Twist
+from runtime.core.types import SearchState, Twist
 from runtime.errors import RfNavError
 from runtime.loops.plans import Plan, Tick, told_plan
+from runtime.loops.ports import RobotSenses
+from runtime.loops.standing import Change, Changes, Occasion, forbids, late_told, stands, told_state
 from runtime.record import Record, unrecorded
 from runtime.robot.base import ORDER_S, WELL, Base, BaseCondition, DriveOrder
-from runtime.robot.wire import Stamped
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
@@ -35,21 +34,10 @@ METS = 32  # what the body met that nobody has asked for yet
 LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in acceleration
 
 
-class RobotSenses(Protocol):
-    """The bus, as the control loop needs it. Every method may be called from any thread."""
-
-    def pose(self) -> tuple[Stamped[Pose], float] | None: ...
-
-    def frame_arrival_s(self) -> float | None: ...
-
-    def felt(self) -> Felt: ...
-
-    def publish_state(self, state: Mapping[str, object]) -> None: ...
-
-
 class ControlLoop:
     """Drives the base in a thread of its own, which calls `at_start` first. `stopping` ends all
-    motion at once."""
+    motion at once. `beat` is called in every turn, in that thread: whether the base was told to
+    move."""
 
     def __init__(
         self,
@@ -62,7 +50,11 @@ class ControlLoop:
         stopping: Callable[[], bool] = lambda: False,
         at_start: Callable[[], None] = lambda: None,
         record: Record = unrecorded,
+        beat: Callable[[bool], None] = lambda moving: None,
     ) -> None:
+        self._beat, self._hurried, self._started, self._fault = beat, False, False, ""
+        self._changes, self._caution = Changes(), FREE
+        self._stopped: Halt | None = None
         self._record, self._plans, self._rests = record, 0, 0
         self._base, self._senses = base, senses
         self._clock, self._rates, self._stopping = clock, rates, stopping
@@ -76,8 +68,7 @@ class ControlLoop:
         self._twist = STILL
         self._least_mps = math.inf  # asked for since `asked_mps` was called last
         self._ticked_s: float | None = None
-        self._said: tuple[object, ...] = ()
-        self._silent_ticks = 0
+        self._occasion = Occasion(rates.control_hz / rates.state_hz)
         self._halt: Halt | None = None
         self._condition, self._hand = WELL, ""  # of a hand also that has let go since it was asked
         self._late_s: deque[float] = deque(maxlen=4000)
@@ -149,6 +140,28 @@ class ControlLoop:
         with self._changed:
             return dict(sorted(self._guard.halts.items()))
 
+    def hurry(self) -> None:
+        """Something has come up that does not wait for the next turn. Any thread may call it."""
+        with self._changed:
+            self._hurried = True
+            self._changed.notify_all()
+
+    def started(self) -> None:
+        """The models are loaded: goals are taken."""
+        with self._changed:
+            self._started = True
+
+    def fault(self, reason: str) -> None:
+        """The process ends for that: the base stands, and the state says so."""
+        with self._changed:
+            self._fault, self._plan = reason, None
+        self._say(None)
+
+    def changes(self) -> tuple[Change, ...]:
+        """How the runtime's standing has changed since the last call."""
+        with self._changed:
+            return self._changes.take()
+
     def check(self) -> None:
         """Raise what ended the control loop, if anything did."""
         if self._error is not None:
@@ -157,22 +170,15 @@ class ControlLoop:
     def status(self) -> dict[str, object]:
         """Halts by kind, why the base is held now, and how late ticks were."""
         with self._changed:
-            late_ms = np.array(self._late_s) * 1e3
             status: dict[str, object] = {
                 "state": self._state,
+                "runtime": vars(self._changes.now),
                 "halt": self._halt.reason if self._halt else "",
                 "halts": dict(sorted(self._guard.halts.items())),
                 "base": vars(self._condition),
             }
-        if late_ms.size:
-            p50, p99 = np.percentile(late_ms, [50, 99])
-            status["tick_late_ms"] = {
-                "p50": round(float(p50), 2),
-                "p99": round(float(p99), 2),
-                "max": round(float(late_ms.max()), 2),
-                "ticks": int(late_ms.size),
-            }
-        return status
+            late_s = tuple(self._late_s)
+        return status | late_told(late_s)
 
     def close(self) -> None:
         """End the loop and command zero, whatever state it is in. Idempotent."""
@@ -197,8 +203,10 @@ class ControlLoop:
                 self.tick()
                 due_s = max(due_s + period_s, self._clock.now_s() - period_s)
                 with self._changed:
-                    while not self._ending and self._clock.now_s() < due_s:
+                    while not (self._ending or self._hurried) and self._clock.now_s() < due_s:
                         self._clock.wait(self._changed, due_s)
+                    if self._hurried:
+                        self._hurried, due_s = False, min(due_s, self._clock.now_s())
         except BaseException as error:  # noqa: BLE001 -- raised again by `check`
             self._error = error
         finally:
@@ -208,19 +216,20 @@ class ControlLoop:
         """One turn of the loop: judge, steer, command, say."""
         with self._tracer.stage(Stage.TICK):
             odometry = self._drive()
+        self._beat(self._twist != STILL)
         self._say(odometry)
 
     def _drive(self) -> Odometry | None:
         """The newest odometry, and the command that follows from it on the wire."""
         now_s = self._clock.now_s()
         odometry, condition, felt = self._odometry(), self._base.condition(), self._senses.felt()
-        frame_s = self._senses.frame_arrival_s()
+        frame_s, doubt = self._senses.frame_arrival_s(), self._senses.doubt(self._twist)
         dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
         self._ticked_s = now_s
         with self._changed:
             plan, number = self._plan, self._plans if self._plan is not None else 0
             rests = self._rests
-            halt, twist = self._judge(now_s, odometry, frame_s, condition, felt)
+            halt, twist = self._judge(now_s, odometry, frame_s, condition, felt, doubt)
         stopping = self._stopping()
         if stopping:
             twist = STILL
@@ -229,7 +238,9 @@ class ControlLoop:
             watched = felt.cliffs_watched
             twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s, watched)
             twist = self._response.allowed(twist, odometry.pose)
+        caution = self._senses.caution(twist)
         with self._changed:
+            halt, twist = self._careful(caution, twist, halt)
             withdrawn = plan is not None and (self._plan is None or self._rests != rests)
             if withdrawn:
                 twist = STILL  # whether or not another has come since
@@ -238,7 +249,8 @@ class ControlLoop:
             late_s = self._late_s[-1] if self._late_s else 0.0
             given = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
             kind = halt.kind.value if halt else ""
-            self._record("tick", Tick(*given, sent, kind, asked, condition, felt))
+            told = condition, felt, doubt, caution
+            self._record("tick", Tick(*given, sent, kind, asked, *told))
         return odometry
 
     def _judge(
@@ -248,10 +260,13 @@ class ControlLoop:
         frame_s: float | None,
         condition: BaseCondition,
         felt: Felt,
+        doubt: Halt | None,
     ) -> tuple[Halt | None, Twist]:
         """Holding the lock: why the plan is not driven, and what the base does instead."""
         plan, body, instead = self._plan, None, STILL
         driving, by_hand = plan is not None and plan.course is not None, bool(condition.hand)
+        self._guard.turn(now_s)
+        self._stopped = doubt if doubt is not None and doubt.kind is HaltKind.STOP else None
         if odometry is not None:
             self._guard.watch(odometry, by_hand)
             ours = driving and not by_hand
@@ -261,8 +276,19 @@ class ControlLoop:
         if odometry is not None:
             body, instead = self._response.judge(now_s, odometry.pose, plan.frame_s)
         known = now_s, odometry, frame_s, plan.frame_s
-        halt = self._guard.check(*known, driving, _forbids(condition), body)
+        halt = self._guard.check(*known, driving, forbids(condition), body, doubt)
         return halt, instead if halt is body else STILL
+
+    def _careful(
+        self, caution: Caution, twist: Twist, halt: Halt | None
+    ) -> tuple[Halt | None, Twist]:
+        """Holding the lock: what the depth image leaves of a command, and whether that holds the
+        base."""
+        self._caution, allowed = caution, caution.allowed(twist)
+        if caution.kind is not None and allowed == STILL != twist and halt is None:
+            halt = Halt(caution.kind, caution.reason)
+            self._guard.caution(halt)
+        return halt, allowed
 
     def _note(self, halt: Halt | None, condition: BaseCondition, plan: Plan | None) -> None:
         """Holding the lock: what is told of the tick."""
@@ -312,33 +338,13 @@ class ControlLoop:
         """Publish the state, when it changed and a few times a second."""
         with self._changed:
             state, report, halt, twist = self._state, self._report, self._halt, self._twist
-            base = self._condition
-        kind = halt.kind if halt else ""
-        now = state, report.get("mode"), report.get("frontier"), kind, base.held, base.hand
-        self._silent_ticks += 1
-        due = self._silent_ticks * self._rates.state_hz >= self._rates.control_hz
-        if now == self._said and not due:
+            base, caution = self._condition, self._caution
+            known = self._stopped, base, halt, state, report, self._started
+            standing = stands(self._fault, *known)
+            self._changes.note(self._clock.now_s(), standing)
+        kind, of = halt.kind if halt else "", (report.get("mode"), report.get("frontier"))
+        if not self._occasion.comes(state, standing.state, *of, kind, base.held, base.hand):
             return
-        self._said, self._silent_ticks = now, 0
-        pose = odometry.pose if odometry else None
-        at = [round(v, 4) for v in (pose.x_m, pose.y_m, pose.yaw_rad)] if pose else None
-        self._senses.publish_state(
-            {
-                **report,
-                "state": state,
-                "halt": halt.reason if halt else "",
-                "halts": dict(sorted(self._guard.halts.items())),
-                "v_mps": round(twist.v_mps, 4),
-                "w_radps": round(twist.w_radps, 4),
-                "pose": at,
-                "odom_stamp_ns": odometry.stamp_ns if odometry else None,
-                "base": vars(base),
-            }
-        )
-
-
-def _forbids(base: BaseCondition) -> Halt | None:
-    """What the base says, as a reason not to drive."""
-    if base.hand:
-        return Halt(HaltKind.HAND, f"a hand has the sticks: {base.hand}")
-    return Halt(HaltKind.BASE, f"base: {base.held}") if base.held else None
+        told = told_state(state, standing, halt, twist, odometry, base, caution)
+        halts = dict(sorted(self._guard.halts.items()))
+        self._senses.publish_state({**report, **told, "halts": halts})

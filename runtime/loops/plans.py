@@ -3,9 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import NOTHING, Felt
 from runtime.core.motion.courses import Along, ControlConfig, Course
-from runtime.core.motion.safety import Odometry
+from runtime.core.motion.safety import Halt, Odometry
 from runtime.core.types import Twist
 from runtime.robot.base import BaseCondition
 
@@ -27,7 +28,8 @@ class Tick:
     """A turn of the loop, for a recorder: what it knew, and what it made of that. `plan`: how
     many plans came before and with the one that it followed, 0 for none; `withdrawn`: that was
     taken away meanwhile; `asked`: of the base, None when nothing was; `sent`: what the base sent of
-    that, None when nothing; `base`: what it said of itself; `felt`: what the body did."""
+    that, None when nothing; `base`: what it said of itself; `felt`: what the body did; `doubt`: why
+    nothing was to be driven; `caution`: what the depth image allowed."""
 
     now_s: float
     late_s: float
@@ -41,6 +43,8 @@ class Tick:
     asked: Twist | None
     base: BaseCondition
     felt: Felt = NOTHING
+    doubt: Halt | None = None
+    caution: Caution = FREE
 
 
 def told_plan(number: int, plan: Plan) -> dict[str, object]:

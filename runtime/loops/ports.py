@@ -5,14 +5,39 @@ from contextlib import AbstractContextManager
 from typing import Any, Protocol
 
 from runtime.core.mapping.attention import View
-from runtime.core.motion.contact import Met
-from runtime.core.types import Action, Observation, SearchState, Twist
+from runtime.core.motion.caution import Caution
+from runtime.core.motion.contact import Felt, Met
+from runtime.core.motion.safety import Halt
+from runtime.core.types import Action, Observation, Pose, SearchState, Twist
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Look, Surveyed
 from runtime.loops.plans import Plan
+from runtime.loops.standing import Change
 from runtime.robot.base import BaseCondition
 from runtime.robot.bus import Request
 from runtime.robot.streams import StreamHealth
+from runtime.robot.wire import Stamped
+
+
+class RobotSenses(Protocol):
+    """The bus, as the control loop needs it. Every method may be called from any thread."""
+
+    def pose(self) -> tuple[Stamped[Pose], float] | None: ...
+
+    def frame_arrival_s(self) -> float | None: ...
+
+    def felt(self) -> Felt: ...
+
+    def doubt(self, sent: Twist) -> Halt | None:
+        """Why nothing may be driven now, of what no other method tells: what was noticed of the
+        senses, given what the base was sent last; a stop; a cancel that waits."""
+        ...
+
+    def caution(self, twist: Twist) -> Caution:
+        """What the newest depth image leaves of a command that is about to be sent."""
+        ...
+
+    def publish_state(self, state: Mapping[str, object]) -> None: ...
 
 
 class LoopBus(Protocol):
@@ -69,6 +94,12 @@ class Control(Protocol):
     def halted(self) -> str: ...
 
     def halts(self) -> dict[str, int]: ...
+
+    def started(self) -> None: ...
+
+    def fault(self, reason: str) -> None: ...
+
+    def changes(self) -> tuple[Change, ...]: ...
 
     def status(self) -> dict[str, object]: ...
 

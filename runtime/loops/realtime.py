@@ -7,6 +7,7 @@ nothing is left to explore, or by a request on `cancel`.
 """
 
 import os
+import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
@@ -77,20 +78,25 @@ class RealTime:
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
         reason, trace = "the runtime ends", {}
+        self._control.started()
         try:
             while not until():
                 self._control.check()
+                self._tell_changes()
                 self._turn()
         except RfNavError as error:
             reason = str(error)
+            self._control.fault(reason)
             raise
         except Exception as error:
             reason, trace = f"internal error: {error!r}", {"traceback": traceback.format_exc()}
             at = traceback.extract_tb(error.__traceback__)[-1]
             place = f"{Path(at.filename).name}:{at.lineno}"
+            self._control.fault(f"{reason} at {place}")
             raise InternalError(f"internal error: {error!r} at {place}") from error
         finally:
             self._control.close()
+            self._tell_changes()
             self._end(SearchState.ENDED, reason, **trace)
             self._detector.close()
             self._decisions.close()
@@ -118,6 +124,14 @@ class RealTime:
             self._drive.note_overruns()
             if ends is not None and ends.ended is not None:
                 self._end(ends.ended, ends.reason)
+
+    def _tell_changes(self) -> None:
+        """Log how the runtime's standing has changed, and journal it while a search is on."""
+        for change in self._control.changes():
+            was, now = change.before.in_words(), change.after.in_words()
+            print(f"rfnav: {was} -> {now}", file=sys.stderr, flush=True)
+            if self._drive is not None:
+                self._drive.search.journal.write("standing", at_s=change.now_s, was=was, now=now)
 
     # -- requests ------------------------------------------------------------------------------
 

@@ -6,12 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 from runtime.config import Config
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import NOTHING, Felt, Met
 from runtime.core.motion.courses import STILL
-from runtime.core.motion.safety import Odometry
+from runtime.core.motion.safety import Halt, Odometry
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.plans import Plan, Tick, told_plan
+from runtime.loops.standing import Change
 from runtime.recording.exact import exact, read
 from runtime.replay.differences import Differences
 from runtime.replay.script import Turn
@@ -74,6 +76,15 @@ class FilmControl:
 
     def halts(self) -> dict[str, int]:
         return {}
+
+    def started(self) -> None:
+        """Nobody watches."""
+
+    def fault(self, reason: str) -> None:
+        """Nobody watches."""
+
+    def changes(self) -> tuple[Change, ...]:
+        return ()
 
     def status(self) -> dict[str, object]:
         return {}
@@ -146,6 +157,14 @@ class _Base:
     def felt(self) -> Felt:
         told = self.told.get("felt")
         return read(told, Felt) if told is not None else NOTHING
+
+    def doubt(self, sent: Twist) -> Halt | None:
+        told = self.told.get("doubt")
+        return read(told, Halt) if told is not None else None
+
+    def caution(self, twist: Twist) -> Caution:
+        told = self.told.get("caution")
+        return read(told, Caution) if told is not None else FREE
 
     def condition(self) -> BaseCondition:
         told = self.told.get("base")  # recordings from before bases said anything have none

@@ -14,7 +14,9 @@ import zenoh
 from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
 from runtime.clock import Clock, Deadline
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import Felt
+from runtime.core.motion.safety import Halt
 from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
@@ -176,6 +178,14 @@ class Bus:
     def felt(self) -> Felt:
         """What the robot's body feels; any thread may ask."""
         return self._body.felt()
+
+    def doubt(self, sent: Twist) -> Halt | None:
+        """Why nothing may be driven now; any thread may ask."""
+        return None
+
+    def caution(self, twist: Twist) -> Caution:
+        """What the newest depth image leaves of a command; any thread may ask."""
+        return FREE
 
     def health(self) -> dict[str, StreamHealth]:
         """By topic: received, bad and the last error; of what a robot may do without, where it is

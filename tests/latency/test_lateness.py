@@ -16,6 +16,7 @@ from workload import CFG, MOUNT, NAMES
 from runtime import navigate
 from runtime.clock import SystemClock
 from runtime.config import RealtimeConfig
+from runtime.core.motion.caution import FREE
 from runtime.core.motion.contact import NOTHING
 from runtime.core.motion.courses import Along
 from runtime.core.motion.safety import SafetyConfig
@@ -53,6 +54,12 @@ class Base:
 
     def felt(self):
         return NOTHING
+
+    def doubt(self, sent):
+        return None
+
+    def caution(self, twist):
+        return FREE
 
     def drive(self, order):
         self.sent += 1

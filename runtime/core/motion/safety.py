@@ -10,6 +10,8 @@ from runtime.core.geometry import wrap_angle
 from runtime.core.keys import key
 from runtime.core.types import Pose
 
+OVERRUN_S = 0.3  # between two turns of control: orders have expired meanwhile
+
 
 @dataclass(frozen=True)
 class SafetyConfig:
@@ -63,6 +65,13 @@ class HaltKind(StrEnum):
     BUMPER = "bumper"  # touches something
     CLIFF = "cliff"  # no floor under the rim
     WHEEL = "wheel"  # one hangs in the air
+    STOP = "stop"  # asked for, and not released yet
+    CANCEL = "cancel"  # waits to be answered
+    OVERRUN = "overrun"  # of control itself: it came too late
+    TILT = "tilt"  # the base leans
+    AREA = "area"  # left
+    OBSTACLE = "obstacle"  # inside the halting distance
+    FLOOR = "floor"  # missing there
 
 
 @dataclass(frozen=True)
@@ -83,7 +92,9 @@ class Guard:
         self._last: Odometry | None = None
         self._broken: Halt | None = None
         self._broken_s = -math.inf
+        self._turned_s = -math.inf
         self._standing: HaltKind | None = None
+        self._before: HaltKind | None = None  # as it stood when `check` was called last
         self.halts: Counter[HaltKind] = Counter()
 
     def watch(self, odometry: Odometry, by_hand: bool = False) -> None:
@@ -105,6 +116,14 @@ class Guard:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._break(odometry, Halt(HaltKind.JUMP, what))
 
+    def turn(self, now_s: float) -> None:
+        """A turn of control, driving or not. Where none was for too long, as after the process was
+        stopped, what was planned before it is not driven on."""
+        stood_s, self._turned_s = now_s - self._turned_s, now_s
+        if OVERRUN_S < stood_s < math.inf:
+            self._broken = Halt(HaltKind.OVERRUN, f"control stood still for {stood_s:.1f} s")
+            self._broken_s = now_s
+
     def check(
         self,
         now_s: float,
@@ -114,20 +133,30 @@ class Guard:
         driving: bool = True,
         base: Halt | None = None,
         body: Halt | None = None,
+        doubt: Halt | None = None,
     ) -> Halt | None:
-        """What forbids driving now. `frame_s`: arrival of the newest matched frame. `plan_s`:
-        arrival of the frame that the plan was made of. `base`: what the base itself says; `body`:
-        what it has met. Only a robot that is driving is halted, as far as the counts go."""
-        if base is not None:
-            self._broken, self._broken_s = base, now_s
-        halt = base or self._judge(now_s, odometry, frame_s, plan_s, body)
+        """What forbids driving now. `frame_s`: when the newest matched frame was taken. `plan_s`:
+        when the frame was that the plan was made of. `base`: what the base itself says; `body`:
+        what it has met; `doubt`: what was noticed of the robot's senses, or is asked by hand. Only
+        a robot that is driving is halted, as far as the counts go."""
+        withheld = base or doubt
+        if withheld is not None:
+            self._broken, self._broken_s = withheld, now_s
+        halt = withheld or self._judge(now_s, odometry, frame_s, plan_s, body)
         kind = halt.kind if halt and driving else None
+        self._before = self._standing
         if kind is HaltKind.PLAN and self._standing:
             return halt  # what was missing is back, but no plan was made of it yet
         if kind is not None and kind is not self._standing:
             self.halts[kind] += 1
         self._standing = kind
         return halt
+
+    def caution(self, halt: Halt) -> None:
+        """After `check` had nothing against it: a command of which nothing was left."""
+        if halt.kind is not self._before:
+            self.halts[halt.kind] += 1
+        self._standing = halt.kind
 
     def _break(self, odometry: Odometry, halt: Halt) -> None:
         self._broken, self._broken_s = halt, odometry.arrival_s

@@ -2,6 +2,8 @@
 
 import math
 import threading
+import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +14,12 @@ from runtime.config import RealtimeConfig
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import NOTHING
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin
-from runtime.core.motion.safety import SafetyConfig
+from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
-from runtime.core.types import Pose, Twist
+from runtime.core.types import Pose, SearchState, Twist
 from runtime.errors import BusError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.plans import Plan
@@ -44,7 +47,7 @@ class FakeBase:
         self.broken = False
         self.orders: list[DriveOrder] = []
         self.answer = lambda order: Sent(order.twist)
-        self.said = WELL
+        self.said, self.doubted, self.cautious = WELL, None, FREE
 
     def pose(self):
         arrival_s = self.clock.now_s() if self.odom_s is None else self.odom_s
@@ -55,6 +58,12 @@ class FakeBase:
 
     def felt(self):
         return NOTHING
+
+    def doubt(self, sent):
+        return self.doubted
+
+    def caution(self, twist):
+        return self.cautious
 
     def drive(self, order):
         if self.broken:
@@ -427,3 +436,76 @@ def test_who_drives_is_told_at_once_also_without_a_search(parts):
     control.tick()
     assert len(base.states) == told + 1
     assert base.states[-1]["base"]["hand"] == "cmd_vel_teleop"
+
+
+def test_what_depth_leaves_of_a_command_is_what_is_sent(parts):
+    clock, base, control = parts
+    control.follow(plan(clock))
+    base.cautious = Caution(HaltKind.OBSTACLE, "something 0.5 m ahead", most_mps=0.1)
+    ticks(clock, control, 20, lambda: control.follow(plan(clock)))
+    assert max(v for v, _ in base.twists) == 0.1
+    assert control.halts() == {}
+    assert base.states[-1]["caution"]["most_mps"] == 0.1
+    base.cautious = Caution(HaltKind.OBSTACLE, "something 0.3 m ahead", 0.0, 0.0)
+    ticks(clock, control, 3, lambda: control.follow(plan(clock)))
+    assert base.twists[-3:] == [(0.0, 0.0)] * 3
+    assert control.halts() == {"obstacle": 1}
+    assert base.states[-1]["runtime"]["state"] == "held"
+    base.cautious = FREE
+    ticks(clock, control, 1)
+    assert base.twists[-1][0] > 0
+
+
+def test_a_stop_is_said_whether_a_search_is_on_or_not(parts):
+    clock, base, control = parts
+    control.started()
+    ticks(clock, control, 1)
+    assert base.states[-1]["runtime"]["state"] == "ready"
+    base.doubted = Halt(HaltKind.STOP, "by stop")
+    ticks(clock, control, 1)
+    assert base.states[-1]["runtime"] == {"state": "stopped", "cause": "by stop"}
+    control.follow(plan(clock))
+    ticks(clock, control, 5)
+    assert set(base.twists[-5:]) == {(0.0, 0.0)}
+    assert [c.after.state for c in control.changes()] == ["ready", "stopped"]
+
+
+def test_a_tick_that_is_wanted_at_once_does_not_wait_for_its_time(parts):
+    _, base, _ = parts
+    slow = replace(RATES, control_hz=0.01)
+    real = SystemClock()
+    base.clock = real
+    beats = []
+    control = ControlLoop(base, base, real, SafetyConfig(), slow, traced(real), beat=beats.append)
+    control.start()
+    try:
+        for n in range(1, 5):
+            by_s = time.monotonic() + 50.0  # half of what the next turn is due after
+            while len(beats) < n:
+                assert time.monotonic() < by_s
+                time.sleep(0.01)
+            control.hurry()
+    finally:
+        control.close()
+
+
+def test_the_pulse_tells_in_every_turn_whether_the_base_moves(parts):
+    clock, base, _ = parts
+    beats = []
+    control = ControlLoop(
+        base, base, clock, SafetyConfig(), RATES, traced(clock), beat=beats.append
+    )
+    ticks(clock, control, 2)
+    control.follow(plan(clock))
+    ticks(clock, control, 3)
+    control.rest(SearchState.CANCELLED, {})
+    ticks(clock, control, 1)
+    assert beats == [False, False, True, True, True, False]
+
+
+def test_a_fault_is_said_before_the_process_ends(parts):
+    clock, base, control = parts
+    control.follow(plan(clock))
+    ticks(clock, control, 2)
+    control.fault("a bug")
+    assert base.states[-1]["runtime"] == {"state": "fault", "cause": "a bug"}

@@ -7,9 +7,10 @@ import pytest
 from manual_clock import ManualClock
 
 from runtime.config import RealtimeConfig
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import BACK_M, BACK_MPS, NOTHING, REST_S, Contact, Felt, Met, Touch
 from runtime.core.motion.courses import STILL, ControlConfig, Spin
-from runtime.core.motion.safety import SafetyConfig
+from runtime.core.motion.safety import Halt, SafetyConfig
 from runtime.core.types import Pose, SearchState, Twist
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.plans import Plan, Tick
@@ -42,6 +43,12 @@ class Body:
 
     def felt(self) -> Felt:
         return self.feels
+
+    def doubt(self, sent: Twist) -> Halt | None:
+        return None
+
+    def caution(self, twist: Twist) -> Caution:
+        return FREE
 
     def condition(self) -> BaseCondition:
         return self.said

@@ -70,8 +70,19 @@ def test_what_is_sent_otherwise_is_told():
     assert [d.what for d in differences.found] == ["tick.asked.w_radps", "tick.sent.w_radps"]
 
 
-def test_a_plan_of_too_old_a_frame_halts_as_it_did():
-    differences, _ = driven(tick(10.0, STILL), tick(20.0, STILL, halt="plan"))
+def test_what_control_was_too_late_for_holds_the_base_again():
+    differences, _ = driven(tick(10.0, STILL), tick(20.0, STILL, halt="overrun"))
+    assert [d.in_words() for d in differences.found] == []
+
+
+def test_what_was_doubted_and_what_depth_forbade_holds_the_base_again():
+    stop = {"kind": "stop", "reason": "stopped by hand"}
+    stopped = tick(10.0625, STILL, halt="stop", doubt=stop)
+    differences, _ = driven(tick(10.0, STILL), stopped)
+    assert [d.in_words() for d in differences.found] == []
+    ahead = {"kind": "obstacle", "reason": "a leg", "most_mps": 0.0, "most_radps": 0.0}
+    stopped = tick(10.0625, STILL, halt="obstacle", caution=ahead)
+    differences, _ = driven(tick(10.0, STILL), stopped)
     assert [d.in_words() for d in differences.found] == []
 
 

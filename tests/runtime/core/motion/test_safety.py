@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.motion.safety import Guard, Odometry, SafetyConfig
+from runtime.core.motion.safety import OVERRUN_S, Guard, Halt, HaltKind, Odometry, SafetyConfig
 from runtime.core.types import Pose
 
 CFG = SafetyConfig()
@@ -88,3 +88,45 @@ def test_a_clock_that_went_back_holds_until_a_later_plan():
     assert kinds(guard, 1.05, at(0, 1.05, 40), 1.05, 1.0) == "clock"
     assert kinds(guard, 1.1, at(0, 1.1, 45), 1.1, 1.06) == ""
     assert guard.halts == {"clock": 1}
+
+
+def test_after_control_stood_still_only_a_later_plan_is_driven():
+    guard = Guard(CFG)
+    guard.turn(10.0)
+    assert kinds(guard, 10.0, at(0, 10.0), 10.0, 10.0) == ""
+    guard.turn(10.0 + OVERRUN_S + 0.01)
+    now_s = 10.0 + OVERRUN_S + 0.02
+    assert kinds(guard, now_s, at(0, now_s), 10.3, 10.2) == "overrun"
+    guard.turn(now_s + 0.1)
+    assert kinds(guard, now_s + 0.1, at(0, now_s + 0.1), now_s, 10.2) == "overrun"
+    assert kinds(guard, now_s + 0.1, at(0, now_s + 0.1), now_s, now_s) == ""
+    assert guard.halts == {"overrun": 1}
+
+
+def test_turns_that_come_in_time_are_no_overrun():
+    guard = Guard(CFG)
+    for n in range(50):
+        now_s = 10.0 + n * OVERRUN_S
+        guard.turn(now_s)
+        assert kinds(guard, now_s, at(0, now_s), now_s, now_s) == ""
+
+
+def test_what_is_doubted_holds_until_a_plan_was_made_after_it():
+    guard, doubt = Guard(CFG), Halt(HaltKind.JUMP, "odometry is 5 m off")
+    guard.watch(at(0, 10.0))
+    held = guard.check(10.0, at(0, 10.0), 10.0, 10.0, doubt=doubt)
+    assert held == doubt
+    assert guard.check(10.1, at(0, 10.1), 10.1, 9.9) == doubt
+    assert guard.check(10.2, at(0, 10.2), 10.1, 10.05) is None
+
+
+def test_a_command_of_which_depth_left_nothing_is_one_halt_as_long_as_it_lasts():
+    guard, ahead = Guard(CFG), Halt(HaltKind.OBSTACLE, "a leg")
+    for now_s in (10.0, 10.05, 10.1):
+        assert kinds(guard, now_s, at(0, now_s), now_s, now_s) == ""
+        guard.caution(ahead)
+    assert guard.halts == {"obstacle": 1}
+    assert kinds(guard, 10.15, at(0, 10.15), 10.1, 10.1) == ""
+    assert kinds(guard, 10.2, at(0, 10.2), 10.1, 10.1) == ""
+    guard.caution(ahead)
+    assert guard.halts == {"obstacle": 2}
