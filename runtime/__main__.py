@@ -139,13 +139,14 @@ def _drive(
     after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    bus_odometry = not config.base.odometry
+    senses = not config.base.odometry, config.senses, config.safety
     with (
-        Bus(config.bus, clock, False, config.camera, record, bus_odometry, config.senses) as bus,
+        Bus(config.bus, clock, False, config.camera, record, *senses) as bus,
         _base(config.base, bus, clock, arm) as base,
     ):
         rates = config.safety, config.realtime
         control = ControlLoop(base, bus, clock, *rates, tracer, ending, go_first_or_tell, record)
+        bus.on_urgent = control.hurry
         control.start()
         try:
             lower_priority(WORKERS_NICE)

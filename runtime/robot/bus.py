@@ -16,13 +16,14 @@ from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import Felt
-from runtime.core.motion.safety import Halt
+from runtime.core.motion.safety import Halt, SafetyConfig
 from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.body_senses import BodySenses
+from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.publications import Publications
 from runtime.robot.requests import Request
 from runtime.robot.session import (
@@ -35,9 +36,11 @@ from runtime.robot.session import (
 )
 from runtime.robot.streams import SENSES, ConsumedFrame, SensorStreams, StreamHealth
 from runtime.robot.transforms import FIXED, TF, TF_STATIC, CameraConfig
+from runtime.robot.vigilance import Vigilance
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
 
+SAFETY: Final = SafetyConfig()
 QUERIES: Final = ("goal", "cancel", "status")
 
 
@@ -54,15 +57,17 @@ class Bus:
         record: Record = unrecorded,
         odometry: bool = True,
         senses: SensesConfig = SENSES,
+        safety: SafetyConfig = SAFETY,
     ) -> None:
-        self._config = config
+        self._config, self._brake = config, Handbrake()
+        self._vigilance = None if lockstep else Vigilance(safety, bool(config.topics.pose))
         self._record = record
         self._clock = clock
         self._lockstep = lockstep
         self._changed = threading.Condition()
         self._requests: deque[tuple[str, str, Any]] = deque()
         self._streams = SensorStreams(
-            config, clock, self._changed, lockstep, camera, record, senses
+            config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
         )
         self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
@@ -83,6 +88,10 @@ class Bus:
         self._subscribe(labels, partial(self._streams.file_labels, labels))
         for kind in QUERIES:
             self._serve(kind, OWN_TOPICS[kind])
+        self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
+        if not lockstep:
+            brake = self._session, config, self._brake, lambda: self.on_urgent()
+            self._declared.extend(serve_handbrake(*brake))
 
     def __enter__(self) -> Self:
         return self
@@ -122,17 +131,17 @@ class Bus:
                 if not self._requests:
                     return None
                 kind, topic, query = self._requests.popleft()
+            key, done = self._config.key(topic), partial(self._answered, kind)
             payload = query.payload.to_bytes() if query.payload is not None else b"{}"
             try:
                 body = wire.parse_json(payload, topic)
             except SensorError as error:
-                Request(kind, {}, query, self._config.key(topic)).reply(
-                    {"accepted": False, "error": str(error)}
-                )
+                refused = {"accepted": False, "error": str(error)}
+                Request(kind, {}, query, key, done).reply(refused)
                 continue
             now_s = self._clock.now_s()
             self._record("request", {"kind": kind, "body": body, "now_s": now_s})
-            return Request(kind, body, query, self._config.key(topic))
+            return Request(kind, body, query, key, done)
 
     def file_odometry(self, pose: Pose, stamp_ns: int) -> None:
         """Odometry that came by another wire: in the map frame, stamped as the images are. Any
@@ -180,8 +189,13 @@ class Bus:
         return self._body.felt()
 
     def doubt(self, sent: Twist) -> Halt | None:
-        """Why nothing may be driven now; any thread may ask."""
-        return None
+        """See `RobotSenses`; any thread may ask."""
+        if held := self._brake.halt():
+            return held
+        if self._vigilance is None:
+            return None
+        with self._changed:
+            return self._vigilance.doubt(self._clock.now_s(), sent)
 
     def caution(self, twist: Twist) -> Caution:
         """What the newest depth image leaves of a command; any thread may ask."""
@@ -258,11 +272,18 @@ class Bus:
 
         self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
 
+    def _answered(self, kind: str) -> None:
+        if kind == "cancel":
+            self._brake.cancel(False)
+
     def _request_waits(self) -> bool:
         return bool(self._requests)
 
     def _serve(self, kind: str, topic: str) -> None:
         def receive(query: zenoh.Query) -> None:
+            if kind == "cancel":
+                self._brake.cancel(True)
+                self.on_urgent()
             with self._changed:
                 self._requests.append((kind, topic, query))
                 self._changed.notify_all()

@@ -1,7 +1,7 @@
 """A query to the runtime, to be answered by the thread that owns the bus."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import zenoh
@@ -10,9 +10,18 @@ from runtime.journal import plain
 
 
 class Request:
-    """A query to the runtime. Reply once; a reply to a querier that has gone is lost quietly."""
+    """A query to the runtime. Reply once, which calls `answered`; a reply to a querier that has
+    gone is lost quietly."""
 
-    def __init__(self, kind: str, body: dict[str, Any], query: Any, key: str) -> None:
+    def __init__(
+        self,
+        kind: str,
+        body: dict[str, Any],
+        query: Any,
+        key: str,
+        answered: Callable[[], None] = lambda: None,
+    ) -> None:
+        self._answered = answered
         self.kind = kind
         self.body = body
         self._query = query
@@ -25,3 +34,4 @@ class Request:
             pass  # the session that asked has closed
         finally:
             self._query.drop()
+            self._answered()

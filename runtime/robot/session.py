@@ -18,10 +18,13 @@ DETECTIONS = "rfnav/detections"  # read when `research.detector_source` is "topi
 GOAL = "rfnav/goal"
 CANCEL = "rfnav/cancel"
 STATUS = "rfnav/status"
+STOP = "rfnav/stop"
+RELEASE = "rfnav/release"
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
     "detections": DETECTIONS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
+    "stop": STOP, "release": RELEASE,
 }  # fmt: skip
 
 
@@ -46,6 +49,7 @@ class TopicsConfig:
     scan: str = key("scan", "sensor_msgs/LaserScan of a level laser.")
     bumper: str = key("bumper", "std_msgs/Bool, true while something is touched.")
     cliff: str = key("cliff/*", "sensor_msgs/Range of sensors that look down at the body's rim.")
+    stop: str = key("stop", "std_msgs/Bool of a stop button: once true, until rfnav/release.")
     hazards: str = key(
         "hazard_detection", "irobot_create_msgs/HazardDetectionVector: bumper, cliffs, wheels."
     )
@@ -126,7 +130,7 @@ def open_session(config: BusConfig) -> zenoh.Session:
     where = ", ".join(endpoint for _, endpoint in config.endpoints)
     try:
         zenoh_config = zenoh.Config()
-        for key, value in _settings(config).items():
+        for key, value in session_settings(config).items():
             zenoh_config.insert_json5(key, json.dumps(value))
         return zenoh.open(zenoh_config)
     except zenoh.ZError as error:
@@ -136,7 +140,7 @@ def open_session(config: BusConfig) -> zenoh.Session:
         raise BusError(f"bus ({config.mode}, {where}): cannot be opened: {what}") from error
 
 
-def _settings(config: BusConfig) -> dict[str, object]:
+def session_settings(config: BusConfig) -> dict[str, object]:
     """By Zenoh's names. What is off by Zenoh's default is said too: defaults change."""
     settings: dict[str, object] = {
         "mode": config.mode,

@@ -15,6 +15,7 @@ from runtime.robot.laser import LaserMount, Scans
 from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
+from runtime.robot.vigilance import Vigilance
 
 __all__ = ["SensorStreams", "StreamHealth"]
 
@@ -58,7 +59,8 @@ class SensorStreams:
     """Colour, depth, intrinsics, odometry and what a detector elsewhere says, of one robot.
 
     `file` and `file_labels` are called in the threads of the bus, the rest by whoever reads.
-    Whatever comes is told to those who wait on `changed`.
+    Whatever comes is told to those who wait on `changed`. `vigilance`: in real time, who looks at
+    every message; asked holding `changed`.
     """
 
     def __init__(
@@ -70,8 +72,9 @@ class SensorStreams:
         camera: CameraConfig,
         record: Record = unrecorded,
         senses: SensesConfig = SENSES,
+        vigilance: Vigilance | None = None,
     ) -> None:
-        self._config = config
+        self._config, self._vigilance = config, vigilance
         self._senses, self._scans = senses, Scans()
         self._record = record
         self._clock = clock
@@ -110,6 +113,8 @@ class SensorStreams:
             health.arrival_s = arrival_s
             try:
                 raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
+                if self._vigilance is not None:
+                    raw = self._vigilance.take(stream, raw, topic)
             except SensorError as error:
                 health.bad += 1
                 health.last_error = str(error)

@@ -41,6 +41,9 @@ class SafetyConfig:
     odom_jump_rad: float = key(
         0.8, "The same when they are turned further from each other.", "rad", positive=True
     )
+    area_m: float = key(
+        0.0, "Further than that from where it was started the base is held; 0 is anywhere.", "m"
+    )
 
 
 @dataclass(frozen=True)

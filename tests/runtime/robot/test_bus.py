@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import zenoh
-from other_half import compressed_color, slam_pose, tf
+from other_half import compressed_color, flag, slam_pose, tf
 from zenoh.ext import CacheConfig, declare_advanced_publisher
 
 from runtime.clock import SystemClock
@@ -326,6 +326,53 @@ def test_a_hand_silences_what_drives_and_sensors_are_heard_by_their_names(
     until(lambda: robot.send("cliff/front_left", below) or bus.felt().contacts)
     assert bus.felt().contacts[0].sensor == "cliff front_left"
     assert bus.health()[robot.config.key("cliff/front_left")].received >= 1
+
+
+def test_a_stop_and_a_cancel_hold_the_base_before_anybody_asks_for_requests(
+    realtime: tuple[Robot, Bus],
+) -> None:
+    robot, bus = realtime
+    urgent: list[str] = []
+    bus.on_urgent = lambda: urgent.append("now")
+
+    def held() -> str:
+        halt = bus.doubt(Twist())
+        return halt.kind if halt else ""
+
+    assert held() == ""
+    assert robot.ask("rfnav/stop", b"{}") == {"stopped": True}
+    assert held() == "stop"
+    robot.send("stop", flag(True))
+    until(lambda: len(urgent) == 2)
+    refused = robot.ask("rfnav/release", b"{}")
+    assert refused == {"released": False, "error": "stop is still pressed"}
+    robot.send("stop", flag(False))
+    until(lambda: robot.ask("rfnav/release", b"{}")["released"])
+    assert held() == ""
+    robot.send("stop", b"no message")
+    until(lambda: held() == "stop")
+    robot.send("stop", flag(False))
+    until(lambda: robot.ask("rfnav/release", b"{}")["released"])
+    asking = threading.Thread(target=robot.ask, args=("rfnav/cancel", b"{}"))
+    asking.start()
+    until(lambda: held() == "cancel")
+    request = bus.request()
+    assert request is not None
+    assert held() == "cancel"
+    request.reply({"ended": False})
+    asking.join(PATIENCE_S)
+    assert held() == ""
+
+
+def test_what_every_message_of_odometry_says_is_judged(realtime: tuple[Robot, Bus]) -> None:
+    robot, bus = realtime
+    for n, x_m in enumerate((0.0, 5.0, 0.0)):
+        stamp_ns = 1_000_000_000 + n * 1_000_000
+        robot.publish(stamp_ns, ("odom",), pose=Pose(x_m, 0.0, 0.0))
+    received(bus, "odom", 3)
+    halt = bus.doubt(Twist())
+    assert halt is not None
+    assert halt.reason == "odometry jumped by 5.00 m, 0.00 rad"
 
 
 def until(what: Callable[[], object]) -> None:

@@ -106,7 +106,7 @@ def test_after_control_stood_still_only_a_later_plan_is_driven():
 def test_turns_that_come_in_time_are_no_overrun():
     guard = Guard(CFG)
     for n in range(50):
-        now_s = 10.0 + n * OVERRUN_S
+        now_s = 10.0 + n * 0.99 * OVERRUN_S
         guard.turn(now_s)
         assert kinds(guard, now_s, at(0, now_s), now_s, now_s) == ""
 

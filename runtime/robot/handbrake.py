@@ -1,0 +1,94 @@
+"""What holds the base by hand: a stop, which stays until it is released, and a cancel that waits to
+be answered. Both are heard in the threads of the bus, and ask no other thread."""
+
+import threading
+from collections.abc import Callable
+from typing import Any
+
+import zenoh
+
+from runtime.core.motion.safety import Halt, HaltKind
+from runtime.errors import SensorError
+from runtime.robot import wire_senses
+from runtime.robot.requests import Request
+from runtime.robot.session import RELEASE, STOP, BusConfig
+
+WAITS = Halt(HaltKind.CANCEL, "a cancel waits to be answered")
+
+
+class Handbrake:
+    """See the module. A button that is pressed cannot be released by anything else."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._by = ""  # who stopped it, "" when nobody
+        self._pressed: dict[str, bool] = {}  # by topic: buttons
+        self._cancels = 0  # that wait
+
+    def stop(self, who: str) -> None:
+        with self._lock:
+            self._by = self._by or who
+
+    def button(self, topic: str, pressed: bool) -> None:
+        """A message of a button: letting go of it releases nothing."""
+        with self._lock:
+            self._pressed[topic] = pressed
+            if pressed:
+                self._by = self._by or topic
+
+    def release(self) -> str:
+        """Why it cannot be released; "" when it is."""
+        with self._lock:
+            pressed = sorted(topic for topic, down in self._pressed.items() if down)
+            if pressed:
+                return f"{pressed[0]} is still pressed"
+            self._by = ""
+            return ""
+
+    def cancel(self, waits: bool) -> None:
+        """One has come, or was answered."""
+        with self._lock:
+            self._cancels += 1 if waits else -1
+
+    def halt(self) -> Halt | None:
+        with self._lock:
+            if self._by:
+                return Halt(HaltKind.STOP, f"stopped by {self._by}: ask rfnav/release to go on")
+            return WAITS if self._cancels > 0 else None
+
+
+def serve_handbrake(
+    session: Any, config: BusConfig, brake: Handbrake, urgent: Callable[[], None]
+) -> list[Any]:
+    """Listen for a button, a stop and its release; what was declared. Each is answered where it is
+    heard; `urgent` is called after a stop."""
+
+    def press(sample: zenoh.Sample) -> None:
+        topic = str(sample.key_expr)
+        try:
+            pressed = wire_senses.decode_flag(sample.payload.to_bytes(), topic)
+        except SensorError:
+            pressed = True  # whoever says anything there does not mean that all is well
+        brake.button(topic, pressed)
+        if pressed:
+            urgent()
+
+    def stop(query: zenoh.Query) -> None:
+        brake.stop(STOP)
+        urgent()
+        Request("stop", {}, query, config.key(STOP)).reply({"stopped": True})
+
+    def release(query: zenoh.Query) -> None:
+        why = brake.release()
+        told: dict[str, object] = {"released": not why}
+        if why:
+            told["error"] = why
+        Request("release", {}, query, config.key(RELEASE)).reply(told)
+
+    declared = [
+        session.declare_queryable(config.key(STOP), stop),
+        session.declare_queryable(config.key(RELEASE), release),
+    ]
+    if topic := config.topics.stop:
+        declared.append(session.declare_subscriber(config.key(topic), press))
+    return declared

@@ -1,0 +1,247 @@
+"""What is noticed of the sensors as they come, of every message: how old it is by its stamp, and
+what cannot be true. No clock, no lock: times are arguments, monotonic seconds."""
+
+import math
+from collections import deque
+from dataclasses import dataclass, replace
+from typing import Final
+
+import numpy as np
+
+from runtime.core.geometry import wrap_angle
+from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
+from runtime.core.types import F32, Pose, Twist
+from runtime.robot import wire
+from runtime.robot.sync import CLOCK_BACK_NS, RawMessage
+
+WINDOW_S: Final = 10.0  # over which the least delay of a stream is taken for its clock's offset
+NOTED_S: Final = 0.5  # how long one message that cannot be true is doubted after
+REPEATS_S: Final = 0.5  # a sensor that says the same for so long, although it must not
+FORGIVEN_S: Final = 10.0  # odometry of a base that does not move at all may be true, after all
+MOVED_M, MOVED_RAD = 0.03, 0.03  # after that a depth image is another
+LEAST_MPS, LEAST_RADPS = 0.05, 0.1  # told less, a base may stand
+TILT_RAD: Final = 0.35  # 20 degrees: a wheel is off the floor, or somebody lifts it
+SAMPLES: Final = 2000  # of a depth image
+ANOTHER, ANOTHER_OF = 0.05, 0.25  # readings that differ by that share, in that share of the image
+_STAMPED: Final = 12  # bytes of a message before what is not its stamp
+_TOLD: Final = 200  # and within which its encoding stands
+
+
+class StampAge:
+    """How late the messages of a stream come. A stamp and an arrival are of two clocks: their least
+    difference of the last WINDOW_S is taken for the clocks' own, and what is beyond it, for age."""
+
+    def __init__(self) -> None:
+        self.offset_s = math.inf
+        self.stands_still = False  # its stamps do not: then there is no age by them
+        self._least: deque[tuple[float, float]] = deque()  # rising offsets, by arrival
+        self._last_ns: int | None = None
+
+    def late_s(self, stamp_ns: int, arrival_s: float, other_s: float = math.inf) -> float:
+        """Seconds >= 0 of a message that has just come. `other_s`: the offset of another stream of
+        the same clock, which a stream that is late from its beginning is known by."""
+        last_ns, self._last_ns = self._last_ns, stamp_ns
+        self.stands_still = stamp_ns == 0 or stamp_ns == last_ns
+        if self.stands_still:
+            return 0.0
+        if last_ns is not None and stamp_ns < last_ns - CLOCK_BACK_NS:
+            self._least.clear()
+        offset_s = arrival_s - stamp_ns / 1e9
+        while self._least and self._least[-1][1] >= offset_s:
+            self._least.pop()
+        self._least.append((arrival_s, offset_s))
+        while self._least[0][0] < arrival_s - WINDOW_S:
+            self._least.popleft()
+        self.offset_s = self._least[0][1]
+        return max(0.0, offset_s - min(self.offset_s, other_s))
+
+
+@dataclass
+class _Depth:
+    """The depth image that was another than the one before: its bytes, when it came, where the base
+    was then; how often it has come again since, and in how many colours."""
+
+    content: bytes = b""
+    since_s: float = -math.inf
+    pose: Pose | None = None
+    again: int = 0
+    colours: int = 0
+
+
+@dataclass
+class _Odometry:
+    """Odometry that was another than the one before: its bytes, when it came, and since then: when
+    the base was first told to move, what the camera saw first, and when it saw something else."""
+
+    content: bytes = b""
+    since_s: float = -math.inf
+    told_s: float = math.inf
+    sight: F32 | None = None
+    else_s: float | None = None
+
+
+class Vigilance:
+    """Of one robot in real time. `doubt` says what the base is held for. `slam`: odometry is told
+    as PoseStamped."""
+
+    def __init__(self, config: SafetyConfig, slam: bool = False) -> None:
+        self._config, self._slam = config, slam
+        self._ages = {name: StampAge() for name in ("odom", "depth", "color")}
+        self._late: dict[str, tuple[float, float]] = {}  # by stream: how late, when it came
+        self._noted: dict[HaltKind, tuple[Halt, float]] = {}  # until when
+        self._last: wire.Stamped[Pose] | None = None
+        self._start: Pose | None = None
+        self._depth, self._odometry, self._color = _Depth(), _Odometry(), b""
+        self.unstamped: set[str] = set()  # streams whose stamps stand still
+
+    # -- in the bus's threads --------------------------------------------------------------------
+
+    def take(self, stream: str, raw: RawMessage, topic: str) -> RawMessage:
+        """A message of odom, depth or color that has just come: as old as its stamp says. Others
+        are left alone. SensorError for odometry that cannot be read."""
+        if stream not in self._ages:
+            return raw
+        now_s, content = raw.arrival_s, raw.payload[_STAMPED:]
+        if stream == "odom":
+            self._moved(raw.payload, content, now_s, topic)
+        elif stream == "depth":
+            self._looked(raw.payload, content, now_s)
+        elif content != self._color:
+            self._color = content
+            self._depth.colours += 1
+        age = self._ages[stream]
+        other_s = self._ages["odom"].offset_s if stream != "odom" else math.inf
+        late_s = age.late_s(raw.stamp_ns, now_s, other_s)
+        if age.stands_still:
+            self.unstamped.add(stream)
+        self._late[stream] = late_s, now_s
+        return replace(raw, arrival_s=now_s - late_s)
+
+    def _looked(self, payload: bytes, content: bytes, now_s: float) -> None:
+        sight = _sight(payload)
+        if content == self._depth.content:
+            self._depth.again += 1
+        else:
+            here = self._last.value if self._last else None
+            # An image without a difference in it is no place: nothing in range, or too near.
+            even = sight.size == 0 or float(sight.min()) == float(sight.max())
+            self._depth = _Depth(content, now_s, None if even else here)
+        told = self._odometry
+        if told.sight is None:
+            told.sight = sight
+        elif told.else_s is None and now_s >= told.told_s and _differ(told.sight, sight):
+            told.else_s = now_s
+
+    def _moved(self, payload: bytes, content: bytes, now_s: float, topic: str) -> None:
+        told, tilt_rad = _decoded(payload, topic, self._slam)
+        last, self._last = self._last, told
+        pose = told.value
+        start = self._start = self._start or pose
+        if last is not None:
+            self._jumps(last, told, now_s)
+        if tilt_rad > TILT_RAD:
+            what = f"the base leans by {math.degrees(tilt_rad):.0f} degrees"
+            self._note(Halt(HaltKind.TILT, what), now_s)
+        away_m = math.hypot(pose.x_m - start.x_m, pose.y_m - start.y_m)
+        if away_m > self._config.area_m > 0:
+            what = f"{away_m:.1f} m from where it began, {self._config.area_m:g} m are its area"
+            self._note(Halt(HaltKind.AREA, f"{what}: bring it back"), now_s)
+        if content != self._odometry.content:
+            self._odometry = _Odometry(content, now_s)
+
+    def _jumps(self, last: wire.Stamped[Pose], told: wire.Stamped[Pose], now_s: float) -> None:
+        a, b, cfg = last.value, told.value, self._config
+        moved_m = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m)
+        turned_rad = abs(wrap_angle(b.yaw_rad - a.yaw_rad))
+        back = told.stamp_ns < last.stamp_ns  # told by the guard: another kind of halt
+        if not back and (moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad):
+            what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
+            self._note(Halt(HaltKind.JUMP, what), now_s)
+            if self._depth.pose is not None:
+                self._depth.pose = b  # nothing was driven: what the camera shows need not differ
+
+    def _note(self, halt: Halt, now_s: float) -> None:
+        self._noted[halt.kind] = halt, now_s + NOTED_S
+
+    # -- in the control thread -------------------------------------------------------------------
+
+    def doubt(self, now_s: float, sent: Twist) -> Halt | None:
+        """What cannot be true of what came, as a reason to stand. `sent`: to the base last."""
+        for kind in sorted(self._noted):
+            halt, until_s = self._noted[kind]
+            if now_s <= until_s:
+                return halt
+            del self._noted[kind]
+        late = self._lateness(now_s)
+        return late or self._repeating_depth(now_s) or self._repeating_odometry(now_s, sent)
+
+    def _lateness(self, now_s: float) -> Halt | None:
+        """What came, but too late: what did not come at all is told by who waits for it."""
+        cfg = self._config
+        bounds = {"odom": (HaltKind.ODOMETRY, cfg.odom_stale_s)}
+        for stream in ("depth", "color"):
+            bounds[stream] = HaltKind.FRAME, cfg.frame_stale_s
+        for stream, (kind, most_s) in bounds.items():
+            late_s, arrival_s = self._late.get(stream, (0.0, -math.inf))
+            if late_s > most_s and now_s - arrival_s <= most_s:
+                return Halt(kind, f"{stream} comes {late_s:.1f} s late by its stamps")
+        return None
+
+    def _repeating_depth(self, now_s: float) -> Halt | None:
+        """A camera whose depth stands still, while its colour lives and the base has moved."""
+        depth, since_s = self._depth, now_s - self._depth.since_s
+        live = depth.again and depth.colours
+        if since_s < REPEATS_S or not live or depth.pose is None or self._last is None:
+            return None
+        a, b = depth.pose, self._last.value
+        moved = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) >= MOVED_M
+        if not moved and abs(wrap_angle(b.yaw_rad - a.yaw_rad)) < MOVED_RAD:
+            return None
+        return Halt(HaltKind.FRAME, f"depth repeats itself for {since_s:.1f} s, while colour lives")
+
+    def _repeating_odometry(self, now_s: float, sent: Twist) -> Halt | None:
+        """Odometry that says the same, bit for bit, although the base is told to move and the
+        camera sees something else. It is believed again when it changes: a base that stands has no
+        other way to be believed than by hand, or by time."""
+        told = self._odometry
+        if abs(sent.v_mps) >= LEAST_MPS or abs(sent.w_radps) >= LEAST_RADPS:
+            told.told_s = min(told.told_s, now_s)
+        if told.else_s is None or now_s - told.told_s < REPEATS_S:
+            return None
+        if now_s - told.else_s > FORGIVEN_S:
+            told.told_s, told.sight, told.else_s = math.inf, None, None
+            return None
+        what = f"odometry repeats itself for {now_s - told.since_s:.1f} s, while the camera moves"
+        return Halt(HaltKind.ODOMETRY, what)
+
+
+def _decoded(payload: bytes, topic: str, slam: bool) -> tuple[wire.Stamped[Pose], float]:
+    """A base's pose, and how far it leans (rad)."""
+    if slam:
+        q = wire.decode(payload, wire.POSE_STAMPED, topic).pose.orientation
+        told = wire.decode_pose(payload, topic)
+    else:
+        q = wire.decode(payload, wire.ODOMETRY, topic).pose.pose.orientation
+        told = wire.decode_odometry(payload, topic)
+    # The share of the base's own z axis that still points up; the decoder has checked the norm.
+    up = 1 - 2 * (q.x * q.x + q.y * q.y) / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
+    return told, math.acos(max(-1.0, min(1.0, up)))
+
+
+def _sight(payload: bytes) -> F32:
+    """About SAMPLES readings of a depth image, in its own unit, 0 where there is none; whatever the
+    bytes are."""
+    kind = np.dtype("<f4" if b"32FC1" in payload[:_TOLD] else "<u2")
+    body = payload[_TOLD + (len(payload) - _TOLD) % kind.itemsize :]
+    readings = np.frombuffer(body, kind)
+    sight: F32 = readings[:: max(1, readings.size // SAMPLES)].astype(np.float32)
+    return np.where(np.isfinite(sight), sight, np.float32(0))
+
+
+def _differ(before: F32, now: F32) -> bool:
+    """Whether two sights are of different places, or of one that has changed much."""
+    if before.shape != now.shape:
+        return True
+    seen = (before > 0) & (now > 0)
+    apart = np.abs(now - before) > ANOTHER * before
+    return int((apart & seen).sum()) > ANOTHER_OF * max(1, int(seen.sum()))

@@ -1,0 +1,205 @@
+"""Sensors that say what cannot be true, or say it too late."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.core.motion.courses import STILL
+from runtime.core.motion.safety import SafetyConfig
+from runtime.core.types import Pose, Twist
+from runtime.robot import wire
+from runtime.robot.sync import RawMessage
+from runtime.robot.vigilance import FORGIVEN_S, NOTED_S, WINDOW_S, StampAge, Vigilance
+
+EPOCH_NS = 1_700_000_000_000_000_000  # the robot's clock is another than ours
+AHEAD = Twist(0.3, 0.0)
+NOISE = np.random.default_rng(5)
+
+
+class Robot:
+    """Three streams; the base goes along x at 0.3 m/s unless a test holds what it tells."""
+
+    def __init__(self, cfg: SafetyConfig | None = None) -> None:
+        self.vigilance = Vigilance(cfg or SafetyConfig())
+        self.now_s = 50.0
+        self.frozen: set[str] = set()
+        self.delay_s = {"odom": 0.0, "depth": 0.05, "color": 0.05}
+        self.kept: dict[str, bytes] = {}
+        self.at = lambda s: Pose(0.3 * s, 0.0, 0.0)
+        self.sent = AHEAD
+        self.halts: list[str] = []
+        self.dated: dict[str, float] = {}
+
+    def put(self, stream: str, pose: Pose | None = None) -> None:
+        taken_s = self.now_s - self.delay_s[stream]
+        stamp_ns = EPOCH_NS + round(taken_s * 1e9)
+        here = pose or self.at(taken_s - 50.0)
+        if stream == "odom":
+            payload = wire.encode_odometry(here, stamp_ns)
+        elif stream == "depth":
+            row = np.linspace(2.0, 9.0, 64) - here.x_m
+            payload = wire.encode_depth(np.tile(row, (48, 1)).astype(np.float32), stamp_ns)
+        else:
+            image = NOISE.integers(0, 255, (48, 64, 3), dtype=np.uint8)
+            payload = wire.encode_color(image, stamp_ns)
+        if stream in self.frozen:
+            payload = payload[:12] + self.kept.get(stream, payload)[12:]
+        self.kept[stream] = payload
+        raw = RawMessage(stamp_ns, payload, self.now_s)
+        self.dated[stream] = self.vigilance.take(stream, raw, stream).arrival_s
+
+    def live(self, seconds: float, images: bool = True) -> str:
+        """Odometry 20 times a second, images 10 times; why the base was held last, "" if it is
+        not."""
+        for n in range(round(seconds * 20)):
+            self.now_s += 0.05
+            self.put("odom")
+            if n % 2 and images:
+                self.put("color")
+                self.put("depth")
+            halt = self.vigilance.doubt(self.now_s, self.sent)
+            self.halts.append(f"{halt.kind}: {halt.reason}" if halt else "")
+        return self.halts[-1]
+
+
+def test_a_robot_that_drives_is_not_doubted():
+    robot = Robot()
+    robot.live(15.0)
+    assert set(robot.halts) == {""}
+
+
+def test_a_robot_that_stands_is_not_doubted_whatever_repeats():
+    robot = Robot()
+    robot.at, robot.sent = lambda s: Pose(0.0, 0.0, 0.0), STILL
+    robot.live(15.0)
+    assert set(robot.halts) == {""}
+
+
+def test_a_base_that_is_told_to_move_and_cannot_is_not_taken_for_broken_odometry():
+    robot = Robot()
+    robot.at = lambda s: Pose(0.0, 0.0, 0.0)
+    robot.live(5.0)
+    assert set(robot.halts) == {""}
+
+
+def test_depth_that_repeats_while_colour_lives_holds_the_base():
+    robot = Robot()
+    robot.live(2.0)
+    robot.frozen.add("depth")
+    assert robot.live(1.0).startswith("frame: depth repeats itself for ")
+    robot.frozen.clear()
+    assert robot.live(0.2) == ""
+
+
+def test_odometry_that_repeats_while_the_camera_moves_holds_the_base_until_it_changes():
+    robot = Robot()
+    robot.live(2.0)
+    robot.frozen.add("odom")
+    assert robot.live(4.0).startswith("odometry: odometry repeats itself for ")
+    robot.at, robot.sent = lambda s: Pose(2.0, 0.0, 0.0), STILL  # it stands: all repeats
+    assert robot.live(3.0).startswith("odometry: ")
+    robot.frozen.clear()
+    assert robot.live(0.2).startswith("jump: ")  # to where it really is
+    assert robot.live(NOTED_S + 0.2) == ""
+
+
+def test_odometry_that_goes_on_repeating_is_tried_again_after_a_while():
+    robot = Robot()
+    robot.live(1.0)
+    robot.frozen.add("odom")
+    robot.live(5.0)
+    robot.at = lambda s: Pose(2.0, 0.0, 0.0)
+    assert robot.live(FORGIVEN_S) == ""
+
+
+def test_an_image_without_a_difference_in_it_is_no_frozen_camera():
+    robot = Robot()
+    robot.live(1.0)
+    blank = wire.encode_depth(np.zeros((48, 64), np.float32), 0)
+    robot.kept["depth"], robot.frozen = blank, {"depth"}
+    assert robot.live(3.0) == ""
+
+
+def test_every_glitch_of_odometry_is_noticed_though_the_next_message_is_right_again():
+    robot = Robot()
+    robot.live(1.0)
+    for n in range(15):
+        robot.put("odom", Pose(5.0 + n, 0.0, 0.0))
+        robot.put("odom")
+        halt = robot.vigilance.doubt(robot.now_s, AHEAD)
+        assert halt is not None
+        assert halt.kind == "jump"
+        assert robot.live(NOTED_S + 0.2) == ""
+
+
+def test_images_that_come_seconds_late_hold_the_base():
+    robot = Robot()
+    robot.live(2.0)
+    robot.delay_s |= {"depth": 2.5, "color": 2.5}
+    robot.live(2.5, images=False)
+    assert robot.live(0.2).startswith("frame: depth comes 2.5 s late by its stamps")
+    assert robot.dated["depth"] == pytest.approx(robot.now_s - 2.5)
+
+
+def test_images_that_are_late_from_the_beginning_are_known_by_odometry():
+    robot = Robot()
+    robot.delay_s |= {"depth": 2.5, "color": 2.5}
+    assert robot.live(2 * WINDOW_S).startswith("frame: depth comes 2.5 s late by its stamps")
+
+
+def test_odometry_that_begins_to_lag_holds_the_base():
+    robot = Robot()
+    robot.live(2.0)
+    robot.delay_s["odom"] = 0.8
+    robot.now_s += 0.8
+    assert robot.live(0.2).startswith("odometry: odom comes 0.8 s late by its stamps")
+
+
+def test_stamps_that_stand_still_are_said_and_age_is_told_by_arrival():
+    vigilance = Vigilance(SafetyConfig())
+    for n in range(20):
+        payload = wire.encode_odometry(Pose(0.01 * n, 0.0, 0.0), 0)
+        raw = RawMessage(0, payload, 1.0 + n)
+        assert vigilance.take("odom", raw, "odom") == raw
+        assert vigilance.doubt(1.0 + n, AHEAD) is None
+    assert vigilance.unstamped == {"odom"}
+
+
+def test_a_base_that_leans_is_held():
+    robot = Robot()
+    robot.live(1.0)
+    message = wire.decode(wire.encode_odometry(Pose(0.3, 0.0, 0.0), 1), wire.ODOMETRY, "odom")
+    half = 0.5 * 0.5  # rad
+    message.pose.pose.orientation.y = math.sin(half)
+    message.pose.pose.orientation.w = math.cos(half)
+    payload = wire.encode(message)
+    stamp_ns = EPOCH_NS + round(robot.now_s * 1e9)
+    robot.vigilance.take("odom", RawMessage(stamp_ns, payload, robot.now_s), "odom")
+    halt = robot.vigilance.doubt(robot.now_s, AHEAD)
+    assert halt is not None
+    assert halt.reason == "the base leans by 29 degrees"
+
+
+def test_outside_its_area_the_base_stays_held_and_anywhere_is_no_area():
+    robot = Robot(SafetyConfig(area_m=1.0))
+    assert robot.live(3.0) == ""
+    assert robot.live(1.0).startswith("area: 1.")
+    robot.at = lambda s: Pose(1.1, 0.0, 0.0)
+    assert robot.live(5.0) == "area: 1.1 m from where it began, 1 m are its area: bring it back"
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 2.0), st.floats(0.001, 0.5)), min_size=1, max_size=60),
+    st.integers(-(10**18), 10**18),
+)
+def test_lateness_is_what_is_beyond_the_least_of_the_window(delays, clock_ns):
+    age, taken_s, seen = StampAge(), 1000.0, []
+    for delay_s, step_s in delays:
+        taken_s += step_s + 2.0  # in order, whatever the delays
+        arrival_s = taken_s + delay_s
+        late_s = age.late_s(clock_ns + round(taken_s * 1e9) + 1, arrival_s)
+        seen = [(a, d) for a, d in seen if a >= arrival_s - WINDOW_S] + [(arrival_s, delay_s)]
+        assert late_s == pytest.approx(delay_s - min(d for _, d in seen), abs=1e-5)
