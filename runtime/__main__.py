@@ -1,12 +1,10 @@
 """`rfnav`: the robot's command line, and the composition root."""
 
 import os
-import signal
 import sys
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -19,13 +17,14 @@ from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
+from runtime.commands.guard import guard_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.lockstep import Lockstep
-from runtime.loops.process import Garbage, go_first_or_tell, prepare, seal
+from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
 from runtime.loops.worker_thread import lower_priority
 from runtime.perception.loaded_models import LoadedModels
@@ -36,10 +35,12 @@ from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import exposed
+from runtime.robot.pulse import Pulse, unguardable
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
+MAVLINK_UNGUARDED = "none on MAVLink: the vehicle's own time-out ends what is not commanded again"
 WORKERS_NICE = 5
 MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
 
@@ -55,6 +56,7 @@ cli.add_command(config_command)
 cli.add_command(check_command)
 cli.add_command(bench_command)
 cli.add_command(replay_command)
+cli.add_command(guard_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")
@@ -73,6 +75,12 @@ cli.add_command(replay_command)
     "--arm", is_flag=True, help="A base on MAVLink may be armed, once when a search begins."
 )
 @click.option(
+    "--guard",
+    "guarded",
+    type=click.Path(path_type=Path),
+    help="Socket of an `rfnav guard` that is there already; else one is started.",
+)
+@click.option(
     "--budgets",
     "budgets_path",
     type=click.Path(path_type=Path),
@@ -84,6 +92,7 @@ def run(
     settings: tuple[str, ...],
     lockstep: bool,
     arm: bool,
+    guarded: Path | None,
     budgets_path: Path | None,
     record: Path | None,
     record_last: float | None,
@@ -101,20 +110,18 @@ def run(
         raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
     _precautions(config)
     clock = SystemClock()
-    ending = threading.Event()
-    for name in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(name, lambda *_: ending.set())
+    ending = EndSignal()
     cv2.setNumThreads(1)
     options = RecordOptions(record, record_last or 0.0, privacy)
     with recording(config, options, lockstep) as recorder:
         if not lockstep:
-            _drive(config, configure, clock, budgets, ending.is_set, recorder, arm)
+            _drive(config, configure, clock, budgets, ending, recorder, arm, guarded)
             return
         with (
             LoadedModels(config, clock) as models,
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
-            Lockstep(bus, models, configure, clock, recorder).run(ending.is_set)
+            Lockstep(bus, models, configure, clock, recorder).run(ending)
 
 
 def _precautions(config: configuration.Config) -> None:
@@ -134,18 +141,22 @@ def _drive(
     ending: Callable[[], bool],
     record: Record,
     arm: bool,
+    guarded: Path | None,
 ) -> None:
-    """Real time. The bus and the control loop start first, for every thread that the models start
-    after that inherits the lower priority."""
+    """Real time. The guard, the bus and the control loop start first, for every thread that the
+    models start after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
     senses = not config.base.odometry, config.senses, config.safety
     with (
+        _watched(config, guarded) as beat,
         Bus(config.bus, clock, False, config.camera, record, *senses) as bus,
         _base(config.base, bus, clock, arm) as base,
     ):
-        rates = config.safety, config.realtime
-        control = ControlLoop(base, bus, clock, *rates, tracer, ending, go_first_or_tell, record)
+        control = ControlLoop(
+            base, bus, clock, config.safety, config.realtime, tracer, ending, go_first_or_tell,
+            record, beat,
+        )  # fmt: skip
         bus.on_urgent = control.hurry
         control.start()
         try:
@@ -157,6 +168,18 @@ def _drive(
                 loop.run(ending)
         finally:
             control.close()
+
+
+@contextmanager
+def _watched(config: configuration.Config, path: Path | None) -> Iterator[Callable[[bool], str]]:
+    """What the control loop tells its guard by, where there can be one."""
+    why = unguardable(config.bus) if config.base.kind == "ros2" else MAVLINK_UNGUARDED
+    if why:
+        click.echo(f"rfnav: guard: {why}", err=True)
+        yield lambda moving: ""
+        return
+    with Pulse(config.bus, path) as pulse:
+        yield pulse.beat
 
 
 def _base(config: BaseConfig, bus: Bus, clock: Clock, arm: bool) -> AbstractContextManager[Base]:

@@ -37,7 +37,7 @@ LONGEST_DT_S = 0.2  # a tick that comes late does not make up for it in accelera
 class ControlLoop:
     """Drives the base in a thread of its own, which calls `at_start` first. `stopping` ends all
     motion at once. `beat` is called in every turn, in that thread: whether the base was told to
-    move."""
+    move; it returns why nobody watches over the loop, "" where somebody does."""
 
     def __init__(
         self,
@@ -50,11 +50,11 @@ class ControlLoop:
         stopping: Callable[[], bool] = lambda: False,
         at_start: Callable[[], None] = lambda: None,
         record: Record = unrecorded,
-        beat: Callable[[bool], None] = lambda moving: None,
+        beat: Callable[[bool], str] = lambda moving: "",
     ) -> None:
-        self._beat, self._hurried, self._started, self._fault = beat, False, False, ""
+        self._beat, self._hurried, self._started = beat, False, False
+        self._unguarded = self._fault = ""
         self._changes, self._caution = Changes(), FREE
-        self._stopped: Halt | None = None
         self._record, self._plans, self._rests = record, 0, 0
         self._base, self._senses = base, senses
         self._clock, self._rates, self._stopping = clock, rates, stopping
@@ -70,6 +70,7 @@ class ControlLoop:
         self._ticked_s: float | None = None
         self._occasion = Occasion(rates.control_hz / rates.state_hz)
         self._halt: Halt | None = None
+        self._stopped: Halt | None = None  # by hand
         self._condition, self._hand = WELL, ""  # of a hand also that has let go since it was asked
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
@@ -141,7 +142,7 @@ class ControlLoop:
             return dict(sorted(self._guard.halts.items()))
 
     def hurry(self) -> None:
-        """Something has come up that does not wait for the next turn. Any thread may call it."""
+        """Have the next turn at once. Any thread may ask."""
         with self._changed:
             self._hurried = True
             self._changed.notify_all()
@@ -216,7 +217,7 @@ class ControlLoop:
         """One turn of the loop: judge, steer, command, say."""
         with self._tracer.stage(Stage.TICK):
             odometry = self._drive()
-        self._beat(self._twist != STILL)
+        self._unguarded = self._beat(self._twist != STILL)
         self._say(odometry)
 
     def _drive(self) -> Odometry | None:
@@ -248,9 +249,8 @@ class ControlLoop:
             asked, sent = self._command(twist, odometry, now_s)
             late_s = self._late_s[-1] if self._late_s else 0.0
             given = now_s, late_s, odometry, frame_s, number, stopping, withdrawn
-            kind = halt.kind.value if halt else ""
-            told = condition, felt, doubt, caution
-            self._record("tick", Tick(*given, sent, kind, asked, *told))
+            told = halt.kind.value if halt else "", asked, condition, felt, doubt, caution
+            self._record("tick", Tick(*given, sent, *told))
         return odometry
 
     def _judge(
@@ -339,7 +339,7 @@ class ControlLoop:
         with self._changed:
             state, report, halt, twist = self._state, self._report, self._halt, self._twist
             base, caution = self._condition, self._caution
-            known = self._stopped, base, halt, state, report, self._started
+            known = self._stopped, base, halt, state, report, self._started, self._unguarded
             standing = stands(self._fault, *known)
             self._changes.note(self._clock.now_s(), standing)
         kind, of = halt.kind if halt else "", (report.get("mode"), report.get("frontier"))

@@ -6,8 +6,11 @@ import ctypes
 import gc
 import os
 import resource
+import signal
+import socket
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import Final
 
@@ -88,6 +91,31 @@ def _may_lock_all() -> bool:
     status = Path("/proc/self/status").read_text(encoding="ascii")
     granted = next(line.split()[1] for line in status.splitlines() if line.startswith("CapEff:"))
     return bool(int(granted, 16) >> _CAP_IPC_LOCK & 1)
+
+
+class EndSignal:
+    """Whether SIGTERM or SIGINT has come: true from the moment on in which the kernel delivers it.
+    Python calls its handlers in the main thread alone, when that is done with what it computes;
+    here any thread may ask, and is told without waiting for it. Made in the main thread."""
+
+    def __init__(self) -> None:
+        self._come = False
+        self._read, self._write = socket.socketpair()
+        for end in (self._read, self._write):
+            end.setblocking(False)
+        for name in (signal.SIGTERM, signal.SIGINT):
+            signal.signal(name, self._take)
+        signal.set_wakeup_fd(self._write.fileno(), warn_on_full_buffer=False)
+
+    def __call__(self) -> bool:
+        if not self._come:
+            with suppress(BlockingIOError):
+                told = self._read.recv(64)
+                self._come = bool(set(told) & {signal.SIGTERM, signal.SIGINT})
+        return self._come
+
+    def _take(self, *_: object) -> None:
+        self._come = True
 
 
 class Garbage:

@@ -59,9 +59,10 @@ def stands(
     state: SearchState,
     report: Mapping[str, object],
     started: bool,
+    unguarded: str = "",
 ) -> RunStanding:
     """`stopped`: a stop that is not released; `halt`: why the base is held; `report`: of the
-    search."""
+    search; `unguarded`: why nobody watches the control loop."""
     if fault:
         return RunStanding(RunState.FAULT, fault)
     if stopped is not None:
@@ -72,7 +73,7 @@ def stands(
         return RunStanding(RunState.READY if started else RunState.STARTING)
     if halt is not None:
         return RunStanding(RunState.HELD, f"{halt.kind}: {halt.reason}")
-    lacks = _lacks(report)
+    lacks = ", ".join(part for part in (_lacks(report), unguarded) if part)
     return RunStanding(RunState.DEGRADED, lacks) if lacks else RunStanding(RunState.SEARCHING)
 
 

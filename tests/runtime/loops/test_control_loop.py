@@ -3,6 +3,7 @@
 import math
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -109,6 +110,14 @@ def parts():
     clock = ManualClock(100.0)
     base = FakeBase(clock)
     return clock, base, looped(base, clock)
+
+
+def told(beats: list[bool]) -> Callable[[bool], str]:
+    def beat(moving: bool) -> str:
+        beats.append(moving)
+        return ""
+
+    return beat
 
 
 def plan(clock, course=None) -> Plan:
@@ -476,7 +485,15 @@ def test_a_tick_that_is_wanted_at_once_does_not_wait_for_its_time(parts):
     real = SystemClock()
     base.clock = real
     beats = []
-    control = ControlLoop(base, base, real, SafetyConfig(), slow, traced(real), beat=beats.append)
+    control = ControlLoop(
+        base,
+        base,
+        real,
+        SafetyConfig(),
+        slow,
+        traced(real),
+        beat=told(beats),
+    )
     control.start()
     try:
         for n in range(1, 5):
@@ -493,7 +510,13 @@ def test_the_pulse_tells_in_every_turn_whether_the_base_moves(parts):
     clock, base, _ = parts
     beats = []
     control = ControlLoop(
-        base, base, clock, SafetyConfig(), RATES, traced(clock), beat=beats.append
+        base,
+        base,
+        clock,
+        SafetyConfig(),
+        RATES,
+        traced(clock),
+        beat=told(beats),
     )
     ticks(clock, control, 2)
     control.follow(plan(clock))

@@ -137,3 +137,29 @@ def test_large_blocks_are_the_systems_own_whatever_came_before(how: str, mapped:
     command = [sys.executable, "-c", MAPPED, how]
     said = subprocess.run(command, capture_output=True, check=True, text=True).stdout
     assert int(said) == mapped
+
+
+def test_the_end_is_known_while_the_main_thread_is_busy_elsewhere():
+    """In a process of its own, for handlers of signals are the whole process's."""
+    script = """
+import hashlib, os, signal, threading
+from runtime.loops.process import EndSignal
+end, known, over = EndSignal(), [], []
+def ask():
+    known.append(end())
+    os.kill(os.getpid(), signal.SIGTERM)
+    while not end():
+        pass
+    known.append(not over)
+asking = threading.Thread(target=ask)
+asking.start()
+hashlib.pbkdf2_hmac("sha256", b"", b"", 8_000_000)  # in C, which lets others run
+over.append(True)
+asking.join()
+assert known == [False, True], known
+assert end()
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr

@@ -46,6 +46,11 @@ def test_what_matters_most_is_said(known, state, cause):
     assert stands(*known) == RunStanding(RunState(state), cause)
 
 
+def test_a_search_that_nobody_watches_over_is_degraded():
+    known = "", None, WELL, None, SEARCHING, {"rung": "none"}, True
+    assert stands(*known, "the guard is gone").cause == "rung: none, the guard is gone"
+
+
 def test_changes_are_told_once_and_an_age_that_grows_is_none():
     changes = Changes()
     changes.note(1.0, RunStanding(RunState.SEARCHING))

@@ -345,7 +345,7 @@ def test_a_stop_and_a_cancel_hold_the_base_before_anybody_asks_for_requests(
     robot.send("stop", flag(True))
     until(lambda: len(urgent) == 2)
     refused = robot.ask("rfnav/release", b"{}")
-    assert refused == {"released": False, "error": "stop is still pressed"}
+    assert refused == {"released": False, "error": "robot1/stop is still pressed"}
     robot.send("stop", flag(False))
     until(lambda: robot.ask("rfnav/release", b"{}")["released"])
     assert held() == ""
