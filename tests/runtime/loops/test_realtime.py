@@ -2,8 +2,6 @@
 
 import math
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,8 +11,8 @@ import numpy as np
 import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, farthest
-from places import DOUBLES, ROOT
 from robot_double import RobotDouble
+from run_process import process
 
 from hil_sim.driving.link import free_port
 from runtime.clock import Deadline, SystemClock
@@ -463,62 +461,6 @@ def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
 
 # -- the process -----------------------------------------------------------------------------------
 
-PROCESS = """
-import sys
-sys.path[:0] = {paths!r}
-import pytest
-from apartment import TWO_ROOMS, Apartment
-from fake_models import FakeModels
-import runtime.__main__ as program
-from runtime.core import world
-from runtime.core.types import Pose
-
-world.FIRST_LOOKS = 1
-
-class FailingModels(FakeModels):
-    def __init__(self, config, clock, book):
-        super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)))
-        self.left = {frames}
-
-    def detect(self, rgb, window=None):
-        self.left -= 1
-        if self.left < 0:
-            raise KeyError("what the camera saw")
-        return super().detect(rgb)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.panel.close()
-
-program.LoadedModels = FailingModels
-program.main()
-"""
-
-
-@contextmanager
-def process(frames: int) -> Iterator[tuple[subprocess.Popen, RobotDouble]]:
-    """`rfnav run` with models that fail after so many frames."""
-    endpoint = f"tcp/127.0.0.1:{free_port()}"
-    robot = RobotDouble(home(4.0, 3.0), BusConfig(listen=(endpoint,)))
-    code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)
-    settings = [*QUICK, *PATIENT, f"bus.connect=['{endpoint}']"]
-    arguments = [part for setting in settings for part in ("--set", setting)]
-    child = subprocess.Popen(
-        [sys.executable, "-c", code, "run", *arguments],
-        stderr=subprocess.PIPE,
-        text=True,
-        cwd=ROOT,
-    )
-    robot.start()
-    try:
-        yield child, robot
-    finally:
-        child.kill()
-        child.communicate()
-        robot.close()
-
 
 def wrong(said: str) -> list[str]:
     """What was said, but for what the system does not grant, and how the runtime stood."""
@@ -528,7 +470,7 @@ def wrong(said: str) -> list[str]:
 
 @pytest.mark.slow
 def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: Path):
-    with process(frames=16) as (child, robot):
+    with process(home(4.0, 3.0), 16, *QUICK, *PATIENT) as (child, robot):
         robot.ask("status")
         begin(robot, tmp_path)
         robot.until(lambda: robot.twist.v_mps > 0 or child.poll() is not None)
@@ -544,7 +486,7 @@ def test_an_error_in_perception_stops_the_base_then_ends_the_process(tmp_path: P
 
 @pytest.mark.slow
 def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
-    with process(frames=10_000) as (child, robot):
+    with process(home(4.0, 3.0), 10_000, *QUICK, *PATIENT) as (child, robot):
         robot.ask("status")
         begin(robot, tmp_path)
         robot.until(lambda: moving(robot) or child.poll() is not None)
