@@ -35,12 +35,12 @@ from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import exposed
-from runtime.robot.pulse import Pulse, unguardable
+from runtime.robot.pulse import Pulse
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
-MAVLINK_UNGUARDED = "none on MAVLink: the vehicle's own time-out ends what is not commanded again"
+MAVLINK_UNGUARDED = "guard: none on MAVLink: the vehicle's own time-out ends what is not commanded"
 WORKERS_NICE = 5
 MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
 
@@ -173,9 +173,8 @@ def _drive(
 @contextmanager
 def _watched(config: configuration.Config, path: Path | None) -> Iterator[Callable[[bool], str]]:
     """What the control loop tells its guard by, where there can be one."""
-    why = unguardable(config.bus) if config.base.kind == "ros2" else MAVLINK_UNGUARDED
-    if why:
-        click.echo(f"rfnav: guard: {why}", err=True)
+    if config.base.kind != "ros2":
+        click.echo(f"rfnav: {MAVLINK_UNGUARDED}", err=True)
         yield lambda moving: ""
         return
     with Pulse(config.bus, path) as pulse:

@@ -27,7 +27,7 @@ import zenoh
 STILL: Final = b"\x00"  # a turn of control after which the base stands
 MOVING: Final = b"\x01"  # one after which it was told to move
 BYE: Final = b"bye"  # the control loop ends, and has commanded zero
-READY: Final = b"ready"  # what is answered once
+READY: Final = b"ready"  # what is answered once, when somebody on the bus is reached
 SILENCE_S: Final = 0.2  # without a turn
 AGAIN_S: Final = 0.05  # between two zeros
 LEAST_S: Final = 0.5  # zeros at least for so long
@@ -36,6 +36,7 @@ LONGEST_S: Final = 10.0  # a base that does not obey by then does not obey
 HAND_S: Final = 0.5  # after what a hand said last
 REST_S: Final = 0.3  # odometry tells the same place for so long: the base is at rest
 REST_M, REST_SHARE = 0.003, 0.003  # of what it tells, what is the same (half the sine of a turn)
+LOOK_S: Final = 0.1  # how often it is looked whether somebody is there
 LARGEST: Final = 1 << 16  # bytes of a message
 FIFO_PRIORITY: Final = 21  # just above the control loop's
 
@@ -129,6 +130,11 @@ class Brake:
         with self._lock:
             self._hand_s = time.monotonic()
 
+    def reached(self) -> bool:
+        """Whether anybody else is on the bus, by a link of this session's own."""
+        info = self._session.info
+        return bool(info.peers_zid() or info.routers_zid())
+
     def over(self, began_s: float) -> bool:
         now_s = time.monotonic()
         with self._lock:
@@ -159,17 +165,19 @@ def watch(link: socket.socket, say: Any = print) -> None:
         say(f"rfnav guard: cannot guard: {' '.join(str(error).split())[:200]}")
         return
     try:
-        with suppress(OSError):
-            link.send(READY)
         _guard(link, brake, say)
     finally:
         brake.close()
 
 
 def _guard(link: socket.socket, brake: Brake, say: Any) -> None:
-    moving = False
+    moving = ready = False
     while True:
-        link.settimeout(SILENCE_S if moving else None)
+        if not ready and brake.reached():
+            ready = True
+            with suppress(OSError):
+                link.send(READY)
+        link.settimeout(SILENCE_S if moving else None if ready else LOOK_S)
         turn = _received(link)
         if turn == BYE:
             return

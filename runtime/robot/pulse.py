@@ -53,7 +53,7 @@ class Pulse:
                 pass  # it is not ready yet, or has not read what was sent: it was told enough
             except OSError as error:
                 self._lost = f"the guard is gone ({error.strerror})"
-            return self._lost or ("" if self._ready else "the guard is not ready yet")
+            return self._lost or ("" if self._ready else "the guard reaches nobody")
 
     def close(self) -> None:
         """After zero was commanded: the guard may go. Idempotent."""
@@ -86,14 +86,15 @@ class Pulse:
 
 
 def orders(config: BusConfig) -> guard.Orders:
-    """What the guard of a bus is to do. It listens nowhere: a port is the runtime's."""
+    """What the guard of a bus is to do. It goes where the runtime goes; where that only listens, it
+    listens at the port after, for the runtime's own may be gone when it is needed."""
     topics = config.topics
     zero = wire.encode_twist(0.0, 0.0)
     if config.cmd_vel_type == "TwistStamped":
         zero = wire.encode_twist_stamped(0.0, 0.0, 0, config.cmd_vel_frame)
     settings = session_settings(config)
-    if "listen/endpoints" in settings:
-        settings["listen/endpoints"] = []
+    doors = [end for name, end in config.endpoints if name == "bus.listen"]
+    settings["listen/endpoints"] = [] if config.connect else [_beside(end) for end in doors]
     return guard.Orders(
         settings,
         config.key(topics.cmd_vel),
@@ -104,11 +105,10 @@ def orders(config: BusConfig) -> guard.Orders:
     )
 
 
-def unguardable(config: BusConfig) -> str:
-    """Why no guard can be of use, "" where one can."""
-    if config.listen and not config.connect:
-        return "none: bus.listen alone is a port that ends with the runtime; name bus.connect"
-    return ""
+def _beside(endpoint: str) -> str:
+    """The next port: where the runtime's own is a door, its guard needs one of its own."""
+    where, _, port = endpoint.rpartition(":")
+    return f"{where}:{int(port) + 1}"
 
 
 def _connected(path: Path) -> socket.socket:

@@ -250,6 +250,13 @@ def test_a_guard_of_its_own_serves_one_runtime_after_the_other(base, tmp_path: P
         process.wait()
 
 
+def test_who_is_met_at_the_runtimes_port_meets_its_guard_at_the_next():
+    told = guard.Orders.read(orders(BusConfig(listen=("tcp/127.0.0.1:7450",))).told())
+    assert told.session["listen/endpoints"] == ["tcp/127.0.0.1:7451"]
+    told = guard.Orders.read(orders(BusConfig()).told())
+    assert told.session["listen/endpoints"] == ["tcp/127.0.0.1:7448"]
+
+
 def test_what_the_guard_is_told_is_of_the_bus_and_it_listens_nowhere():
     topics = TopicsConfig(pose="slam", teleop="")
     bus = BusConfig(listen=("tcp/127.0.0.1:1",), connect=("tcp/127.0.0.1:2",), prefix="r1",

@@ -3,14 +3,16 @@
 import socket
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+from hil_sim.driving.link import free_port
 from runtime import guard
 from runtime.errors import BusError
-from runtime.robot.pulse import Pulse, unguardable
-from runtime.robot.session import BusConfig
+from runtime.robot.pulse import Pulse
+from runtime.robot.session import BusConfig, open_session
 
 NOWHERE = BusConfig(connect=("tcp/127.0.0.1:9",))  # a bus that nobody else is on
 PATIENCE_S = 30.0
@@ -19,13 +21,28 @@ PATIENCE_S = 30.0
 def ready(pulse: Pulse) -> None:
     by_s = time.monotonic() + PATIENCE_S
     while why := pulse.beat(False):
-        assert why == "the guard is not ready yet"
+        assert why == "the guard reaches nobody"
         assert time.monotonic() < by_s
         time.sleep(0.01)
 
 
-def test_a_guard_is_started_and_ends_when_it_may():
+@pytest.fixture
+def bus() -> Iterator[BusConfig]:
+    """One that somebody is on."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session = open_session(BusConfig(listen=(endpoint,)))
+    yield BusConfig(connect=(endpoint,))
+    session.close()
+
+
+def test_a_guard_that_reaches_nobody_says_so():
     with Pulse(NOWHERE) as pulse:
+        time.sleep(1.0)
+        assert pulse.beat(True) == "the guard reaches nobody"
+
+
+def test_a_guard_is_started_and_ends_when_it_may(bus: BusConfig):
+    with Pulse(bus) as pulse:
         ready(pulse)
         assert pulse._process is not None
         assert pulse.beat(True) == ""
@@ -34,8 +51,8 @@ def test_a_guard_is_started_and_ends_when_it_may():
     pulse.close()
 
 
-def test_a_guard_that_is_gone_is_told_of_in_every_turn():
-    with Pulse(NOWHERE) as pulse:
+def test_a_guard_that_is_gone_is_told_of_in_every_turn(bus: BusConfig):
+    with Pulse(bus) as pulse:
         ready(pulse)
         assert pulse._process is not None
         pulse._process.kill()
@@ -46,7 +63,7 @@ def test_a_guard_that_is_gone_is_told_of_in_every_turn():
 def test_a_guard_that_cannot_guard_is_gone():
     with Pulse(BusConfig(mode="client", connect=("tcp/127.0.0.1:9",))) as pulse:
         by_s = time.monotonic() + PATIENCE_S
-        while (why := pulse.beat(False)) == "the guard is not ready yet":
+        while (why := pulse.beat(False)) == "the guard reaches nobody":
             assert time.monotonic() < by_s
             time.sleep(0.01)
     assert why.startswith("the guard ")
@@ -80,9 +97,3 @@ def test_a_guard_that_is_there_already_is_fed(tmp_path: Path):
 def test_where_no_guard_waits_it_is_said_how_to_start_one(tmp_path: Path):
     with pytest.raises(BusError, match=r"no guard waits there .*: start `rfnav guard --socket"):
         Pulse(NOWHERE, tmp_path / "guard")
-
-
-def test_a_bus_that_only_listens_cannot_be_guarded():
-    assert unguardable(BusConfig(listen=("tcp/127.0.0.1:7447",))).startswith("none: bus.listen")
-    assert unguardable(BusConfig(listen=("tcp/127.0.0.1:7447",), connect=("tcp/a:1",))) == ""
-    assert unguardable(BusConfig()) == ""
