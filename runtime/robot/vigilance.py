@@ -153,8 +153,11 @@ class Vigilance:
         a, b, cfg = last.value, told.value, self._config
         moved_m = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m)
         turned_rad = abs(wrap_angle(b.yaw_rad - a.yaw_rad))
-        back = told.stamp_ns < last.stamp_ns  # told by the guard: another kind of halt
-        if not back and (moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad):
+        if told.stamp_ns < last.stamp_ns:
+            back_s = (last.stamp_ns - told.stamp_ns) / 1e9
+            what = f"odometry's clock went back by {back_s:.2f} s"
+            self._note(Halt(HaltKind.CLOCK, what), now_s)
+        elif moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._note(Halt(HaltKind.JUMP, what), now_s)
             if self._depth.pose is not None:
@@ -167,11 +170,9 @@ class Vigilance:
 
     def doubt(self, now_s: float, sent: Twist) -> Halt | None:
         """What cannot be true of what came, as a reason to stand. `sent`: to the base last."""
-        for kind in sorted(self._noted):
-            halt, until_s = self._noted[kind]
-            if now_s <= until_s:
-                return halt
-            del self._noted[kind]
+        noted = [(until_s, halt) for halt, until_s in self._noted.values() if now_s <= until_s]
+        if noted:
+            return max(noted, key=lambda note: note[0])[1]
         late = self._lateness(now_s)
         return late or self._repeating_depth(now_s) or self._repeating_odometry(now_s, sent)
 

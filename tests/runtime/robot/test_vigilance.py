@@ -36,7 +36,7 @@ class Robot:
     def put(self, stream: str, pose: Pose | None = None) -> None:
         taken_s = self.now_s - self.delay_s[stream]
         stamp_ns = EPOCH_NS + round(taken_s * 1e9)
-        here = pose or self.at(taken_s - 50.0)
+        here = pose or self.at(self.now_s - 50.0 if self.delay_s[stream] > 100 else taken_s - 50.0)
         if stream == "odom":
             payload = wire.encode_odometry(here, stamp_ns)
         elif stream == "depth":
@@ -135,6 +135,15 @@ def test_every_glitch_of_odometry_is_noticed_though_the_next_message_is_right_ag
         assert robot.live(NOTED_S + 0.2) == ""
 
 
+def test_a_clock_that_goes_back_is_noticed_and_what_was_noticed_last_is_told():
+    robot = Robot()
+    robot.live(1.0)
+    robot.put("odom", Pose(5.0, 0.0, 0.0))
+    robot.delay_s["odom"] = 3600.0
+    assert robot.live(0.05) == "clock: odometry's clock went back by 3599.95 s"
+    assert robot.live(NOTED_S + 0.2) == ""
+
+
 def test_images_that_come_seconds_late_hold_the_base():
     robot = Robot()
     robot.live(2.0)
@@ -171,12 +180,13 @@ def test_stamps_that_stand_still_are_said_and_age_is_told_by_arrival():
 def test_a_base_that_leans_is_held():
     robot = Robot()
     robot.live(1.0)
-    message = wire.decode(wire.encode_odometry(Pose(0.3, 0.0, 0.0), 1), wire.ODOMETRY, "odom")
+    stamp_ns = EPOCH_NS + round(robot.now_s * 1e9)
+    upright = wire.encode_odometry(Pose(0.3, 0.0, 0.0), stamp_ns)
+    message = wire.decode(upright, wire.ODOMETRY, "odom")
     half = 0.5 * 0.5  # rad
     message.pose.pose.orientation.y = math.sin(half)
     message.pose.pose.orientation.w = math.cos(half)
     payload = wire.encode(message)
-    stamp_ns = EPOCH_NS + round(robot.now_s * 1e9)
     robot.vigilance.take("odom", RawMessage(stamp_ns, payload, robot.now_s), "odom")
     halt = robot.vigilance.doubt(robot.now_s, AHEAD)
     assert halt is not None
