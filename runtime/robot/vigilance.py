@@ -18,7 +18,9 @@ WINDOW_S: Final = 10.0  # over which the least delay of a stream is taken for it
 NOTED_S: Final = 0.5  # how long one message that cannot be true is doubted after
 REPEATS_S: Final = 0.5  # a sensor that says the same for so long, although it must not
 FORGIVEN_S: Final = 10.0  # odometry of a base that does not move at all may be true, after all
-MOVED_M, MOVED_RAD = 0.03, 0.03  # after that a depth image is another
+# After that a depth image is another; odometry that comes a little later than the image of where
+# the base came to rest is within it.
+MOVED_M, MOVED_RAD = 0.1, 0.1
 LEAST_MPS, LEAST_RADPS = 0.05, 0.1  # told less, a base may stand
 TILT_RAD: Final = 0.35  # 20 degrees: a wheel is off the floor, or somebody lifts it
 SAMPLES: Final = 2000  # of a depth image
@@ -147,7 +149,15 @@ class Vigilance:
             what = f"{away_m:.1f} m from where it began, {self._config.area_m:g} m are its area"
             self._note(Halt(HaltKind.AREA, f"{what}: bring it back"), now_s)
         if content != self._odometry.content:
+            if self._odometry.else_s is not None:
+                self._elsewhere(pose)
             self._odometry = _Odometry(content, now_s)
+
+    def _elsewhere(self, pose: Pose) -> None:
+        """Odometry tells of another place, and not because the base was driven there since the last
+        depth image: what the camera shows need not differ."""
+        if self._depth.pose is not None:
+            self._depth.pose = pose
 
     def _jumps(self, last: wire.Stamped[Pose], told: wire.Stamped[Pose], now_s: float) -> None:
         a, b, cfg = last.value, told.value, self._config
@@ -160,8 +170,7 @@ class Vigilance:
         elif moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._note(Halt(HaltKind.JUMP, what), now_s)
-            if self._depth.pose is not None:
-                self._depth.pose = b  # nothing was driven: what the camera shows need not differ
+            self._elsewhere(b)
 
     def _note(self, halt: Halt, now_s: float) -> None:
         self._noted[halt.kind] = halt, now_s + NOTED_S

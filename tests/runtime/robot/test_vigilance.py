@@ -106,6 +106,19 @@ def test_odometry_that_repeats_while_the_camera_moves_holds_the_base_until_it_ch
     assert robot.live(NOTED_S + 0.2) == ""
 
 
+def test_a_camera_without_noise_before_which_odometry_comes_back_is_not_taken_for_frozen():
+    robot = Robot()
+    robot.live(2.0)
+    robot.frozen.add("odom")
+    robot.live(0.9)
+    held = robot.at(robot.now_s - 50.0)
+    robot.at, robot.sent = lambda s: held, STILL
+    assert robot.live(2.0).startswith("odometry: ")
+    robot.frozen.clear()
+    robot.live(0.2)
+    assert robot.live(5.0) == ""
+
+
 def test_odometry_that_goes_on_repeating_is_tried_again_after_a_while():
     robot = Robot()
     robot.live(1.0)
