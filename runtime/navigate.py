@@ -167,6 +167,15 @@ def act(world: World, cfg: NavigateConfig) -> Command:
     return command
 
 
+def feel_edges(world: World, felt: bool) -> None:
+    """Whether sensors under the body tell where the floor ends: then they decide, not doubt."""
+    openings = world.map.openings
+    if openings.edges_felt != felt:
+        openings.edges_felt = felt
+        if world.map.doubtful.any():
+            world.map.changed()
+
+
 def meet(world: World, met: Met, cfg: NavigateConfig) -> None:
     """Have in the map what the body has met since the observation before."""
     progress.meet(world, met, cfg)

@@ -140,6 +140,9 @@ class FilmBus:
     def delivered_s(self) -> float | None:
         return float(self._film.turn.told["arrival_s"])
 
+    def cliffs_watched(self) -> bool:
+        return bool(self._film.given("cliffs_watched"))
+
     def wait_request(self, timeout_s: float) -> None:
         """Time passes, until the next frame was there; one that is not taken then is of no use to
         the loop, as it has no search."""

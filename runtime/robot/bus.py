@@ -188,6 +188,13 @@ class Bus:
         """What the robot's body feels; any thread may ask."""
         return self._body.felt()
 
+    def cliffs_watched(self) -> bool:
+        """Whether cliff sensors look ahead, and all that ever spoke do."""
+        watched = self._body.felt().cliffs_watched
+        if watched:
+            self._record("heard", {"name": "cliffs_watched", "value": True})
+        return watched
+
     def doubt(self, sent: Twist) -> Halt | None:
         """See `RobotSenses`; any thread may ask."""
         if held := self._brake.halt():

@@ -50,3 +50,10 @@ def test_in_real_time_nobody_falls_either(tmp_path: Path):
     figures = evaluated(tmp_path, ("landing-chair-4", "dais-chair-2"), *LEVEL, "--realtime")
     assert figures["methods"]["oracle-perception"]["falls"] == 0
     assert [episode["collisions"] for episode in figures["episodes"]] == [0, 0]
+
+
+def test_where_a_level_camera_sees_an_edge_too_late_cliff_sensors_decide(tmp_path: Path):
+    """Without them the robot stays where it began: what is open may begin at its feet."""
+    figures = evaluated(tmp_path, ("landing-plant-0",), *LEVEL, "--realtime", "--sensor", "cliffs")
+    assert figures["methods"]["oracle-perception"]["falls"] == 0
+    assert all(episode["path_m"] > 0.5 for episode in figures["episodes"])

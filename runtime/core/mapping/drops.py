@@ -34,6 +34,7 @@ class Openings:
     was seen of them from one place, all around."""
 
     from_xy: tuple[float, float] | None = None
+    edges_felt: bool = False  # sensors under the body tell where the floor ends: doubt bars nothing
     _frame: GridFrame | None = None
     _open: Mask = field(default_factory=lambda: np.zeros(SECTORS, bool))  # by azimuth in the map
     _reach_m: float = 0.0
@@ -75,6 +76,12 @@ class Openings:
             way, window = polygon_patch(frame, _strip(self.from_xy, away_rad))
             doubtful[window] &= ~way
         return self._window
+
+    def barred(self, doubtful: Mask) -> Mask:
+        """What of the doubtful cells (R, C) is no way."""
+        if not self.edges_felt:
+            return doubtful
+        return np.broadcast_to(np.zeros(doubtful.shape[1], bool), doubtful.shape)
 
     def _begin(self, doubtful: Mask, frame: GridFrame, camera_xy: tuple[float, float]) -> None:
         row, col = frame.cell(*camera_xy)

@@ -159,7 +159,7 @@ class NavigationMap:
             self.drops,
             self.laser.bar(felt, self.bumped),
             self.swept,
-            self.doubtful,
+            self.openings.barred(self.doubtful),
             (self._views["occupied"], self._views["free"], self._views["unknown"]),
             self.occupied_at,
             drops.DROP_AT,

@@ -174,3 +174,16 @@ def test_masks_with_drops_derived_piece_by_piece_are_those_derived_at_once(corne
     for one, other in zip(derived, [grid.occupied, grid.free, grid.unknown], strict=True):
         assert (one == other).all()
     assert grid.occupied[grid.drops >= drops.DROP_AT].all()
+
+
+def test_where_edges_are_felt_doubt_bars_nothing():
+    """Of a hole that begins within what the camera is blind for only the far part is seen."""
+    grid = looked_around(Pit((0.5, 2.2, -0.6, 0.6, 1.0)))
+    assert grid.doubtful.any()
+    doubtful = grid.doubtful & grid.swept & (grid.evidence >= 0) & ~grid.occupied
+    assert doubtful.sum() > 20
+    assert not grid.free[doubtful].any()
+    grid.openings.edges_felt = True
+    grid.changed()
+    assert grid.free[doubtful].mean() > 0.9  # but for gaps between what is occupied
+    assert not grid.free[grid.drops >= drops.DROP_AT].any()
