@@ -147,7 +147,7 @@ def _drive(
     models start after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    senses = not config.base.odometry, config.senses, config.safety
+    senses = not config.base.odometry, config.senses, config.safety, config.navigate
     with (
         _watched(config, guarded) as beat,
         Bus(config.bus, clock, False, config.camera, record, *senses) as bus,

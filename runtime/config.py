@@ -26,7 +26,7 @@ from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
-from runtime.robot import base_config, session
+from runtime.robot import base_config, reflex, session
 from runtime.robot.battery import BatteryConfig
 from runtime.robot.transforms import CameraConfig
 
@@ -276,6 +276,7 @@ def _check(config: Config) -> None:
     cloud_config.check(config.cloud)
     session.check(config.bus)
     base_config.check(config.base)
+    reflex.check(config.navigate)
     if config.base.odometry and config.bus.topics.pose:
         raise ConfigError(
             "base.odometry: bus.topics.pose is set too; the pose comes from one of them"
@@ -288,8 +289,7 @@ def _check(config: Config) -> None:
             "keyframes.image_width_px: is 0, so that no image is kept; a model that sees needs "
             "some, e.g. 320"
         )
-    detour_m = config.navigate.consensus.detour_m
-    if not detour_m >= 0:
+    if not (detour_m := config.navigate.consensus.detour_m) >= 0:
         raise ConfigError(f"research.consensus_detour_m: is {detour_m}, must be 0 or more")
 
 

@@ -8,6 +8,7 @@ from runtime.core.mapping.attention import View
 from runtime.core.motion.caution import Caution
 from runtime.core.motion.contact import Felt, Met
 from runtime.core.motion.safety import Halt
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose, SearchState, Twist
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Look, Surveyed
@@ -16,6 +17,7 @@ from runtime.loops.standing import Change
 from runtime.robot.base import BaseCondition
 from runtime.robot.bus import Request
 from runtime.robot.streams import StreamHealth
+from runtime.robot.transforms import CameraConfig
 from runtime.robot.wire import Stamped
 
 
@@ -70,6 +72,8 @@ class RealTimeBus(LoopBus, Protocol):
     def delivered_s(self) -> float | None: ...
 
     def cliffs_watched(self) -> bool: ...
+
+    def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None: ...
 
     def wait_request(self, timeout_s: float) -> None: ...
 

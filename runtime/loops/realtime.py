@@ -177,6 +177,7 @@ class RealTime:
             search.inherit(before.world, self._models)
         if not order.config.realtime.keep_stages:
             self._tracer.clear()
+        self._bus.sweeps(order.config.navigate, order.config.camera)
         now_s = self._clock.now_s()
         drive = Drive(search, self._means(), Feedback(search, now_s), self._control.halts())
         self._drive = drive

@@ -16,6 +16,7 @@ from runtime.clock import Clock, Deadline
 from runtime.config import Config
 from runtime.core.mapping.attention import View
 from runtime.core.objects.surfaces import Window, surfaces_window
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import (
     F32,
     F64,
@@ -38,7 +39,7 @@ from runtime.recording.messages import told_decision
 from runtime.replay.models_again import ModelsAgain
 from runtime.replay.script import Script, Turn, observed
 from runtime.robot.requests import Request
-from runtime.robot.transforms import FIXED
+from runtime.robot.transforms import FIXED, CameraConfig
 
 
 class FilmClock:
@@ -142,6 +143,9 @@ class FilmBus:
 
     def cliffs_watched(self) -> bool:
         return bool(self._film.given("cliffs_watched"))
+
+    def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
+        """What the reflex said then is in the ticks."""
 
     def wait_request(self, timeout_s: float) -> None:
         """Time passes, until the next frame was there; one that is not taken then is of no use to

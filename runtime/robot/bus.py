@@ -17,6 +17,7 @@ from runtime.clock import Clock, Deadline
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import Felt
 from runtime.core.motion.safety import Halt, SafetyConfig
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
@@ -25,6 +26,7 @@ from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.publications import Publications
+from runtime.robot.reflex import Reflex, swept
 from runtime.robot.requests import Request
 from runtime.robot.session import (
     DETECTIONS,
@@ -46,7 +48,8 @@ QUERIES: Final = ("goal", "cancel", "status")
 
 class Bus:
     """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks.
-    Without `odometry` that is not listened for: `file_odometry` brings it."""
+    Without `odometry` that is not listened for: `file_odometry` brings it. `reflex`: the body that
+    it keeps from touching anything; without one there is no reflex."""
 
     def __init__(
         self,
@@ -58,6 +61,7 @@ class Bus:
         odometry: bool = True,
         senses: SensesConfig = SENSES,
         safety: SafetyConfig = SAFETY,
+        reflex: NavigateConfig | None = None,
     ) -> None:
         self._config, self._brake = config, Handbrake()
         self._vigilance = None if lockstep else Vigilance(safety, bool(config.topics.pose))
@@ -69,6 +73,11 @@ class Bus:
         self._streams = SensorStreams(
             config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
         )
+        self._reflex: Reflex | None = None
+        if reflex is not None:
+            seen = self._streams, self._changed, clock, swept(reflex), camera
+            self._reflex = Reflex(*seen, config.topics.depth, lambda: self.on_urgent())
+            self._reflex.start()
         self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
@@ -205,8 +214,17 @@ class Bus:
             return self._vigilance.doubt(self._clock.now_s(), sent)
 
     def caution(self, twist: Twist) -> Caution:
-        """What the newest depth image leaves of a command; any thread may ask."""
-        return FREE
+        """What the newest depth image leaves of a velocity that is about to be driven; any thread
+        may ask."""
+        if self._reflex is None:
+            return FREE
+        newest = self._streams.newest_pose()
+        return self._reflex.caution(twist, newest[0].value if newest else None)
+
+    def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
+        """What drives from now on, and where its camera is: a goal may bring its own."""
+        if self._reflex is not None:
+            self._reflex.sweeps(swept(config), camera)
 
     def health(self) -> dict[str, StreamHealth]:
         """By topic: received, bad and the last error; of what a robot may do without, where it is
@@ -244,6 +262,8 @@ class Bus:
 
     def close(self) -> None:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""
+        if self._reflex is not None:
+            self._reflex.close()
         with self._changed:
             requests, self._requests = list(self._requests), deque()
         for _, _, query in requests:

@@ -10,6 +10,7 @@ from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import laser, wire, wire_senses
+from runtime.robot.camera_info import SENSOR_TIMEOUT_S, CameraInfo
 from runtime.robot.labels import read_labels
 from runtime.robot.laser import LaserMount, Scans
 from runtime.robot.session import BusConfig, SensesConfig
@@ -22,7 +23,6 @@ __all__ = ["SensorStreams", "StreamHealth"]
 PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
 ODOMETRY_GAP_S = 0.25  # longest span that is interpolated over
 SENSES = SensesConfig()
-SENSOR_TIMEOUT_S = 5.0  # how long a stream may stay away before the first frame
 
 
 @dataclass
@@ -81,11 +81,10 @@ class SensorStreams:
         self._changed = changed
         self._camera = camera
         self._transforms = Transforms(lambda error: self._count(TF, error))
+        self._placing = threading.Lock()  # two threads ask where the camera is
+        self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
-        self._camera_info: RawMessage | None = None  # newest, not decoded yet
-        self._intrinsics: Intrinsics | None = None
-        self._intrinsics_error: SensorError | None = None
-        self._frame_without_info_s: float | None = None
+        self._info = CameraInfo(config.topics.camera_info, self._count)
         self._frame_without_mount_s: float | None = None
         self._seen_frame = False
         self._labels: dict[str, Any] = {}  # newest message on `detections`
@@ -119,6 +118,8 @@ class SensorStreams:
                 health.bad += 1
                 health.last_error = str(error)
                 return
+            if stream == "depth":
+                self._depth = raw
             kind = _recorded_as(stream, self._config)
             if kind:
                 self._record("wire", WireMessage(topic, kind, payload))
@@ -126,7 +127,7 @@ class SensorStreams:
                 self._scans.file(raw)
                 return
             if stream == "camera_info":
-                self._camera_info = raw
+                self._info.file(raw)
             elif self._rings.file(stream, raw):
                 health.set_back += 1
             self._changed.notify_all()
@@ -165,14 +166,13 @@ class SensorStreams:
         SensorError for a camera that sends images without intrinsics.
         """
         while True:
-            self._read_camera_info()
             until_s = by.at_s
-            if self._intrinsics is not None:
+            if self._info.read() is not None:
                 match = self._rings.take()
                 if match is not None:
                     return match
             elif self._rings.peek() is not None:
-                until_s = min(until_s, self._await_camera_info())
+                until_s = min(until_s, self._info.awaited_until_s(self._clock.now_s()))
             if interrupted() or by.passed():
                 return None
             self._clock.wait(self._changed, until_s)
@@ -182,7 +182,7 @@ class SensorStreams:
 
         Before the first frame, SensorError for images of another size than the intrinsics say.
         """
-        topics, intrinsics = self._config.topics, self._intrinsics
+        topics, intrinsics = self._config.topics, self._info.intrinsics
         assert intrinsics is not None  # wait_for_match returns no match before
         before = self._pose(match.before)
         after = before if match.after is match.before else self._pose(match.after)
@@ -229,9 +229,32 @@ class SensorStreams:
             if pose is not None:
                 return pose, raw.arrival_s
 
+    def newest_depth(self) -> RawMessage | None:
+        """The depth image that came last; None before the first. Holding `changed`."""
+        return self._depth
+
+    def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
+        """Where the base was, by the odometry on both sides; `alone`: or by the newest, where that
+        is no older than what is interpolated over. None where there is none. Holding `changed`."""
+        odom = self._rings.odom
+        sides = self._rings.around(stamp_ns)
+        if sides is None and alone and odom:
+            late_s = (stamp_ns - odom[-1].stamp_ns) / 1e9
+            sides = (odom[-1], odom[-1]) if 0 <= late_s < ODOMETRY_GAP_S else None
+        before, after = map(self._pose, sides) if sides else (None, None)
+        return interpolate(before, after, stamp_ns) if before and after else None
+
+    def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None:
+        """How a depth image was taken, and from where, which is None where tf is not gone by; None
+        before the intrinsics are known. SensorError where tf does not say."""
+        intrinsics = self._info.intrinsics
+        if intrinsics is None:
+            return None
+        return intrinsics, self._placed(depth) if self._camera.mount == "tf" else None
+
     def waiting_arrival_s(self) -> float | None:
         """When the matched frame that waits had arrived; None when none does. Holding `changed`."""
-        match = self._rings.peek() if self._intrinsics is not None else None
+        match = self._rings.peek() if self._info.intrinsics is not None else None
         return match.arrival_s if match is not None else None
 
     def labels(self, stamp_ns: int, by: Deadline) -> dict[str, Any] | None:
@@ -251,32 +274,6 @@ class SensorStreams:
             return {topic: StreamHealth(**vars(h)) for topic, h in self._health.items()}
 
     # -- inside --------------------------------------------------------------------------------
-
-    def _read_camera_info(self) -> None:
-        raw, self._camera_info = self._camera_info, None
-        if raw is None:
-            return
-        topic = self._config.topics.camera_info
-        try:
-            self._intrinsics = wire.decode_camera_info(raw.payload, topic).value
-        except SensorError as error:
-            self._count(topic, error)
-            self._intrinsics_error = error
-
-    def _await_camera_info(self) -> float:
-        """Images wait for their intrinsics: until when? SensorError when that is in vain."""
-        if self._intrinsics_error is not None:
-            raise self._intrinsics_error
-        if self._frame_without_info_s is None:
-            self._frame_without_info_s = self._clock.now_s()
-        until_s = self._frame_without_info_s + SENSOR_TIMEOUT_S
-        if self._clock.now_s() >= until_s:
-            self._frame_without_info_s = None
-            raise SensorError(
-                f"{self._config.topics.camera_info}: no intrinsics received in "
-                f"{SENSOR_TIMEOUT_S:g} s although images come: publish camera_info"
-            )
-        return until_s
 
     def _scan(self, match: Match) -> Scan | None:
         """What a laser met about the time of a match; None where there is none, or none that can be
@@ -299,15 +296,15 @@ class SensorStreams:
     def _laser(self, frame: str, stamp_ns: int) -> LaserMount:
         if self._camera.mount != "tf":
             return laser.as_configured(self._senses)
-        placed = self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
+        with self._placing:
+            placed = self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
         return laser.as_placed(placed, frame)
 
     def _mount(self, match: Match) -> Mount | None:
         """By tf; None when it does not say. Before the first frame, SensorError when that is in
         vain."""
         try:
-            frame = self._camera.frame or peek_frame(match.depth.payload, self._config.topics.depth)
-            return self._transforms.mount(self._camera.base_frame, frame, match.stamp_ns)
+            return self._placed(match.depth)
         except SensorError as error:
             self._count(TF, error)
             now_s = self._clock.now_s()
@@ -315,6 +312,11 @@ class SensorStreams:
             if not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
                 raise
             return None
+
+    def _placed(self, depth: RawMessage) -> Mount:
+        frame = self._camera.frame or peek_frame(depth.payload, self._config.topics.depth)
+        with self._placing:
+            return self._transforms.mount(self._camera.base_frame, frame, depth.stamp_ns)
 
     def _pose(self, raw: RawMessage) -> wire.Stamped[Pose] | None:
         decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry

@@ -15,6 +15,7 @@ PyObject *kernel_derive(PyObject *module, PyObject *const *args, Py_ssize_t coun
 PyObject *kernel_integrate(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_in_sight(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_means(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_near_points(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);

@@ -11,6 +11,7 @@ static PyMethodDef methods[] = {
     {"integrate", (PyCFunction)(void (*)(void))kernel_integrate, METH_FASTCALL, NULL},
     {"in_sight", (PyCFunction)(void (*)(void))kernel_in_sight, METH_FASTCALL, NULL},
     {"means", (PyCFunction)(void (*)(void))kernel_means, METH_FASTCALL, NULL},
+    {"near_points", (PyCFunction)(void (*)(void))kernel_near_points, METH_FASTCALL, NULL},
     {"nearest", (PyCFunction)(void (*)(void))kernel_nearest, METH_FASTCALL, NULL},
     {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},
     {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},

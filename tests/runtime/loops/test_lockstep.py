@@ -201,7 +201,7 @@ def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
 def test_a_camera_without_intrinsics_ends_the_run_with_one_line(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
-    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.2)
+    monkeypatch.setattr("runtime.robot.camera_info.SENSOR_TIMEOUT_S", 0.2)
     there = home()
     with running(FakeModels(there)) as (peer, ended):
         begin(peer, tmp_path)

@@ -145,7 +145,7 @@ def lockstep() -> Iterator[tuple[Robot, Bus]]:
 
 @pytest.fixture
 def realtime(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[Robot, Bus]]:
-    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.15)
+    monkeypatch.setattr("runtime.robot.camera_info.SENSOR_TIMEOUT_S", 0.15)
     robot, bus = pair(lockstep=False, prefix="/robot1/")
     yield robot, bus
     bus.close()

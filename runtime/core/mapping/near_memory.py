@@ -1,0 +1,88 @@
+"""What was near the body a moment ago and is not in view any more, as a low thing is that the robot
+comes close to: it is kept until the place is seen again."""
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from runtime.core.geometry import map_to_optical, project
+from runtime.core.mapping.near_points import NearPoints
+from runtime.core.types import F32, F64, Intrinsics, Mount, Pose
+
+KEEP_NS: Final = 10_000_000_000  # after which the map has to know
+KEEP_M: Final = 2.5  # from the robot
+JUMP_M: Final = 0.5  # between two images: odometry lies elsewhere
+BEFORE_M: Final = 0.15  # of a place something stands, which hides it
+KEPT: Final = 800  # points at most, the newest
+
+
+@dataclass(frozen=True)
+class Nearby:
+    """What is near as far as is known, in the map frame, m: obstacles (N, 2), and drops (M, 2),
+    places without floor. `stamp_ns`: of the newest image."""
+
+    stamp_ns: int
+    obstacles: F32
+    drops: F32
+
+
+class NearMemory:
+    """One for a camera."""
+
+    def __init__(self) -> None:
+        self._points = np.zeros((0, 3))  # map frame
+        self._drops = np.zeros(0, bool)
+        self._seen_ns = np.zeros(0, np.int64)
+        self._pose: Pose | None = None
+
+    def add(
+        self,
+        seen: NearPoints,
+        depth_m: F32,
+        pose: Pose,
+        intrinsics: Intrinsics,
+        mount: Mount,
+        stamp_ns: int,
+    ) -> Nearby:
+        """What an image (H, W) m showed near by, and of what was shown before that which it did not
+        look at."""
+        last, self._pose = self._pose, pose
+        moved = last is not None and float(np.hypot(*(pose.xy - last.xy))) > JUMP_M
+        kept = np.zeros(len(self._points), bool)
+        if not moved and len(kept):
+            kept = ~_looked_at(self._points, depth_m, pose, intrinsics, mount)
+            kept &= np.hypot(*(self._points[:, :2] - pose.xy).T) <= KEEP_M
+            kept &= np.abs(stamp_ns - self._seen_ns) <= KEEP_NS
+        new = np.concatenate([_in_map(seen.obstacles, pose), _in_map(seen.drops, pose)])
+        fell = np.arange(len(new)) >= len(seen.obstacles)
+        self._points = np.concatenate([new, self._points[kept]])[:KEPT]
+        self._drops = np.concatenate([fell, self._drops[kept]])[:KEPT]
+        stamps = np.full(len(new), stamp_ns, np.int64)
+        self._seen_ns = np.concatenate([stamps, self._seen_ns[kept]])[:KEPT]
+        xy = self._points[:, :2].astype(np.float32)
+        return Nearby(stamp_ns, xy[~self._drops], xy[self._drops])
+
+
+def _in_map(points: F32, pose: Pose) -> F64:
+    """(N, 3) m, base frame -> map frame."""
+    c, s = np.cos(pose.yaw_rad), np.sin(pose.yaw_rad)
+    x, y, z = points.astype(np.float64).T
+    return np.stack([pose.x_m + c * x - s * y, pose.y_m + s * x + c * y, z], axis=1)
+
+
+def _looked_at(
+    points: F64, depth_m: F32, pose: Pose, intrinsics: Intrinsics, mount: Mount
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    """(N, 3) m, map frame -> (N,) whether the image reaches each: what it shows there now stands
+    for it. Not where depth is unknown, or ends before it."""
+    seen = np.zeros(len(points), bool)
+    optical = map_to_optical(points, pose, mount)
+    at = np.flatnonzero(optical[:, 2] > 0.01)
+    col, row = np.rint(project(optical[at], intrinsics)).astype(np.int64).T
+    height, width = depth_m.shape
+    inside = (col >= 0) & (col < width) & (row >= 0) & (row < height)
+    at, row, col = at[inside], row[inside], col[inside]
+    read = depth_m[row, col]
+    seen[at] = (read > 0) & (read > optical[at, 2] - BEFORE_M)
+    return seen

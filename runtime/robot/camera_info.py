@@ -1,0 +1,51 @@
+"""The camera's intrinsics: decoded when they are needed, and waited for only so long."""
+
+from collections.abc import Callable
+
+from runtime.core.types import Intrinsics
+from runtime.errors import SensorError
+from runtime.robot import wire
+from runtime.robot.sync import RawMessage
+
+SENSOR_TIMEOUT_S = 5.0  # how long a stream may stay away before the first frame
+
+
+class CameraInfo:
+    """Of one topic; messages that cannot be read are told to `bad`. Not for several threads."""
+
+    def __init__(self, topic: str, bad: Callable[[str, SensorError], None]) -> None:
+        self._topic, self._bad = topic, bad
+        self._newest: RawMessage | None = None  # not decoded yet
+        self._error: SensorError | None = None
+        self._awaited_since_s: float | None = None
+        self.intrinsics: Intrinsics | None = None
+
+    def file(self, raw: RawMessage) -> None:
+        """Keep a message."""
+        self._newest = raw
+
+    def read(self) -> Intrinsics | None:
+        """By the newest message that could be read; None before there is one."""
+        raw, self._newest = self._newest, None
+        if raw is not None:
+            try:
+                self.intrinsics = wire.decode_camera_info(raw.payload, self._topic).value
+            except SensorError as error:
+                self._bad(self._topic, error)
+                self._error = error
+        return self.intrinsics
+
+    def awaited_until_s(self, now_s: float) -> float:
+        """Images wait for their intrinsics: until when? SensorError when that is in vain."""
+        if self._error is not None:
+            raise self._error
+        if self._awaited_since_s is None:
+            self._awaited_since_s = now_s
+        until_s = self._awaited_since_s + SENSOR_TIMEOUT_S
+        if now_s >= until_s:
+            self._awaited_since_s = None
+            raise SensorError(
+                f"{self._topic}: no intrinsics received in "
+                f"{SENSOR_TIMEOUT_S:g} s although images come: publish camera_info"
+            )
+        return until_s

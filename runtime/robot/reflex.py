@@ -1,0 +1,177 @@
+"""The reflex: every depth image as it comes, before any colour is there to match it and before any
+map knows of it, is held against the way that the body is about to sweep.
+
+A thread of its own decodes the newest image and finds what stands near (`core/mapping`); the
+control loop asks in every turn what of its command that allows.
+"""
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Final, Protocol, cast
+
+from runtime.clock import Clock
+from runtime.core.mapping.floor_plane import mount_by_floor
+from runtime.core.mapping.near_memory import Nearby, NearMemory
+from runtime.core.mapping.near_points import near_points
+from runtime.core.mapping.solid_depth import solid
+from runtime.core.motion.caution import FREE, Caution
+from runtime.core.motion.courses import STILL
+from runtime.core.motion.reflex import cautioned, sure_mps
+from runtime.core.motion.velocity_policy import FRESH_S
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import Intrinsics, Mount, Pose, Twist
+from runtime.errors import ConfigError, SensorError
+from runtime.robot import wire
+from runtime.robot.sync import RawMessage
+from runtime.robot.transforms import FIXED, CameraConfig
+
+IDLE_S: Final = 2.0  # without a question nobody drives, and no image is looked at
+POSE_S: Final = 0.05  # odometry may come so much later than an image of the same moment
+
+
+@dataclass(frozen=True)
+class SweptBody:
+    """What drives: a disc, how high it is, how it brakes, and how far its camera's depth is good;
+    m and m/s^2."""
+
+    radius_m: float
+    height_m: float
+    brake_mps2: float
+    max_depth_m: float
+
+
+def swept(config: NavigateConfig) -> SweptBody:
+    """As it is configured."""
+    robot, brake_mps2 = config.robot, config.control.brake_mps2
+    return SweptBody(robot.radius_m, robot.height_m, brake_mps2, config.map.max_depth_m)
+
+
+def check(config: NavigateConfig) -> None:
+    """ConfigError for a speed from which the robot would not halt before what steps in front."""
+    most, control = config.control.max_speed_mps, config.control
+    sure = sure_mps(config.robot.radius_m, control.brake_mps2, config.map.max_depth_m)
+    if not most <= sure:
+        raise ConfigError(
+            f"control.max_speed_mps: is {most:g}; by depth images up to {FRESH_S:g} s old, braking "
+            f"with {control.brake_mps2:g} m/s^2 (control.brake_mps2), the robot halts before what "
+            f"steps in front from {math.floor(100 * sure) / 100:g} m/s: set that, or less"
+        )
+
+
+class DepthStreams(Protocol):
+    """The sensor streams, as far as depth is concerned; see `SensorStreams`."""
+
+    def newest_depth(self) -> RawMessage | None: ...
+
+    def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None: ...
+
+    def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None: ...
+
+
+class Reflex:
+    """`caution` and `close` may be called from any thread. `changed` is notified whenever something
+    came; `urgent` is called, in the reflex's thread, when what is driven now has to be slower."""
+
+    def __init__(
+        self,
+        streams: DepthStreams,
+        changed: threading.Condition,
+        clock: Clock,
+        body: SweptBody,
+        camera: CameraConfig = FIXED,
+        topic: str = "depth",
+        urgent: Callable[[], None] = lambda: None,
+    ) -> None:
+        self.urgent = urgent
+        self._streams, self._changed, self._clock = streams, changed, clock
+        self._topic, self._memory = topic, NearMemory()
+        self._body, self._camera, self._mount = body, camera, cast(Mount, camera)
+        self._near: Nearby | None = None
+        self._asked, self._asked_s = STILL, -IDLE_S
+        self._closed = False
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="reflex", daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def sweeps(self, body: SweptBody, camera: CameraConfig) -> None:
+        """From the next image on, it is that body, and the camera is there."""
+        self._body, self._camera, self._mount = body, camera, camera
+
+    def caution(self, twist: Twist, pose: Pose | None) -> Caution:
+        """What is near leaves of a velocity that is about to be driven, from where the base is now;
+        raises what ended the reflex, if anything did."""
+        if self._error is not None:
+            raise self._error
+        self._asked, self._asked_s = twist, self._clock.now_s()
+        return self._judge(twist, pose)
+
+    def close(self) -> None:
+        """End the thread. Idempotent; not holding `changed`."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        if self._thread.is_alive():
+            self._thread.join(timeout=1.0)
+
+    # -- inside --------------------------------------------------------------------------------
+
+    def _judge(self, twist: Twist, pose: Pose | None) -> Caution:
+        near = self._near
+        if near is None or pose is None:
+            return FREE  # how old what is known may be is the guard's business
+        return cautioned(twist, pose, near, self._body.radius_m, self._body.brake_mps2)
+
+    def _run(self) -> None:
+        last: RawMessage | None = None
+        try:
+            while True:
+                with self._changed:
+                    while (newest := self._streams.newest_depth()) is last and not self._closed:
+                        self._clock.wait(self._changed, self._clock.now_s() + 1.0)
+                    if self._closed:
+                        return
+                last = newest
+                if newest is not None and self._clock.now_s() - self._asked_s < IDLE_S:
+                    self._look(newest)
+        except BaseException as error:  # noqa: BLE001 -- raised again by `caution`
+            self._error = error
+
+    def _look(self, image: RawMessage) -> None:
+        """What an image shows near by. One that is damaged is counted where it is matched."""
+        try:
+            depth_m = wire.decode_depth(image.payload, self._topic).value
+            lens = self._streams.lens(image)
+        except SensorError:
+            return
+        pose = self._pose_at(image.stamp_ns)
+        if lens is None or pose is None:
+            return
+        intrinsics, mount = lens
+        if depth_m.shape != (intrinsics.height, intrinsics.width):
+            return
+        depth_m = solid(depth_m)
+        body, camera = self._body, self._camera
+        if camera.mount == "floor":
+            mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)
+        self._mount = mount = mount or camera
+        seen = near_points(depth_m, intrinsics, mount, body.height_m, body.max_depth_m)
+        self._near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
+        caution = self._judge(self._asked, pose)
+        if caution.allowed(self._asked) != self._asked:
+            self.urgent()
+
+    def _pose_at(self, stamp_ns: int) -> Pose | None:
+        """Where the base was; the odometry after an image may come a little after it, or is not
+        waited for."""
+        until_s = self._clock.now_s() + POSE_S
+        with self._changed:
+            while not self._closed and self._clock.now_s() < until_s:
+                pose = self._streams.pose_at(stamp_ns)
+                if pose is not None:
+                    return pose
+                self._clock.wait(self._changed, until_s)
+            return self._streams.pose_at(stamp_ns, alone=True)

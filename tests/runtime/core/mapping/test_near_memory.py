@@ -1,0 +1,67 @@
+"""What was near is kept until the place is looked at again."""
+
+import numpy as np
+import pytest
+
+from runtime.core.mapping.near_memory import KEEP_NS, NearMemory
+from runtime.core.mapping.near_points import NearPoints
+from runtime.core.types import Intrinsics, Mount, Pose
+
+CAMERA, LEVEL = Intrinsics(262.0, 262.0, 160.0, 120.0, 320, 240), Mount()
+FAR = np.full((240, 320), 4.0, np.float32)
+NONE = np.zeros((0, 3), np.float32)
+NOTHING = NearPoints(NONE, NONE)
+
+
+def stands(*points):
+    return NearPoints(np.array(points, np.float32).reshape(-1, 3), NONE)
+
+
+def add(memory, seen, pose=Pose(0.0, 0.0, 0.0), stamp_ns=0, depth=FAR):  # noqa: B008 -- a value
+    return memory.add(seen, depth, pose, CAMERA, LEVEL, stamp_ns)
+
+
+def test_points_are_told_in_the_map_frame():
+    near = add(NearMemory(), stands((1.0, 0.2, 0.5)), Pose(2.0, 1.0, np.pi / 2))
+    assert near.obstacles == pytest.approx(np.array([[1.8, 2.0]]), abs=1e-5)
+
+
+def test_what_is_gone_from_view_is_forgotten_at_once():
+    memory = NearMemory()
+    add(memory, stands((1.0, 0.0, 0.7)))
+    assert not len(add(memory, NOTHING, stamp_ns=1).obstacles)
+
+
+def test_what_left_the_image_below_is_kept_for_a_while():
+    memory = NearMemory()
+    add(memory, stands((1.4, 0.0, 0.25)))  # just above the lower rim
+    near = add(memory, NOTHING, Pose(0.45, 0.0, 0.0), 10**9)
+    assert near.obstacles == pytest.approx(np.array([[1.4, 0.0]]), abs=1e-5)
+    assert len(add(memory, NOTHING, Pose(0.8, 0.0, 0.0), KEEP_NS).obstacles) == 1
+    assert not len(add(memory, NOTHING, Pose(0.8, 0.0, 0.0), KEEP_NS + 1).obstacles)
+
+
+def test_what_is_hidden_or_of_unknown_depth_is_kept():
+    hidden, unknown = np.full_like(FAR, 0.6), np.zeros_like(FAR)
+    for depth in (hidden, unknown):
+        memory = NearMemory()
+        add(memory, stands((1.0, 0.0, 0.7)))
+        assert len(add(memory, NOTHING, stamp_ns=1, depth=depth).obstacles) == 1
+
+
+def test_a_jump_of_odometry_and_a_way_off_forget_all():
+    for way in ([1.0], [0.4, 0.8, 1.2, 1.6]):
+        memory = NearMemory()
+        add(memory, stands((-1.4, 0.0, 0.5)))
+        for x in way:
+            near = add(memory, NOTHING, Pose(x, 0.0, 0.0), 1)
+        assert not len(near.obstacles)
+
+
+def test_missing_floor_is_kept_as_such():
+    memory = NearMemory()
+    memory.add(NearPoints(NONE, np.array([[0.9, 0, 0]], np.float32)), FAR, Pose(0, 0, 0), CAMERA,
+               LEVEL, 0)  # fmt: skip
+    near = add(memory, stands((1.0, 0.0, 0.7)), stamp_ns=1)
+    assert near.drops == pytest.approx(np.array([[0.9, 0.0]]), abs=1e-5)
+    assert len(near.obstacles) == 1

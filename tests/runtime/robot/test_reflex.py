@@ -1,0 +1,179 @@
+"""The thread that holds every depth image against the command."""
+
+import threading
+import time
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+
+from runtime.clock import SystemClock
+from runtime.config import load
+from runtime.core.motion.caution import FREE
+from runtime.core.motion.safety import HaltKind
+from runtime.core.types import Intrinsics, Mount, Pose, Twist
+from runtime.errors import ConfigError, SensorError
+from runtime.robot import wire
+from runtime.robot.reflex import Reflex, SweptBody
+from runtime.robot.sync import RawMessage
+from runtime.robot.transforms import CameraConfig
+
+CAMERA = Intrinsics(262.0, 262.0, 160.0, 120.0, 320, 240)
+BODY = SweptBody(0.18, 1.0, 0.5, 5.0)
+HERE, AHEAD = Pose(0.0, 0.0, 0.0), Twist(0.4, 0.0)
+FREE_VIEW = np.full((240, 320), 4.0, np.float32)
+BLOCKED = FREE_VIEW.copy()
+BLOCKED[60:180, 120:200] = 0.18
+PATIENCE_S = 20.0
+
+
+class Streams:
+    """What a test says that came."""
+
+    def __init__(self) -> None:
+        self.changed = threading.Condition()
+        self.depth: RawMessage | None = None
+        self.pose: Pose | None = HERE
+        self.alone = False  # the odometry after the image does not come
+        self.mount: Mount | SensorError | None = None
+        self.intrinsics: Intrinsics | None = CAMERA
+        self._count = 0
+
+    def newest_depth(self):
+        return self.depth
+
+    def pose_at(self, stamp_ns, alone=False):
+        return None if self.alone and not alone else self.pose
+
+    def lens(self, depth):
+        if isinstance(self.mount, SensorError):
+            raise self.mount
+        return (self.intrinsics, self.mount) if self.intrinsics else None
+
+    def show(self, depth_m):
+        self.send(wire.encode_depth(depth_m, self._count + 1))
+
+    def send(self, payload):
+        with self.changed:
+            self._count += 1
+            self.depth = RawMessage(self._count, payload, time.monotonic())
+            self.changed.notify_all()
+
+
+@contextmanager
+def reflex(streams, camera=CameraConfig(), urgent=lambda: None):  # noqa: B008 -- a value
+    made = Reflex(streams, streams.changed, SystemClock(), BODY, camera, urgent=urgent)
+    made.start()
+    try:
+        made.caution(AHEAD, HERE)  # somebody drives
+        yield made
+    finally:
+        made.close()
+
+
+def until(holds):
+    end_s = time.monotonic() + PATIENCE_S
+    while not holds():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
+
+
+def test_what_stands_in_front_holds_from_the_first_image_and_lets_go_with_the_next_free_one():
+    streams, hurried = Streams(), threading.Event()
+    with reflex(streams, urgent=hurried.set) as made:
+        assert made.caution(AHEAD, HERE) == FREE
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+        held = made.caution(AHEAD, HERE)
+        assert held.kind is HaltKind.OBSTACLE
+        assert held.allowed(AHEAD) == Twist(0.0, 0.0)
+        assert made.caution(Twist(0.0, 1.0), HERE) == FREE
+        until(hurried.is_set)
+        streams.show(FREE_VIEW)
+        until(lambda: made.caution(AHEAD, HERE) == FREE)
+
+
+def test_it_is_asked_from_where_the_base_is_by_now():
+    streams = Streams()
+    with reflex(streams) as made:
+        streams.show(np.where(BLOCKED < 1, 0.7, FREE_VIEW).astype(np.float32))
+        until(lambda: made.caution(AHEAD, Pose(0.5, 0.0, 0.0)) != FREE)
+        assert made.caution(AHEAD, HERE) == FREE
+        assert made.caution(AHEAD, Pose(0.5, 0.0, 3.0)) == FREE
+        assert made.caution(AHEAD, None) == FREE
+
+
+def test_late_odometry_is_replaced_by_the_newest():
+    streams = Streams()
+    streams.alone = True
+    with reflex(streams) as made:
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+
+
+@pytest.mark.parametrize("what", ["payload", "shape", "tf", "intrinsics", "odometry"])
+def test_an_image_that_cannot_be_used_changes_nothing(what):
+    streams = Streams()
+    with reflex(streams) as made:
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+        streams.mount = SensorError("tf: no way") if what == "tf" else None
+        streams.intrinsics = None if what == "intrinsics" else CAMERA
+        streams.pose = None if what == "odometry" else HERE
+        if what == "payload":
+            streams.send(b"\x00\x01\x00\x00nothing")
+        else:
+            streams.show(FREE_VIEW[:100] if what == "shape" else FREE_VIEW)
+        time.sleep(0.3)  # there is nothing to wait for
+        assert made.caution(AHEAD, HERE) != FREE
+        streams.mount, streams.intrinsics, streams.pose = None, CAMERA, HERE
+        streams.show(FREE_VIEW)
+        until(lambda: made.caution(AHEAD, HERE) == FREE)
+
+
+def test_the_mount_is_as_configured_or_as_tf_says():
+    """A camera that looks up sees what is higher than the body."""
+    streams = Streams()
+    up = CameraConfig(pitch_rad=-0.9)
+    with reflex(streams, up) as made:
+        streams.show(np.full_like(FREE_VIEW, 0.6))
+        streams.mount = Mount()
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+
+
+def test_a_goal_may_bring_another_body_and_camera():
+    streams = Streams()
+    with reflex(streams) as made:
+        made.sweeps(SweptBody(0.18, 0.5, 0.5, 5.0), CameraConfig(z_m=1.4))
+        streams.show(BLOCKED)  # higher than that body
+        streams.show(np.where(BLOCKED < 1, 0.18, 3.9).astype(np.float32))
+        time.sleep(0.3)  # there is nothing to wait for
+        assert made.caution(AHEAD, HERE) == FREE
+        made.sweeps(BODY, CameraConfig())
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+
+
+def test_what_ends_it_is_raised_where_it_is_asked():
+    streams = Streams()
+    with reflex(streams) as made:
+        streams.lens = lambda depth: 1 / 0
+        streams.show(BLOCKED)
+
+        def raised():
+            try:
+                made.caution(AHEAD, HERE)
+            except ZeroDivisionError:
+                return True
+            return False
+
+        until(raised)
+
+
+def test_a_speed_that_the_camera_does_not_allow_is_refused_with_the_one_that_it_does():
+    with pytest.raises(ConfigError, match=r"control.max_speed_mps: is 2; .* from 1\.2 m/s: set"):
+        load(None, ("control.max_speed_mps=2.0",))
+    load(None, ("control.max_speed_mps=1.2",))
+    with pytest.raises(ConfigError, match=r"braking with 0.1 m/s\^2"):
+        load(None, ("control.max_speed_mps=1.2", "control.brake_mps2=0.1"))
