@@ -35,6 +35,11 @@ COMMANDS = {
         "frames_command",
         "Render labelled frames for training.",
     ),
+    "hazards": (
+        "hil_sim.commands.hazards",
+        "hazards_command",
+        "What steps in front of the robot, and is it touched.",
+    ),
     "import": (
         "hil_sim.commands.import_home",
         "import_command",

@@ -12,6 +12,7 @@ from runtime.core.types import Pose
 
 PERSON_RADIUS_M, PERSON_HEIGHT_M = 0.2, 1.7
 DOOR_DEPTH_M = 0.05
+ROUND = ("person", "leg")
 WALK_M = 0.1
 """A person's step, in which the way ahead is looked at once."""
 NEAR_M, FAR_M = 0.8, 3.0
@@ -25,10 +26,11 @@ POLITE_M = 0.55
 
 @dataclass(frozen=True)
 class Body:
-    """A person (an upright cylinder) or a door (an upright box) on the floor, or an opening of the
-    floor, scene frame; `size_m` is width, depth, height, of an opening how deep it is."""
+    """A person or a leg (upright cylinders), a door or a box (upright boxes) on the floor, or an
+    opening of the floor, scene frame; `size_m` is width, depth, height, of an opening how deep it
+    is."""
 
-    kind: Literal["person", "door", "opening"]
+    kind: Literal["person", "leg", "door", "box", "opening"]
     x_m: float
     y_m: float
     yaw_rad: float
@@ -37,7 +39,7 @@ class Body:
     def distance_m(self, x_m: float, y_m: float) -> float:
         """From a point on the plan to the footprint; 0 or less inside."""
         dx, dy = x_m - self.x_m, y_m - self.y_m
-        if self.kind == "person":
+        if self.kind in ROUND:
             return math.hypot(dx, dy) - self.size_m[0] / 2
         c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
         across = abs(c * dx + s * dy) - self.size_m[0] / 2

@@ -1,4 +1,4 @@
-"""People and closed doors in PyBullet: made when first needed, out of sight when not."""
+"""People, legs, boxes and closed doors in PyBullet: made when first needed, else out of sight."""
 
 import math
 from pathlib import Path
@@ -51,12 +51,14 @@ class Visitors:
 
     def _made(self, body: Body) -> list[Part]:
         width, depth, height = body.size_m
-        if body.kind == "door":
+        if body.kind in ("door", "box"):
             half = (width / 2, depth / 2, height / 2)
             return [self._part(DOOR, height / 2, pybullet.GEOM_BOX, halfExtents=half)]
         r, legs = width / 2, 0.45 * height
         chest = height - 2 * HEAD_RADIUS_M - legs
         cylinder = pybullet.GEOM_CYLINDER
+        if body.kind == "leg":
+            return [self._part(DOOR, height / 2, cylinder, radius=r, length=height)]
         return [
             self._part(TROUSERS, legs / 2, cylinder, radius=0.75 * r, length=legs),
             self._part(SHIRT, legs + chest / 2, cylinder, radius=r, length=chest),
@@ -108,9 +110,11 @@ class DrawnVisitors:
 
 
 def _soups(body: Body) -> list[Soup]:
-    if body.kind == "door":
+    if body.kind in ("door", "box"):
         return [box(body.size_m, (0.0, 0.0, 0.0), rgb_of(DOOR))]
     r, height = body.size_m[0] / 2, body.size_m[2]
+    if body.kind == "leg":
+        return [cylinder(r, r, height, rgb_of(DOOR))]
     legs, head = 0.45 * height, 2 * HEAD_RADIUS_M
     neck = height - head
     return [
