@@ -42,6 +42,7 @@ BETWEEN_S = 2.0  # and so long after it nothing does
 RESUMED_S = 5.0  # after which nobody waits any more for the robot to go on
 SEEN_PX = 200  # of it in an image: then it is in view
 REACT_S = 0.3  # camera, wire and control, as `docs/safety.md` allows them
+NEAR_SIDE_M = 0.1  # from where it is nearest: of its near side
 NEAR_M = 0.03  # of its surface: a pixel is of it
 Kind = Literal["box", "leg", "person"]
 SIZES: dict[Kind, tuple[tuple[float, float, float], ...]] = {
@@ -242,14 +243,17 @@ class _WatchedWire(CmdVelWire):
 
 
 def pixels_of(body: Body, true_depth_m: NDArray[np.float32], pose: Pose, protocol: Protocol) -> int:
-    """How many pixels of a true depth image (H, W) m, within the sensor's range, are of a body that
-    stands on the floor, scene frame."""
+    """How many pixels of a true depth image (H, W) m, within the sensor's range, are of the near
+    side of a body that stands on the floor, scene frame: of a low box a camera may see the far part
+    of its top alone, which does not tell where it begins."""
     mount = Mount(z_m=protocol.camera_z_m, pitch_rad=protocol.tilt_rad)
     table = rays(protocol.intrinsics, mount, 1)
     depth = protocol.sensed(true_depth_m)
     ahead, left = depth * table.forward, depth * table.left
     up = depth * table.up + mount.z_m
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
+    near_m = body.distance_m(pose.x_m, pose.y_m) + NEAR_SIDE_M
+    near = np.hypot(ahead, left) < near_m
     x, y = pose.x_m + c * ahead - s * left - body.x_m, pose.y_m + s * ahead + c * left - body.y_m
     width, deep, high = body.size_m
     c, s = math.cos(body.yaw_rad), math.sin(body.yaw_rad)
@@ -258,4 +262,4 @@ def pixels_of(body: Body, true_depth_m: NDArray[np.float32], pose: Pose, protoco
     else:
         inside = np.abs(c * x + s * y) < width / 2 + NEAR_M
         inside &= np.abs(c * y - s * x) < deep / 2 + NEAR_M
-    return int((inside & (depth > 0) & (up > NEAR_M) & (up < high + NEAR_M)).sum())
+    return int((inside & near & (depth > 0) & (up > NEAR_M) & (up < high + NEAR_M)).sum())

@@ -73,11 +73,8 @@ class Bus:
         self._streams = SensorStreams(
             config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
         )
-        self._reflex: Reflex | None = None
-        if reflex is not None:
-            seen = self._streams, self._changed, clock, swept(reflex), camera
-            self._reflex = Reflex(*seen, config.topics.depth, lambda: self.on_urgent())
-            self._reflex.start()
+        self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
+        self._reflex = self._begun(reflex, camera) if reflex is not None else None
         self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
@@ -93,11 +90,9 @@ class Bus:
         if camera.mount == "tf":
             for topic in (TF, TF_STATIC):
                 self._subscribe(topic, partial(self._streams.file_transforms, topic), past=True)
-        labels = DETECTIONS
-        self._subscribe(labels, partial(self._streams.file_labels, labels))
+        self._subscribe(DETECTIONS, partial(self._streams.file_labels, DETECTIONS))
         for kind in QUERIES:
             self._serve(kind, OWN_TOPICS[kind])
-        self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
         if not lockstep:
             brake = self._session, config, self._brake, lambda: self.on_urgent()
             self._declared.extend(serve_handbrake(*brake))
@@ -276,6 +271,12 @@ class Bus:
             self._session.close()
 
     # -- inside --------------------------------------------------------------------------------
+
+    def _begun(self, config: NavigateConfig, camera: CameraConfig) -> Reflex:
+        seen = self._streams, self._changed, self._clock, swept(config), camera
+        reflex = Reflex(*seen, self._config.topics.depth, lambda: self.on_urgent())
+        reflex.start()
+        return reflex
 
     def _subscribe(self, topic: str, file: Callable[[bytes], None], past: bool = False) -> None:
         """`past`: also what was published before, where the publisher keeps it."""

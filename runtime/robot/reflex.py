@@ -21,7 +21,7 @@ from runtime.core.motion.courses import STILL
 from runtime.core.motion.reflex import cautioned, sure_mps
 from runtime.core.motion.velocity_policy import FRESH_S
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Intrinsics, Mount, Pose, Twist
+from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
 from runtime.robot.sync import RawMessage
@@ -68,6 +68,8 @@ class DepthStreams(Protocol):
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None: ...
 
     def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None: ...
+
+    def near_scan(self, stamp_ns: int) -> Scan | None: ...
 
 
 class Reflex:
@@ -159,7 +161,9 @@ class Reflex:
             mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)
         self._mount = mount = mount or camera
         seen = near_points(depth_m, intrinsics, mount, body.height_m, body.max_depth_m)
-        self._near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
+        near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
+        scan = self._streams.near_scan(image.stamp_ns)
+        self._near = self._memory.with_scan(near, scan, pose, body.radius_m)
         caution = self._judge(self._asked, pose)
         if caution.allowed(self._asked) != self._asked:
             self.urgent()

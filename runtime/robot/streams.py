@@ -75,7 +75,7 @@ class SensorStreams:
         vigilance: Vigilance | None = None,
     ) -> None:
         self._config, self._vigilance = config, vigilance
-        self._senses, self._scans = senses, Scans()
+        self._senses, self._scans, self._near_scans = senses, Scans(), Scans()
         self._record = record
         self._clock = clock
         self._changed = changed
@@ -125,6 +125,7 @@ class SensorStreams:
                 self._record("wire", WireMessage(topic, kind, payload))
             if stream == "scan":
                 self._scans.file(raw)
+                self._near_scans.file(raw)
                 return
             if stream == "camera_info":
                 self._info.file(raw)
@@ -216,7 +217,8 @@ class SensorStreams:
                 return None
         self._seen_frame = True
         pose = interpolate(before, after, match.stamp_ns)
-        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount, self._scan(match))
+        scan = self._scan(match.stamp_ns, self._scans)
+        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount, scan)
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -252,6 +254,11 @@ class SensorStreams:
             return None
         return intrinsics, self._placed(depth) if self._camera.mount == "tf" else None
 
+    def near_scan(self, stamp_ns: int) -> Scan | None:
+        """What a laser met about the time of a depth image that nobody has matched; None where
+        there is nothing new."""
+        return self._scan(stamp_ns, self._near_scans)
+
     def waiting_arrival_s(self) -> float | None:
         """When the matched frame that waits had arrived; None when none does. Holding `changed`."""
         match = self._rings.peek() if self._info.intrinsics is not None else None
@@ -275,13 +282,13 @@ class SensorStreams:
 
     # -- inside --------------------------------------------------------------------------------
 
-    def _scan(self, match: Match) -> Scan | None:
-        """What a laser met about the time of a match; None where there is none, or none that can be
-        read and placed."""
+    def _scan(self, stamp_ns: int, scans: Scans) -> Scan | None:
+        """What a laser met about the time of an image; None where there is none, or none that can
+        be read and placed."""
         topic = self._config.topics.scan
         try:
             with self._changed:
-                found = self._scans.take(match.stamp_ns, self._rings)
+                found = scans.take(stamp_ns, self._rings)
             before = self._pose(found.before) if found else None
             after = self._pose(found.after) if found else None
             if found is None or before is None or after is None:

@@ -1,16 +1,17 @@
 """What was near the body a moment ago and is not in view any more, as a low thing is that the robot
 comes close to: it is kept until the place is seen again."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from runtime.core.geometry import map_to_optical, project
 from runtime.core.mapping.near_points import NearPoints
-from runtime.core.types import F32, F64, Intrinsics, Mount, Pose
+from runtime.core.types import F32, F64, Intrinsics, Mount, Pose, Scan
 
 KEEP_NS: Final = 10_000_000_000  # after which the map has to know
+SCAN_NS: Final = 500_000_000
 KEEP_M: Final = 2.5  # from the robot
 JUMP_M: Final = 0.5  # between two images: odometry lies elsewhere
 BEFORE_M: Final = 0.15  # of a place something stands, which hides it
@@ -35,6 +36,8 @@ class NearMemory:
         self._drops = np.zeros(0, bool)
         self._seen_ns = np.zeros(0, np.int64)
         self._pose: Pose | None = None
+        self._met = np.zeros((0, 2), np.float32)  # by the newest scan, map frame
+        self._met_ns = 0
 
     def add(
         self,
@@ -62,6 +65,20 @@ class NearMemory:
         self._seen_ns = np.concatenate([stamps, self._seen_ns[kept]])[:KEPT]
         xy = self._points[:, :2].astype(np.float32)
         return Nearby(stamp_ns, xy[~self._drops], xy[self._drops])
+
+    def with_scan(self, near: Nearby, scan: Scan | None, pose: Pose, radius_m: float) -> Nearby:
+        """And what a laser met; what it met within the body is the robot itself. Without a new
+        scan what the one before met counts for a while."""
+        if scan is not None:
+            there = np.isfinite(scan.ranges_m) & (scan.ranges_m > 0)
+            ranges, at = scan.ranges_m[there, None], scan.headings_rad[there]
+            met = scan.at_xy + ranges * np.stack([np.cos(at), np.sin(at)], axis=1)
+            away_m = np.hypot(*(met - pose.xy).T)
+            self._met = met[(away_m >= radius_m) & (away_m <= KEEP_M)].astype(np.float32)
+            self._met_ns = near.stamp_ns
+        if not len(self._met) or abs(near.stamp_ns - self._met_ns) > SCAN_NS:
+            return near
+        return replace(near, obstacles=np.concatenate([near.obstacles, self._met]))
 
 
 def _in_map(points: F32, pose: Pose) -> F64:

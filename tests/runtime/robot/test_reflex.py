@@ -11,7 +11,7 @@ from runtime.clock import SystemClock
 from runtime.config import load
 from runtime.core.motion.caution import FREE
 from runtime.core.motion.safety import HaltKind
-from runtime.core.types import Intrinsics, Mount, Pose, Twist
+from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
 from runtime.robot.reflex import Reflex, SweptBody
@@ -37,6 +37,7 @@ class Streams:
         self.alone = False  # the odometry after the image does not come
         self.mount: Mount | SensorError | None = None
         self.intrinsics: Intrinsics | None = CAMERA
+        self.scan: Scan | None = None
         self._count = 0
 
     def newest_depth(self):
@@ -49,6 +50,9 @@ class Streams:
         if isinstance(self.mount, SensorError):
             raise self.mount
         return (self.intrinsics, self.mount) if self.intrinsics else None
+
+    def near_scan(self, stamp_ns):
+        return self.scan
 
     def show(self, depth_m):
         self.send(wire.encode_depth(depth_m, self._count + 1))
@@ -153,6 +157,17 @@ def test_a_goal_may_bring_another_body_and_camera():
         made.sweeps(BODY, CameraConfig())
         streams.show(BLOCKED)
         until(lambda: made.caution(AHEAD, HERE) != FREE)
+
+
+def test_what_a_laser_met_holds_too():
+    streams = Streams()
+    with reflex(streams) as made:
+        streams.scan = Scan((0.0, 0.0), np.array([0.0, 0.1]), np.array([0.3, 0.3], np.float32))
+        streams.show(FREE_VIEW)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+        streams.scan = Scan((0.0, 0.0), np.array([0.0, 0.1]), np.array([3.0, 3.0], np.float32))
+        streams.show(FREE_VIEW)
+        until(lambda: made.caution(AHEAD, HERE) == FREE)
 
 
 def test_what_ends_it_is_raised_where_it_is_asked():

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from runtime.core.mapping.near_memory import KEEP_NS, NearMemory
+from runtime.core.mapping.near_memory import KEEP_NS, SCAN_NS, NearMemory
 from runtime.core.mapping.near_points import NearPoints
-from runtime.core.types import Intrinsics, Mount, Pose
+from runtime.core.types import Intrinsics, Mount, Pose, Scan
 
 CAMERA, LEVEL = Intrinsics(262.0, 262.0, 160.0, 120.0, 320, 240), Mount()
 FAR = np.full((240, 320), 4.0, np.float32)
@@ -65,3 +65,16 @@ def test_missing_floor_is_kept_as_such():
     near = add(memory, stands((1.0, 0.0, 0.7)), stamp_ns=1)
     assert near.drops == pytest.approx(np.array([[0.9, 0.0]]), abs=1e-5)
     assert len(near.obstacles) == 1
+
+
+def test_a_scan_counts_until_the_next_but_not_where_it_met_the_robot_itself():
+    memory, pose = NearMemory(), Pose(1.0, 0.0, 0.0)
+    ranges = np.array([0.5, 0.1, 0.0, np.inf, 9.0], np.float32)
+    scan = Scan((1.0, 0.0), np.array([np.pi / 2, 0.0, 0.0, 0.0, 0.0]), ranges)
+    near = add(memory, stands((1.0, 0.2, 0.5)), pose)
+    both = memory.with_scan(near, scan, pose, 0.18).obstacles
+    assert both == pytest.approx(np.array([[2.0, 0.2], [1.0, 0.5]]), abs=1e-5)
+    after = memory.with_scan(add(memory, NOTHING, pose, SCAN_NS), None, pose, 0.18)
+    assert after.obstacles == pytest.approx(np.array([[1.0, 0.5]]), abs=1e-5)
+    later = memory.with_scan(add(memory, NOTHING, pose, SCAN_NS + 1), None, pose, 0.18)
+    assert not len(later.obstacles)
