@@ -71,18 +71,25 @@ def hazards_command(**given: Any) -> None:
     protocol = replace(protocol, tilt_rad=math.radians(given["tilt_deg"]))
     keep_stdout_for_python()
     brake_mps2 = ControlConfig().brake_mps2
-    found: dict[float, list[HazardTrial]] = {}
-    for speed in given["speeds"]:
-        trials = HazardTrials(given["trials"], kinds, given["seed"])
-        _drive(given, protocol, speed, trials)
-        found[speed] = trials.done
-    for line in table(found, given["tilt_deg"], brake_mps2):
-        click.echo(line)
-    if given["json_file"] is not None:
-        told = [{"speed_mps": s, **asdict(t)} for s, done in found.items() for t in done]
-        given["json_file"].write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
-    hit = any(t.touched and t.avoidable(brake_mps2) for done in found.values() for t in done)
+    found = {s: HazardTrials(given["trials"], kinds, given["seed"]) for s in given["speeds"]}
+    try:
+        for speed, trials in found.items():
+            _drive(given, protocol, speed, trials)
+    finally:  # what was tried is told, whatever ended it
+        done = {speed: trials.done for speed, trials in found.items()}
+        _tell(done, given["tilt_deg"], brake_mps2, given["json_file"])
+    hit = any(t.touched and t.avoidable(brake_mps2) for of_it in done.values() for t in of_it)
     raise click.exceptions.Exit(1 if hit else 0)
+
+
+def _tell(
+    found: dict[float, list[HazardTrial]], tilt_deg: float, brake_mps2: float, file: Path | None
+) -> None:
+    for line in table(found, tilt_deg, brake_mps2):
+        click.echo(line)
+    if file is not None:
+        told = [{"speed_mps": s, **asdict(t)} for s, done in found.items() for t in done]
+        file.write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
 
 
 def table(
