@@ -56,7 +56,7 @@ SIZES: dict[Kind, tuple[tuple[float, float, float], ...]] = {
 class HazardTrial:
     """One of them: how far before the body's rim it appeared, m, at which speed, m/s; most pixels
     of it that one image showed within the sensor's range while the robot drove; seconds until zero
-    was commanded, and until the robot went on once it was gone (None: did not)."""
+    was commanded, and until a robot that stood went on once it was gone (None: did not)."""
 
     kind: Kind
     ahead_m: float
@@ -136,6 +136,7 @@ class _Hazards(Mishaps):
         self._began_s = self._ended_s = time.monotonic()
         self._shown_s: float | None = None
         self._collisions = 0
+        self._last, self._stood = Twist(), False  # commanded; stood when the body went
         self._rng = np.random.default_rng([trials.seed, len(trials.done)])
 
     # -- as the loop's mishaps, camera and wire ------------------------------------------------
@@ -149,7 +150,8 @@ class _Hazards(Mishaps):
             trial.touched |= self._touches(robot)
             if now_s - self._began_s > STANDS_S:
                 self._body, self._ended_s = None, now_s
-        elif trial.resumed_s is not None or now_s - self._ended_s > RESUMED_S:
+                self._stood = self._last == Twist()
+        elif trial.resumed_s is not None or not self._stood or now_s - self._ended_s > RESUMED_S:
             self._trials.done.append(trial)
             self._trial, self._ended_s = None, now_s
         self.bodies = (self._body,) if self._body is not None else ()
@@ -212,13 +214,13 @@ class _Hazards(Mishaps):
 
     def _heard(self, twist: Twist) -> None:
         """A command on its way to the base."""
-        trial, now_s = self._trial, time.monotonic()
+        trial, now_s, self._last = self._trial, time.monotonic(), twist
         if trial is None:
             return
         if self._body is not None and trial.zero_s is None and twist.v_mps <= 0:
             trial.zero_s = now_s - self._began_s
             trial.shown_zero_s = now_s - self._shown_s if self._shown_s is not None else None
-        elif self._body is None and trial.resumed_s is None and twist != Twist():
+        elif self._body is None and self._stood and trial.resumed_s is None and twist != Twist():
             trial.resumed_s = now_s - self._ended_s
 
 
