@@ -8,7 +8,7 @@ control loop asks in every turn what of its command that allows.
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol, cast
 
 from runtime.clock import Clock
@@ -92,6 +92,7 @@ class Reflex:
         self._body, self._camera, self._mount = body, camera, cast(Mount, camera)
         self._near: Nearby | None = None
         self._asked, self._asked_s = STILL, -IDLE_S
+        self._braked_mps, self._brakes_s = 0.0, -IDLE_S  # from how fast it was stopped; until when
         self._closed = False
         self._error: BaseException | None = None
         self._thread = threading.Thread(target=self._run, name="reflex", daemon=True)
@@ -108,8 +109,17 @@ class Reflex:
         raises what ended the reflex, if anything did."""
         if self._error is not None:
             raise self._error
-        self._asked, self._asked_s = twist, self._clock.now_s()
-        return self._judge(twist, pose)
+        now_s, brake = self._clock.now_s(), self._body.brake_mps2
+        self._asked, self._asked_s = twist, now_s
+        caution = self._judge(twist, pose)
+        if caution.most_mps <= 0 and twist.v_mps > self._braked_mps:
+            self._braked_mps, self._brakes_s = twist.v_mps, now_s + twist.v_mps / brake
+        elif now_s >= self._brakes_s:
+            self._braked_mps = 0.0
+        elif twist.v_mps > 0:  # it is told to go on while it still rolls as fast as it was
+            rolling = self._judge(Twist(self._braked_mps, twist.w_radps), pose)
+            return replace(rolling, most_mps=0.0) if rolling != FREE else caution
+        return caution
 
     def close(self) -> None:
         """End the thread. Idempotent; not holding `changed`."""

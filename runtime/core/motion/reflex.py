@@ -17,6 +17,7 @@ from runtime.core.types import F64, Pose, Twist
 INSIDE_M: Final = 0.03  # of the body's rim, by which depth, pose and the map's cells may be off:
 BESIDE_M: Final = 0.01  # what is so near to the way is passed at a creep, what is on it never
 REST_M: Final = 0.04  # kept to what is on the way: a centimetre from the body's rim
+TOLD_S: Final = 0.1  # from what the odometry told to a base that brakes
 STILL_MPS: Final = 0.02  # a robot that may go no faster stands
 
 
@@ -24,8 +25,8 @@ def cautioned(
     wished: Twist, pose: Pose, near: Nearby, radius_m: float, brake_mps2: float
 ) -> Caution:
     """How much slower than wished, for the body of that radius, lets it halt before whatever is on
-    the arc that it is about to sweep: v * HOLD_S + v^2 / 2b. Only driving forward is held; turning
-    on the spot sweeps nothing, and is how a robot gets away."""
+    the arc that it is about to sweep: v * HOLD_S + v^2 / 2b; zero where only that still does. Only
+    driving forward is held; turning on the spot sweeps nothing, and is how a robot gets away."""
     if wished.v_mps <= 0:
         return FREE
     bend = wished.w_radps / wished.v_mps
@@ -37,9 +38,11 @@ def cautioned(
     sure = halting_mps(min(way_m, floor_m), brake_mps2)
     beside = max(CREEP_MPS, halting_mps(beside_m, brake_mps2))
     most = min(sure, beside)
+    if stopping_m(wished.v_mps, brake_mps2) > min(way_m, floor_m):
+        most = 0.0  # slowing is not enough any more
     if wished.v_mps <= most:
         return FREE
-    if kind is HaltKind.FLOOR and sure <= beside:
+    if kind is HaltKind.FLOOR and most <= sure <= beside:
         reason = f"no floor {max(0.0, floor_m + REST_M):.2f} m ahead"
     else:
         at_m = max(0.0, min(way_m + REST_M - INSIDE_M, beside_m))
@@ -77,6 +80,11 @@ def halting_mps(way_m: float, brake_mps2: float) -> float:
     if not math.isfinite(way_m):
         return math.inf
     return brake_mps2 * (math.sqrt(HOLD_S * HOLD_S + 2 * max(0.0, way_m) / brake_mps2) - HOLD_S)
+
+
+def stopping_m(v_mps: float, brake_mps2: float) -> float:
+    """The way to a halt of a robot that is told zero at once."""
+    return v_mps * TOLD_S + v_mps * v_mps / (2 * brake_mps2)
 
 
 def sure_mps(radius_m: float, brake_mps2: float, max_depth_m: float) -> float:

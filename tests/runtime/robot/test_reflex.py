@@ -6,6 +6,7 @@ from contextlib import contextmanager
 
 import numpy as np
 import pytest
+from manual_clock import ManualClock
 
 from runtime.clock import SystemClock
 from runtime.config import load
@@ -105,6 +106,24 @@ def test_it_is_asked_from_where_the_base_is_by_now():
         assert made.caution(AHEAD, HERE) == FREE
         assert made.caution(AHEAD, Pose(0.5, 0.0, 3.0)) == FREE
         assert made.caution(AHEAD, None) == FREE
+
+
+def test_a_robot_that_is_stopped_from_speed_brakes_to_the_end():
+    """Told zero it rolls on for a while; what it may crawl by meanwhile, it may not roll by."""
+    streams, clock = Streams(), ManualClock()
+    made = Reflex(streams, streams.changed, clock, BODY)
+    made.start()
+    try:
+        crawl = Twist(0.05, 0.0)
+        made.caution(AHEAD, HERE)
+        streams.show(np.where(BLOCKED < 1, 0.32, FREE_VIEW).astype(np.float32))
+        until(lambda: made.caution(crawl, HERE) is not None and made.caution(AHEAD, HERE) != FREE)
+        assert made.caution(AHEAD, HERE).most_mps == 0.0
+        assert made.caution(crawl, HERE).allowed(crawl) == Twist(0.0, 0.0)
+        clock.advance(AHEAD.v_mps / BODY.brake_mps2)
+        assert made.caution(crawl, HERE).allowed(crawl) == crawl
+    finally:
+        made.close()
 
 
 def test_late_odometry_is_replaced_by_the_newest():

@@ -16,6 +16,7 @@ from runtime.core.motion.reflex import (
     cautioned,
     free_way_m,
     halting_mps,
+    stopping_m,
     sure_mps,
 )
 from runtime.core.motion.safety import HaltKind
@@ -75,12 +76,26 @@ def test_the_body_halts_before_what_is_ahead(v, yaw_rad):
     thing, rolled, speed = pose.xy + ahead * (RADIUS_M + 0.9), 0.0, v
     for _ in range(400):
         here = Pose(*(pose.xy + ahead * rolled), yaw_rad)
-        asked = caution_at(Twist(v, 0.0), near(thing), here).allowed(Twist(v, 0.0)).v_mps
+        wished = Twist(min(v, speed + BRAKE * 0.05), 0.0)
+        asked = caution_at(wished, near(thing), here).allowed(wished).v_mps
         speed = max(asked, speed - BRAKE * 0.05) if asked < speed else asked
         rolled += speed * 0.05
     rest_m = 0.9 - rolled
     assert speed == 0.0
     assert 0.0 < rest_m < REST_M + 0.05
+
+
+def test_where_slowing_is_not_enough_it_is_zero_at_once():
+    """What was there before is slowed down for; what appears within the halting distance is not."""
+    gap_m = 0.15
+    thing = near((RADIUS_M + gap_m, 0.0))
+    fast, slow = Twist(0.4, 0.0), Twist(0.2, 0.0)
+    assert stopping_m(fast.v_mps, BRAKE) > gap_m > stopping_m(slow.v_mps, BRAKE)
+    assert caution_at(fast, thing).most_mps == 0.0
+    assert caution_at(slow, thing).allowed(slow).v_mps > 0.1
+    drop = near(drops=[(RADIUS_M / 2 + gap_m, 0.0)])
+    assert caution_at(fast, drop).most_mps == 0.0
+    assert caution_at(fast, drop).kind is HaltKind.FLOOR
 
 
 def test_what_is_far_enough_or_beside_the_way_slows_nothing():
