@@ -8,14 +8,10 @@ wherever the field is that it sets.
 import difflib
 import functools
 import sys
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, get_args, get_origin
-
-import cattrs
-from cattrs.errors import ClassValidationError
+from typing import Any, Literal
 
 from runtime.core.keys import RESEARCH, Key, key, keys_of
 from runtime.core.motion.safety import SafetyConfig
@@ -28,7 +24,9 @@ from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.navigate import NavigateConfig
 from runtime.robot import base_config, reflex, session
 from runtime.robot.battery import BatteryConfig
+from runtime.robot.topic_names import check_topics
 from runtime.robot.transforms import CameraConfig
+from runtime.toml_values import NotOfTypeError, parse_toml, read_toml, structured, unknown
 
 NAVIGATE = "navigate"
 """Where the core's tables are gathered, which are at the top level of the file."""
@@ -57,9 +55,11 @@ class ModelsConfig:
         'What the camera shows: "photographs", "renderings", or "auto", told from the images.',
     )
     vocabulary: str = key("", 'TOML word list; "" is the built-in one.')
-    threads: int = key(2, "Processor threads of each model.", positive=True)
+    threads: int = key(2, "Processor threads of each model.", within=(1, 64))
     gpu_layers: int = key(
-        0, "Layers on the GPU, where llama-cpp-python was built for one; -1: all."
+        0,
+        "Layers on the GPU, where llama-cpp-python was built for one; -1: all.",
+        within=(-1, 1000),
     )
     vision_style: Style = key(
         "",
@@ -72,7 +72,7 @@ class ModelsConfig:
         "Context of a model that reasons or sees.",
         "tokens",
         research="context_tokens",
-        positive=True,
+        within=(256, 131_072),
     )
     second_look: str = key(
         "second-look",
@@ -84,7 +84,7 @@ class ModelsConfig:
         "Frames between two looks of a detector that was trained for the other domain, and of ours "
         "beside another.",
         research="other_detectors_every",
-        positive=True,
+        within=(1, 1000),
     )
     score_file: str = key(
         "", 'SQLite file of the language model\'s scores; "" is one in the cache.',
@@ -111,11 +111,13 @@ class DetectorConfig:
         0,
         "Images whose detections are kept: a harness shows the same ones again.",
         research="detector_memo_frames",
+        within=(0, 100_000),
     )
     second_looks: int = key(
         5,
         "Places of an image shown to that classifier, 15 at most; 0: none.",
         research="second_looks",
+        within=(0, 15),
     )
     clip_way: Literal["patch", "reference", "grad"] = key(
         "patch",
@@ -136,8 +138,10 @@ class GoalConfig:
 class RealtimeConfig:
     """[realtime]: rates of the loops that do not follow the camera's."""
 
-    control_hz: float = key(20.0, "Rate of the commands to the base.", "Hz", positive=True)
-    state_hz: float = key(5.0, "Rate of rfnav/state, besides its changes.", "Hz", positive=True)
+    control_hz: float = key(20.0, "Rate of the commands to the base.", "Hz", within=(5.0, 200.0))
+    state_hz: float = key(
+        5.0, "Rate of rfnav/state, besides its changes.", "Hz", within=(0.1, 50.0)
+    )
     keep_stages: bool = key(
         False, "Stages are counted over all goals, not anew for each.", research="keep_stages"
     )
@@ -178,12 +182,7 @@ def load(
     `before`: values by key that the file goes over."""
     table: dict[str, Any] = {}
     if path is not None:
-        try:
-            table = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise ConfigError(f"{path}: cannot be read ({error.strerror})") from error
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise ConfigError(f"{path}: not valid TOML: {error}") from error
+        table = read_toml(path)
     source = str(path) if path else "configuration"
     values = dict(_flat(before or {}, source)) | dict(_flat(table, source))
     for setting in settings:
@@ -205,11 +204,10 @@ def from_values(values: Mapping[str, Any], source: str) -> Config:
             table = table.setdefault(part, {})
         table[last] = value
     try:
-        return _converter().structure(nested, Config)
-    except ClassValidationError as error:
-        at, what = _first(error)
-        name = next(k.name for k in known.values() if k.path == at)
-        raise ConfigError(f"{source}: {name}: {what}") from None
+        return structured(nested, Config)
+    except NotOfTypeError as error:
+        name = next(k.name for k in known.values() if k.path == error.path)
+        raise ConfigError(f"{source}: {name}: {error.what}") from None
 
 
 def _flat(table: Mapping[str, Any], source: str, within: str = "") -> Iterator[tuple[str, Any]]:
@@ -217,6 +215,8 @@ def _flat(table: Mapping[str, Any], source: str, within: str = "") -> Iterator[t
     known = known_keys()
     for part, value in table.items():
         name = f"{within}.{part}" if within else part
+        if not name.isprintable():
+            raise ConfigError(f"{source}: {name!r:.80}: unknown")
         successor = renamed(name)
         if name in known:
             yield name, value
@@ -245,7 +245,7 @@ def _stranger(name: str, known: Iterable[str]) -> str:
     inside = f"{table}." if table else ""
     beside = {n.removeprefix(inside).split(".")[0] for n in known if n.startswith(inside)}
     if beside:
-        return f"{name}: {_unknown(last, beside)}"
+        return f"{name}: {unknown(last, beside)}"
     # of a table that has gone with all of its keys
     former = [n.removeprefix(inside) for n in FORMER if n.startswith(inside)]
     near = difflib.get_close_matches(last, former, n=1, cutoff=0.5)
@@ -260,8 +260,8 @@ def _parsed(setting: str) -> dict[str, Any]:
     if not equals or not key.strip():
         raise ConfigError(f"--set {setting}: must be KEY=VALUE, e.g. panel.decide_budget_s=1.0")
     try:
-        parsed = tomllib.loads(f"value = {value}")["value"]
-    except tomllib.TOMLDecodeError:
+        parsed = parse_toml(f"value = {value}")["value"]
+    except ValueError:
         parsed = value  # a bare word is a string
     for part in reversed(key.strip().split(".")):
         parsed = {part: parsed}
@@ -271,12 +271,13 @@ def _parsed(setting: str) -> dict[str, Any]:
 def _check(config: Config) -> None:
     """What the types do not say."""
     for name, known in known_keys().items():
-        if known.positive and not known.value(config) > 0:
-            raise ConfigError(f"{name}: is {known.value(config)}, must be more than 0")
+        if wrong := known.wrong(known.value(config)):
+            raise ConfigError(f"{name}: {wrong}")
     cloud_config.check(config.cloud)
     session.check(config.bus)
     base_config.check(config.base)
     reflex.check(config.navigate)
+    check_topics(config.bus)
     if config.base.odometry and config.bus.topics.pose:
         raise ConfigError(
             "base.odometry: bus.topics.pose is set too; the pose comes from one of them"
@@ -289,62 +290,3 @@ def _check(config: Config) -> None:
             "keyframes.image_width_px: is 0, so that no image is kept; a model that sees needs "
             "some, e.g. 320"
         )
-    if not (detour_m := config.navigate.consensus.detour_m) >= 0:
-        raise ConfigError(f"research.consensus_detour_m: is {detour_m}, must be 0 or more")
-
-
-def _converter() -> cattrs.Converter:
-    converter = cattrs.Converter(forbid_extra_keys=True)
-    for kind, accepted in ((bool, bool), (int, int), (float, (int, float)), (str, str)):
-        converter.register_structure_hook(kind, _exactly(kind, accepted))
-    converter.register_structure_hook_func(_is_literal, _one_of)
-    converter.register_structure_hook_func(lambda kind: kind == tuple[str, ...], _names)
-    return converter
-
-
-def _exactly(kind: type, accepted: Any) -> Any:
-    def convert(value: Any, _: Any) -> Any:
-        if not isinstance(value, accepted) or (isinstance(value, bool) and kind is not bool):
-            raise TypeError(f"is {value!r}, must be of type {kind.__name__}")
-        return kind(value)
-
-    return convert
-
-
-def _names(value: Any, _: Any) -> tuple[str, ...]:
-    if not isinstance(value, list) or not all(isinstance(name, str) for name in value):
-        raise TypeError(f"is {value!r}, must be a list of texts")
-    return tuple(value)
-
-
-def _is_literal(kind: Any) -> bool:
-    return get_origin(kind) is Literal
-
-
-def _one_of(value: Any, kind: Any) -> Any:
-    if not isinstance(value, str):
-        raise TypeError(f"is {value!r}, must be of type str")
-    if value not in get_args(kind):
-        raise ValueError(_unknown(value, get_args(kind)))
-    return value
-
-
-def _first(error: BaseException, path: tuple[str, ...] = ()) -> tuple[tuple[str, ...], str]:
-    """The first leaf of a cattrs error: the fields that lead to it, and what is wrong."""
-    if isinstance(error, BaseExceptionGroup):
-        inner = error.exceptions[0]
-        name = _field_of(inner)
-        return _first(inner, (*path, name) if name else path)
-    return path, " ".join(str(error).split())
-
-
-def _field_of(error: BaseException) -> str:
-    notes = getattr(error, "__notes__", [])
-    return next((str(n.name) for n in notes if hasattr(n, "name")), "")
-
-
-def _unknown(key: str, known: Iterable[str]) -> str:
-    names = sorted(known)
-    near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
-    told = ", ".join(name or '""' for name in names)
-    return f"unknown; did you mean {near[0]}?" if near else f"unknown; known are {told}"

@@ -13,8 +13,10 @@ from runtime.core.voting.consensus import ConsensusConfig
 class RobotConfig:
     """[robot]"""
 
-    radius_m: float = key(0.18, "Radius of the robot's body, a disc.", "m", positive=True)
-    height_m: float = key(1.0, "Its height: what is higher does not block it.", "m", positive=True)
+    radius_m: float = key(0.18, "Radius of the robot's body, a disc.", "m", within=(0.03, 1.5))
+    height_m: float = key(
+        1.0, "Its height: what is higher does not block it.", "m", within=(0.05, 3.0)
+    )
 
 
 @dataclass(frozen=True)

@@ -56,14 +56,21 @@ class Mount:
     """The camera in the base frame (x forward, y left, z up); a level, forward camera has angles 0.
     Positive pitch looks down (right-handed about y)."""
 
-    x_m: float = key(0.0, "How far the camera is ahead of the base's middle.", "m")
-    y_m: float = key(0.0, "How far it is to the left of it.", "m")
-    z_m: float = key(0.88, "Its height above the floor.", "m")
-    roll_rad: float = key(
-        0.0, "Its turn about the axis that it looks along; positive leans right.", "rad"
+    x_m: float = key(
+        0.0, "How far the camera is ahead of the base's middle.", "m", within=(-3.0, 3.0)
     )
-    pitch_rad: float = key(0.0, "Its tilt; positive looks down.", "rad")
-    yaw_rad: float = key(0.0, "Its turn about the vertical; positive looks left.", "rad")
+    y_m: float = key(0.0, "How far it is to the left of it.", "m", within=(-3.0, 3.0))
+    z_m: float = key(0.88, "Its height above the floor.", "m", within=(0.02, 3.0))
+    roll_rad: float = key(
+        0.0,
+        "Its turn about the axis that it looks along; positive leans right.",
+        "rad",
+        within=(-3.2, 3.2),
+    )
+    pitch_rad: float = key(0.0, "Its tilt; positive looks down.", "rad", within=(-1.6, 1.6))
+    yaw_rad: float = key(
+        0.0, "Its turn about the vertical; positive looks left.", "rad", within=(-3.2, 3.2)
+    )
 
 
 @dataclass(frozen=True)

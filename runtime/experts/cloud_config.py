@@ -30,10 +30,15 @@ class CloudConfig:
         -1.0,
         "Price of a million tokens sent; 0 for a server of one's own; below 0 is not given.",
         "USD",
+        within=(-1.0, 1e6),
     )
-    price_out_usd: float = key(-1.0, "Price of a million tokens received.", "USD")
-    cap_goal_usd: float = key(0.05, "The most that one goal may cost.", "USD")
-    cap_day_usd: float = key(0.50, "The most that a day, in UTC, may cost.", "USD")
+    price_out_usd: float = key(
+        -1.0, "Price of a million tokens received.", "USD", within=(-1.0, 1e6)
+    )
+    cap_goal_usd: float = key(0.05, "The most that one goal may cost.", "USD", within=(0.0, 1e6))
+    cap_day_usd: float = key(
+        0.50, "The most that a day, in UTC, may cost.", "USD", within=(0.0, 1e6)
+    )
     privacy: Literal["text", "full"] = key(
         "text", '"text": no image leaves the robot; "full": SLE may send its pictures.'
     )
@@ -42,6 +47,7 @@ class CloudConfig:
         "The longest that a call may take, where the decision allows more.",
         "s",
         research="cloud_timeout_s",
+        within=(0.1, 600.0),
     )
     spending_file: str = key(
         "", "SQLite file of what was spent; \"\" is one in RF-NAV's state.",
@@ -51,14 +57,23 @@ class CloudConfig:
         True, 'With privacy "full", whether SLE sends its pictures.', research="cloud_images"
     )
     image_tokens: int = key(
-        1600, "The most that one image is billed as.", "tokens", research="cloud_image_tokens"
+        1600,
+        "The most that one image is billed as.",
+        "tokens",
+        research="cloud_image_tokens",
+        within=(0, 1_000_000),
     )
     reply_tokens: int = key(
-        300, "The longest reply that is asked for.", "tokens", research="cloud_reply_tokens"
+        300,
+        "The longest reply that is asked for.",
+        "tokens",
+        research="cloud_reply_tokens",
+        within=(16, 100_000),
     )
     local_share: float = key(
         0.4, "Share of a decision's time that local models have before the cloud.",
         research="cloud_local_share",
+        within=(0.0, 1.0),
     )  # fmt: skip
     on_disagreement: bool = key(
         True, "Whether the cloud is asked, too, when the local votes do not agree.",
@@ -90,29 +105,14 @@ def check(cfg: CloudConfig) -> None:
     if cfg.key_file and cfg.credential:
         raise ConfigError("cloud.key_file and cloud.credential: give one of them")
     for name in ("price_in_usd", "price_out_usd"):
-        if not 0 <= getattr(cfg, name) < 1e6:
+        if not getattr(cfg, name) >= 0:
             raise ConfigError(
                 f"cloud.{name}: must be given, in US dollars per million tokens; "
                 "0 for a server of your own"
             )
-    for name, low, high in (
-        ("cap_goal_usd", 0, 1e6),
-        ("cap_day_usd", 0, 1e6),
-        ("timeout_s", 0.1, 600),
-    ):
-        _within(f"cloud.{name}", getattr(cfg, name), low, high)
-    for name, low, high in (
-        ("local_share", 0, 1), ("reply_tokens", 16, 100_000), ("image_tokens", 0, 1_000_000),
-    ):  # fmt: skip
-        _within(f"research.cloud_{name}", getattr(cfg, name), low, high)
     has_key = bool(cfg.key_file or cfg.credential)
     if has_key and parts.scheme == "http" and parts.hostname not in LOOPBACK:
         raise ConfigError("cloud.base_url: a key is sent over https only, not over http")
-
-
-def _within(name: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:
-        raise ConfigError(f"{name}: is {value}, must be from {low:g} to {high:g}")
 
 
 def read_key(cfg: CloudConfig) -> str:

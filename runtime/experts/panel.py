@@ -43,7 +43,10 @@ class PanelConfig:
         SEATED, 'Who votes: "o2f" by objects, "r2f" by rooms, "sle" by views.'
     )
     decide_budget_s: float = key(
-        2.0, "How long a decision may take; votes that come later are dropped.", "s", positive=True
+        2.0,
+        "How long a decision may take; votes that come later are dropped.",
+        "s",
+        within=(0.01, 600.0),
     )
     budget_in_lockstep: bool = key(
         False,

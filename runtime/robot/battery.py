@@ -14,7 +14,10 @@ class BatteryConfig:
     """[battery]: by BatteryState, or as the base tells it."""
 
     low_percent: float = key(
-        15.0, "With less in the battery no search is begun; 0: it is not looked at.", "%"
+        15.0,
+        "With less in the battery no search is begun; 0: it is not looked at.",
+        "%",
+        within=(0.0, 100.0),
     )
     when_low: Literal["return", "end", "refuse"] = key(
         "return",

@@ -100,11 +100,15 @@ class SensesConfig:
     laser is, and not these keys."""
 
     cliff_m: float = key(
-        0.1, "A cliff sensor that measures more has no floor under it.", "m", positive=True
+        0.1, "A cliff sensor that measures more has no floor under it.", "m", within=(0.005, 1.0)
     )
-    laser_x_m: float = key(0.0, "How far the laser is ahead of the base's middle.", "m")
-    laser_y_m: float = key(0.0, "How far it is to the left of it.", "m")
-    laser_yaw_rad: float = key(0.0, "Where its angle 0 points; positive is to the left.", "rad")
+    laser_x_m: float = key(
+        0.0, "How far the laser is ahead of the base's middle.", "m", within=(-3.0, 3.0)
+    )
+    laser_y_m: float = key(0.0, "How far it is to the left of it.", "m", within=(-3.0, 3.0))
+    laser_yaw_rad: float = key(
+        0.0, "Where its angle 0 points; positive is to the left.", "rad", within=(-3.2, 3.2)
+    )
 
 
 def check(config: BusConfig, files: bool = False) -> None:

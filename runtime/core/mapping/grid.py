@@ -56,7 +56,7 @@ _WEIGHTS = kernels.Weights(HITS_NEEDED, HIT, MISS, EVIDENCE_MAX, drops.DROP_MOST
 class MapConfig:
     """[map]"""
 
-    max_depth_m: float = key(5.0, "Depth beyond this is not used.", "m", positive=True)
+    max_depth_m: float = key(5.0, "Depth beyond this is not used.", "m", within=(0.3, 20.0))
 
 
 @dataclass(frozen=True)

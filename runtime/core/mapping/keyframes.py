@@ -39,7 +39,10 @@ class KeyframeConfig:
     """[keyframes]"""
 
     image_width_px: int = key(
-        0, "Width of the images kept for a model that sees, e.g. 320; 0 keeps none.", "px"
+        0,
+        "Width of the images kept for a model that sees, e.g. 320; 0 keeps none.",
+        "px",
+        within=(0, 1920),
     )
 
 

@@ -25,16 +25,20 @@ class ControlConfig:
         research="control_mode",
     )
     max_speed_mps: float = key(
-        0.4, "The fastest that the robot drives forward.", "m/s", positive=True
+        0.4, "The fastest that the robot drives forward.", "m/s", within=(0.01, 3.0)
     )
-    max_turn_radps: float = key(1.0, "The fastest that it turns.", "rad/s", positive=True)
+    max_turn_radps: float = key(1.0, "The fastest that it turns.", "rad/s", within=(0.05, 6.0))
     max_accel_mps2: float = key(
-        0.5, "How fast its forward speed may change.", "m/s^2", positive=True
+        0.5, "How fast its forward speed may change.", "m/s^2", within=(0.01, 10.0)
     )
-    max_turn_accel_radps2: float = key(3.0, "How fast its yaw rate may change.", "rad/s^2")
-    brake_mps2: float = key(0.5, "What the base can surely brake with.", "m/s^2", positive=True)
+    max_turn_accel_radps2: float = key(
+        3.0, "How fast its yaw rate may change.", "rad/s^2", within=(0.05, 50.0)
+    )
+    brake_mps2: float = key(
+        0.5, "What the base can surely brake with.", "m/s^2", within=(0.05, 10.0)
+    )
     look_radps: float = key(
-        0.6, "Yaw rate of the look around at the start.", "rad/s", positive=True
+        0.6, "Yaw rate of the look around at the start.", "rad/s", within=(0.05, 6.0)
     )
 
 

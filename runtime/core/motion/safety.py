@@ -21,25 +21,25 @@ class SafetyConfig:
         0.3,
         "Without newer odometry for so long the base is held, until there is some.",
         "s",
-        positive=True,
+        within=(0.05, 2.0),
     )
     frame_stale_s: float = key(
-        1.0, "The same without matched colour and depth.", "s", positive=True
+        1.0, "The same without matched colour and depth.", "s", within=(0.05, 5.0)
     )
     plan_stale_s: float = key(
         2.0,
         "The same so long after the frame that the followed plan was made of.",
         "s",
-        positive=True,
+        within=(0.1, 10.0),
     )
     odom_jump_m: float = key(
         0.3,
         "Two odometry messages that are further apart are a jump, which holds the base.",
         "m",
-        positive=True,
+        within=(0.02, 5.0),
     )
     odom_jump_rad: float = key(
-        0.8, "The same when they are turned further from each other.", "rad", positive=True
+        0.8, "The same when they are turned further from each other.", "rad", within=(0.02, 3.2)
     )
     area_m: float = key(
         0.0, "Further than that from where it was started the base is held; 0 is anywhere.", "m"

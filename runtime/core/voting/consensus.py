@@ -51,12 +51,19 @@ class ConsensusConfig:
         "decision with weak models (docs/experts.md), the paper has no bound.",
         "m",
         research="consensus_detour_m",
+        within=(0.0, math.inf),
     )
     veto: int = key(
         0, "Frontiers that so many experts vote against are out; 0: none is.",
         research="consensus_veto",
+        within=(0, 10),
     )  # fmt: skip
-    seed: int = key(0, "Of the samples that a majority is drawn from.", research="consensus_seed")
+    seed: int = key(
+        0,
+        "Of the samples that a majority is drawn from.",
+        research="consensus_seed",
+        within=(0, 4_294_967_295),
+    )
 
     @property
     def counts_sets(self) -> bool:

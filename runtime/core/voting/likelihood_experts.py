@@ -31,16 +31,18 @@ class ExpertConfig:
         "Temperature of the softmax over frontiers.",
         "nats",
         research="experts_temperature",
-        positive=True,
+        within=(0.01, 100.0),
     )
     bar: float = key(
         1.5,
         "A frontier of n is recommended when its probability is bar / n or more.",
         research="experts_bar",
+        within=(0.0, 100.0),
     )
     doubt: float = key(
         0.0, "A frontier of n is voted against when it is doubt / n or less; see `consensus_veto`.",
         research="experts_doubt",
+        within=(0.0, 100.0),
     )  # fmt: skip
 
 
