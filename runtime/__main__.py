@@ -3,7 +3,6 @@
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,10 @@ from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
+from runtime.log import say
 from runtime.loops.control_loop import ControlLoop
+from runtime.loops.goal_request import Terms
+from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
@@ -35,6 +37,7 @@ from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import exposed
+from runtime.robot.loopback import check_alone
 from runtime.robot.pulse import Pulse
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
@@ -72,6 +75,11 @@ cli.add_command(guard_command)
 )
 @click.option("--lockstep", is_flag=True, help="Answer each observation once, under a harness.")
 @click.option(
+    "--harness",
+    is_flag=True,
+    help="Goals may set everything and say where files go: for hil-sim, on loopback alone.",
+)
+@click.option(
     "--arm", is_flag=True, help="A base on MAVLink may be armed, once when a search begins."
 )
 @click.option(
@@ -91,6 +99,7 @@ def run(
     path: Path | None,
     settings: tuple[str, ...],
     lockstep: bool,
+    harness: bool,
     arm: bool,
     guarded: Path | None,
     budgets_path: Path | None,
@@ -109,19 +118,21 @@ def run(
     if arm and (lockstep or config.base.kind != "mavlink"):
         raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
     _precautions(config)
-    clock = SystemClock()
+    if harness:
+        check_alone(config.bus)
+    clock, terms = SystemClock(), Terms(harness)
     ending = EndSignal()
     cv2.setNumThreads(1)
     options = RecordOptions(record, record_last or 0.0, privacy)
-    with recording(config, options, lockstep) as recorder:
+    with recording(config, options, lockstep, harness) as recorder:
         if not lockstep:
-            _drive(config, configure, clock, budgets, ending, recorder, arm, guarded)
+            _drive(config, configure, clock, budgets, ending, recorder, arm, guarded, terms)
             return
         with (
-            LoadedModels(config, clock) as models,
+            loaded(lambda: LoadedModels(config, clock), 0, ending) as models,
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
-            Lockstep(bus, models, configure, clock, recorder).run(ending)
+            Lockstep(bus, models, configure, clock, recorder, terms).run(ending)
 
 
 def _precautions(config: configuration.Config) -> None:
@@ -142,6 +153,7 @@ def _drive(
     record: Record,
     arm: bool,
     guarded: Path | None,
+    terms: Terms,
 ) -> None:
     """Real time. The guard, the bus and the control loop start first, for every thread that the
     models start after that inherits the lower priority."""
@@ -161,9 +173,11 @@ def _drive(
         control.start()
         try:
             lower_priority(WORKERS_NICE)
-            with _loaded(config, clock, tracer) as models:
+            book = partial(tracer.book, Stage.SCORE)
+            load = partial(LoadedModels, config, clock, book)
+            with loaded(load, MODELS_NICE, ending) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
-                loop = RealTime(*parts, record)
+                loop = RealTime(*parts, record, terms=terms)
                 garbage.begin()
                 loop.run(ending)
         finally:
@@ -191,13 +205,6 @@ def _base(config: BaseConfig, bus: Bus, clock: Clock, arm: bool) -> AbstractCont
     return MavlinkBase(config.link, clock, arm, odometry, beside=bus.condition)
 
 
-def _loaded(config: configuration.Config, clock: SystemClock, tracer: Tracer) -> LoadedModels:
-    """The models, loaded by a thread of the priority that theirs inherit."""
-    with ThreadPoolExecutor(1, "models", lower_priority, (MODELS_NICE,)) as pool:
-        book = partial(tracer.book, Stage.SCORE)
-        return pool.submit(LoadedModels, config, clock, book).result()
-
-
 def main() -> None:
     """Run the command line; every foreseeable error is one line and exit status 2."""
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -210,6 +217,9 @@ def main() -> None:
     except InternalError as error:
         click.echo(f"rfnav: {error}", err=True)
         sys.exit(1)
+    except LoadingEndedError as error:
+        say(str(error))
+        leave(error.status)
     except RfNavError as error:
         click.echo(f"rfnav: {error}", err=True)
         sys.exit(2)

@@ -7,7 +7,6 @@ wherever the field is that it sets.
 
 import difflib
 import functools
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +20,7 @@ from runtime.experts import cloud_config
 from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
+from runtime.log import say
 from runtime.navigate import NavigateConfig
 from runtime.robot import base_config, reflex, session
 from runtime.robot.battery import BatteryConfig
@@ -236,7 +236,7 @@ def _flat(table: Mapping[str, Any], source: str, within: str = "") -> Iterator[t
 @functools.cache
 def _tell(name: str, successor: str) -> None:
     """Once a process: a goal's own settings are read with the file anew."""
-    print(f"rfnav: {name}: is called {successor} now", file=sys.stderr)
+    say(f"{name}: is called {successor} now")
 
 
 def _stranger(name: str, known: Iterable[str]) -> str:

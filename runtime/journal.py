@@ -1,11 +1,14 @@
 """What a run leaves behind: a journal of JSON lines, and the map as one npz file."""
 
 import dataclasses
+import errno
 import json
 import math
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from enum import Enum
+from io import FileIO
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,20 +16,28 @@ import numpy as np
 
 from runtime.core.types import Missing
 from runtime.errors import ConfigError
+from runtime.log import say
 
 MAP_FILE = "map.npz"
 _META = "meta_json"
+_NO_FILE: FileIO | None = None
 
 
 class Journal:
-    """Append-only JSON lines, each flushed when written: a crash loses at most the last one."""
+    """Append-only JSON lines, each whole on disk when it is written: a crash loses at most the last
+    one. What a full disk does not take is lost, and said once; `lost` says so, "" for nothing."""
 
-    def __init__(self, path: Path) -> None:
-        """Opens for appending; raises ConfigError when the file cannot be written."""
-        self.path = path
+    def __init__(self, path: Path | None) -> None:
+        """Opens for appending; raises ConfigError when the file cannot be written. None: nothing
+        is kept."""
+        self.path, self._file = path, _NO_FILE
+        self.lost = "" if path is not None else "the journal is not kept"
+        self._lines_lost = 0
+        if path is None:
+            return
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("a", encoding="utf-8")
+            self._file = path.open("ab", buffering=0)
         except OSError as error:
             raise ConfigError(f"{path}: cannot be written ({error.strerror})") from error
 
@@ -38,12 +49,33 @@ class Journal:
 
     def write(self, kind: str, /, **fields: object) -> None:
         """One line {"kind": kind, ...fields}; dataclasses, enums, arrays become plain values."""
-        line = json.dumps({"kind": kind, **{k: plain(v) for k, v in fields.items()}})
-        self._file.write(line + "\n")
-        self._file.flush()
+        if self._file is None:
+            return
+        text = json.dumps({"kind": kind, **{k: plain(v) for k, v in fields.items()}}) + "\n"
+        if self._lines_lost:
+            text = json.dumps({"kind": "lost", "lines": self._lines_lost}) + "\n" + text
+        self._lines_lost = 0 if self._append(text.encode()) else self._lines_lost + 1
 
     def close(self) -> None:
-        self._file.close()
+        if self._file is not None:
+            self._file.close()
+            self._file = None
+
+    def _append(self, raw: bytes) -> bool:
+        """All of it or nothing; whether it was written."""
+        assert self._file is not None
+        try:
+            end = self._file.seek(0, os.SEEK_END)
+            if self._file.write(raw) == len(raw):
+                return True
+            why = os.strerror(errno.ENOSPC)
+            self._file.truncate(end)
+        except OSError as error:
+            why = error.strerror or str(error)
+        if not self.lost:
+            self.lost = f"{self.path}: cannot be written ({why}): lines are lost"
+            say(self.lost)
+        return False
 
 
 def plain(value: object) -> Any:
@@ -91,14 +123,20 @@ def read_journal(path: Path) -> Iterator[dict[str, Any]]:
 def write_map(
     directory: Path, arrays: Mapping[str, np.ndarray[Any, Any]], meta: Mapping[str, object]
 ) -> Path:
-    """`arrays` and JSON-able `meta` -> directory/map.npz, replaced whole or not at all."""
+    """`arrays` and JSON-able `meta` -> directory/map.npz, replaced whole or not at all. Raises
+    OSError."""
     directory.mkdir(parents=True, exist_ok=True)
     path = directory / MAP_FILE
     draft = directory / f".{MAP_FILE}.{os.getpid()}"
     columns: dict[str, Any] = {**arrays, _META: np.array(json.dumps(plain(meta)))}
-    with draft.open("wb") as file:
-        np.savez_compressed(file, **columns)
-    draft.replace(path)
+    try:
+        with draft.open("wb") as file:
+            np.savez_compressed(file, **columns)
+        draft.replace(path)
+    except OSError:
+        with suppress(OSError):
+            draft.unlink(missing_ok=True)
+        raise
     return path
 
 

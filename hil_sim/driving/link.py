@@ -23,6 +23,7 @@ from hil_sim.driving.child import end, last_line, spawn
 from runtime.core.types import Action, Intrinsics, Pose, SearchState, Twist
 from runtime.errors import RfNavError, SensorError
 from runtime.robot import wire
+from runtime.robot.json_text import parse_json
 from runtime.robot.session import (
     ACTION,
     DECISION,
@@ -67,8 +68,9 @@ def free_port() -> int:
 
 
 def rfnav_command(mode: Sequence[str] = ("--lockstep",)) -> list[str]:
-    """This installation's `rfnav run`; without a mode it drives in real time."""
-    return [sys.executable, "-m", "runtime", "run", *mode]
+    """This installation's `rfnav run`; without a mode it drives in real time. Goals bring settings
+    of a method, and where their files go."""
+    return [sys.executable, "-m", "runtime", "run", "--harness", *mode]
 
 
 class Runtime:
@@ -133,7 +135,7 @@ class Runtime:
             except zenoh.ZError:
                 break  # nobody answers this query (any more)
             if reply is not None and reply.ok is not None:
-                return wire.parse_json(reply.ok.payload.to_bytes(), key)
+                return parse_json(reply.ok.payload.to_bytes(), key)
             self.check_alive()
             time.sleep(0.002)
         self.check_alive()

@@ -205,5 +205,5 @@ def model_fault(
     for fault in faults:
         if fault.kind.model:
             module = [sys.executable, "-m", "hil_sim.driving.faulty_runtime", fault.kind.model]
-            return [*module, "run", *mode], fault.kind.settings
+            return [*module, "run", "--harness", *mode], fault.kind.settings
     return None, ()

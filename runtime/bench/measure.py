@@ -24,6 +24,7 @@ import zenoh
 from runtime.bench.synthetic import Published
 from runtime.errors import BusError, RfNavError
 from runtime.robot import wire
+from runtime.robot.json_text import parse_json
 from runtime.robot.session import CANCEL, GOAL, STATUS, BusConfig, TopicsConfig, open_session
 from runtime.tracing.stages import Stage
 
@@ -88,7 +89,7 @@ def measured(
                 time.sleep(LEAD_S)
                 _write(sleeper, "clear\n")
                 asked_s = time.monotonic()
-                half_mb = robot.search(goals, folder, played)
+                half_mb = robot.search(goals, played)
             played_s, memory_mb = time.monotonic() - asked_s, _resident_mb(child)
             status = robot.ask(STATUS, {})
             robot.ask(CANCEL, {"reason": "the drive is over"})
@@ -137,13 +138,13 @@ class _Robot:
             raise BenchError(f"{query}: {(answer or {}).get('error', 'no answer')}")
         return answer
 
-    def search(self, goals: Sequence[str], folder: str, played: Future[float]) -> float:
+    def search(self, goals: Sequence[str], played: Future[float]) -> float:
         """Ask for the goals in turn until a drive was played; what that came to."""
         if len(goals) == 1:
-            self.ask(GOAL, {"goal": goals[0], "log_dir": folder})
+            self.ask(GOAL, {"goal": goals[0]})
             return played.result()
         for goal in cycle(goals):
-            self.ask(GOAL, {"goal": goal, "log_dir": folder, "settings": [*GO_ON]})
+            self.ask(GOAL, {"goal": goal, "settings": [*GO_ON]})
             by_s, scored_s = time.monotonic() + GOAL_S, -math.inf
             while time.monotonic() < by_s:
                 try:
@@ -205,7 +206,7 @@ class _Robot:
             raise BenchError(f"the runtime ended and said: {said[0]}")
         for reply in self._session.get(query, payload=json.dumps(body), timeout=ASK_S):
             if reply.ok is not None:
-                return wire.parse_json(reply.ok.payload.to_bytes(), query)
+                return parse_json(reply.ok.payload.to_bytes(), query)
         return None
 
     def _hear(self, sample: zenoh.Sample) -> None:
@@ -214,13 +215,15 @@ class _Robot:
 
 
 def _spawned(subject: Subject, endpoint: str, folder: Path) -> subprocess.Popen[str]:
-    """What it says goes to a file: nobody reads a pipe while it runs, and a full one stops it."""
+    """What it says goes to a file, as nobody reads a pipe while it runs and a full one stops it;
+    what its searches leave goes there, too."""
     bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
     command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
-    path = {"PYTHONPATH": str(subject.root)} if subject.root else {}
+    more = {"XDG_STATE_HOME": str(folder)}
+    more |= {"PYTHONPATH": str(subject.root)} if subject.root else {}
     with (folder / SAID).open("w", encoding="utf-8") as file:
         return subprocess.Popen(
-            command, env={**os.environ, **path}, cwd=subject.root, stderr=file, text=True
+            command, env={**os.environ, **more}, cwd=subject.root, stderr=file, text=True
         )
 
 

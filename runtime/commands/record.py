@@ -50,7 +50,9 @@ def record_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @contextmanager
-def recording(config: Config, options: RecordOptions, lockstep: bool) -> Iterator[Record]:
+def recording(
+    config: Config, options: RecordOptions, lockstep: bool, harness: bool = False
+) -> Iterator[Record]:
     """What the loop tells is recorded until this ends; then a line says what became of it."""
     if options.directory is None:
         if options.minutes:
@@ -65,7 +67,7 @@ def recording(config: Config, options: RecordOptions, lockstep: bool) -> Iterato
         "colour": "jpeg" if colour else "none",
     }
     values = {name: key.value(config) for name, key in known_keys().items()}
-    told = "configuration", {"values": values, "lockstep": lockstep}
+    told = "configuration", {"values": values, "lockstep": lockstep, "harness": harness}
     directory, minutes = options.directory, options.minutes
     files = Ring(directory, minutes, about) if minutes else WholeDrive(directory, about)
     recorder = Recorder(files, Encoder(config.bus.topics, config.camera, colour), told)

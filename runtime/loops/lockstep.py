@@ -14,6 +14,7 @@ from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
+from runtime.loops.goal_request import STRICT, Terms, cancel_reason
 from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.record import Record, unrecorded
@@ -35,8 +36,9 @@ class Lockstep:
         configure: Callable[[Sequence[str]], Config],
         clock: Clock,
         record: Record = unrecorded,
+        terms: Terms = STRICT,
     ) -> None:
-        self._record = record
+        self._record, self._terms = record, terms
         self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
@@ -58,12 +60,19 @@ class Lockstep:
     # -- requests ------------------------------------------------------------------------------
 
     def _answer(self, request: Request) -> None:
+        try:
+            self._answer_to(request)
+        except Exception as error:
+            request.refuse(f"internal error: {error!r}")
+            raise
+
+    def _answer_to(self, request: Request) -> None:
         if request.kind == "status":
             request.reply(self._status())
         elif request.kind == "goal":
             request.reply(self._accept(request.body))
         elif request.kind == "cancel":
-            request.reply(self._end(str(request.body.get("reason", "cancelled"))))
+            request.reply(self._end(cancel_reason(request.body)))
             self._models.finish()
 
     def _status(self) -> dict[str, object]:
@@ -79,7 +88,7 @@ class Lockstep:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         try:
-            order = understand(body, self._models, self._configure)
+            order = understand(body, self._models, self._configure, self._terms)
             if self._search is not None:
                 self._end("preempted")
             search = Search.begin(order, self._record)

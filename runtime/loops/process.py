@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Final
 
 from runtime.clock import Clock
+from runtime.log import say
 
 FIFO_PRIORITY = 20  # above ordinary threads, below the kernel's own
 COLLECT_S = 5.0  # between collections
@@ -51,7 +52,7 @@ def go_first_or_tell() -> None:
 
 def _tell(what: str) -> None:
     if what:
-        print(f"rfnav: {what}", file=sys.stderr)
+        say(what)
 
 
 def go_first() -> str:

@@ -6,9 +6,7 @@ This thread owns the world. A search begins with a request on `goal` and ends wh
 nothing is left to explore, or by a request on `cancel`.
 """
 
-import os
 import sys
-import time
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -20,10 +18,12 @@ from runtime.config import Config
 from runtime.core.types import Detections, SearchState
 from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
+from runtime.log import say
 from runtime.loops.decision_worker import DecisionWorker
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
 from runtime.loops.drive import Drive, Means
 from runtime.loops.feedback import Feedback
+from runtime.loops.goal_request import STRICT, Terms, cancel_reason
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.process import Garbage
 from runtime.loops.search import Order, Search, SearchModels, seen, understand
@@ -58,8 +58,9 @@ class RealTime:
         record: Record = unrecorded,
         worker: Decisions | None = None,
         detector: LoopDetector | None = None,
+        terms: Terms = STRICT,
     ) -> None:
-        self._record = record
+        self._record, self._terms = record, terms
         self._bus, self._control, self._models = bus, control, models
         self._configure, self._clock = configure, clock
         self._drive: Drive | None = None
@@ -104,8 +105,7 @@ class RealTime:
     def _turn(self) -> None:
         request = self._bus.request()
         if request is not None:
-            self._answer(request)
-            return
+            self._answer(request)  # and on: requests without end hold up no frame
         if self._garbage.due():
             with self._tracer.stage(Stage.GARBAGE):
                 self._garbage.collect()
@@ -136,12 +136,24 @@ class RealTime:
     # -- requests ------------------------------------------------------------------------------
 
     def _answer(self, request: Request) -> None:
-        if request.kind == "status":
-            request.reply(self._status())
-        elif request.kind == "goal":
-            request.reply(self._accept(request.body))
-        elif request.kind == "cancel":
-            request.reply(self._cancel(str(request.body.get("reason", "cancelled"))))
+        """Whatever a request runs into, it is answered. A goal that runs into a mistake of ours
+        ends the search, and no more: what the models were told is not known then."""
+        try:
+            request.reply(self._answer_to(request))
+        except Exception as error:
+            told = f"internal error: {error!r}"
+            request.refuse(told)
+            if request.kind != "goal" or isinstance(error, RfNavError):
+                raise
+            say(f"goal: {told}\n{traceback.format_exc()}")
+            self._end(SearchState.ENDED, f"a goal met an {told}")
+
+    def _answer_to(self, request: Request) -> dict[str, object]:
+        if request.kind == "goal":
+            return self._accept(request.body)
+        if request.kind == "cancel":
+            return self._cancel(cancel_reason(request.body))
+        return self._status()
 
     def _status(self) -> dict[str, object]:
         search = self._drive.search if self._drive else None
@@ -157,6 +169,7 @@ class RealTime:
             "streams": {t: vars(h) for t, h in health.items()},
             "stages": self._tracer.told(),
             "shed": self._shedding.told(),
+            "journal_lost": latest.journal.lost if latest else "",
         }
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
@@ -165,7 +178,7 @@ class RealTime:
             return {"accepted": False, "error": low}
         with self._detector.paused():  # no look while the words change
             try:
-                order = understand(body, self._models, self._configure, _default_dir())
+                order = understand(body, self._models, self._configure, self._terms)
                 if self._drive is not None:
                     self._end(SearchState.PREEMPTED, "preempted")
                 search = Search.begin(self._wiser(order), self._record)
@@ -186,7 +199,7 @@ class RealTime:
             "accepted": True,
             "name": order.goal.name,
             "how": order.goal.how,
-            "log_dir": str(order.log_dir),
+            "log_dir": str(order.log_dir) if order.log_dir else None,
         }
 
     def _means(self) -> Means:
@@ -248,9 +261,3 @@ class RealTime:
         self._last = drive.search, summary
         self._garbage.collect_all()
         return summary
-
-
-def _default_dir() -> Path:
-    """Where a search that names no log_dir leaves its journal and map."""
-    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return state / "rf-nav" / "searches" / time.strftime("%Y%m%d-%H%M%S")

@@ -30,6 +30,8 @@ from runtime.errors import ConfigError
 from runtime.experts.hindsight import CHOICES_KEPT, Choice
 from runtime.experts.panel import Panel
 from runtime.journal import Journal, write_map
+from runtime.log import say
+from runtime.loops.goal_request import Terms
 from runtime.loops.reports import explain, map_of, told_command
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
@@ -87,8 +89,8 @@ class Order:
     goal: Goal
     config: Config
     panel: Panel
-    log_dir: Path
-    episode: object  # as the requester calls it
+    log_dir: Path | None  # None: nothing can be written
+    episode: str | int | None  # as the requester calls it
     rooms: tuple[str, ...]
 
     @property
@@ -101,19 +103,18 @@ def understand(
     body: Mapping[str, Any],
     models: SearchModels,
     configure: Callable[[Sequence[str]], Config],
-    default_dir: Path | None = None,
+    terms: Terms,
 ) -> Order:
-    """The request {"goal", "log_dir", "settings", "episode"}; RfNavError says what is wrong. With
-    a `default_dir` the log_dir may be left out."""
-    config, text = configure(_settings(body)), _text(body, "goal")
-    named = default_dir is None or "log_dir" in body
-    log_dir = Path(_text(body, "log_dir")) if named or default_dir is None else default_dir
+    """A request, see `Terms.read`, by the robot's configuration; RfNavError says what is wrong."""
+    request = terms.read(body)
+    config = configure(request.settings)
     if config.camera.by_tf != configure(()).camera.by_tf:
         raise ConfigError(
             "camera.mount: tf is read from the start or not at all: set it in rfnav's configuration"
         )
-    goal, panel = models.accept(text, config)
-    return Order(goal, config, panel, log_dir, body.get("episode"), models.rooms)
+    goal, panel = models.accept(request.text, config)
+    log_dir = request.log_dir or terms.directory()
+    return Order(goal, config, panel, log_dir, request.episode, models.rooms)
 
 
 @dataclass
@@ -133,12 +134,13 @@ class Search:
     @classmethod
     def begin(cls, order: Order, record: Record = unrecorded) -> "Search":
         """With a journal of its own; ConfigError when that cannot be written."""
-        path = order.log_dir / JOURNAL_FILE
+        goal, path = order.goal, order.log_dir / JOURNAL_FILE if order.log_dir else None
         try:
-            path.unlink(missing_ok=True)
+            if path is not None:
+                path.unlink(missing_ok=True)
         except OSError as error:
             raise ConfigError(f"{path}: cannot be replaced ({error.strerror})") from error
-        journal, goal = Journal(path), order.goal
+        journal = Journal(path)
         journal.write("goal", text=goal.text, name=goal.name, how=goal.how, episode=order.episode)
         record("order", {"goal": goal, "rooms": order.rooms})
         return cls(order, journal, record=record)
@@ -260,15 +262,24 @@ class Search:
         """Close the journal and write the map; returns the summary that a cancel is answered."""
         self.journal.write("end", reason=reason, **extra)
         self.journal.close()
-        if self.world is not None:
-            write_map(self.order.log_dir, *map_of(self.world, self.goal))
-        return {
+        return self._left_behind() | {
             "ended": True,
             "steps": self.world.body.step if self.world else 0,
             "decisions": self.decisions,
             "seconds": self.seconds,
             "collisions": self.world.body.collisions if self.world else 0,
         }
+
+    def _left_behind(self) -> dict[str, object]:
+        """Write the map; what could not be written, "" each for nothing."""
+        lost = ""
+        if self.world is not None and self.order.log_dir is not None:
+            try:
+                write_map(self.order.log_dir, *map_of(self.world, self.goal))
+            except OSError as error:
+                lost = f"{self.order.log_dir}: the map cannot be written ({error.strerror})"
+                say(lost)
+        return {"journal_lost": self.journal.lost, "map_lost": lost}
 
     def prepared(self, obs: Observation) -> Observation:
         """An image as all that comes after takes it: without flying pixels, and with where the
@@ -303,17 +314,3 @@ def seen(
         return models.detect(obs.rgb, lambda: surfaces_window(obs, mount))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
-
-
-def _text(body: Mapping[str, Any], key: str) -> str:
-    value = body.get(key)
-    if not isinstance(value, str):
-        raise ConfigError(f"goal request: {key}: must be text")
-    return value
-
-
-def _settings(body: Mapping[str, Any]) -> tuple[str, ...]:
-    value = body.get("settings", [])
-    if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
-        raise ConfigError('goal request: settings: must be a list of "KEY=VALUE"')
-    return tuple(value)

@@ -1,6 +1,5 @@
 """The models put to work behind the loops: detector, text encoder and language model."""
 
-import sys
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,6 +25,7 @@ from runtime.experts.reasoner import Reasoner
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seating
+from runtime.log import say
 from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal, Words, understand
 from runtime.perception.model_errors import models_told
@@ -58,7 +58,7 @@ class LoadedModels:
         self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
         if error := self._encoder.keep():  # nothing depends on it but how soon the next start is
-            print(f"rfnav: {error}", file=sys.stderr)
+            say(error)
         if config.panel.experts:
             self._open_seating()
 
@@ -145,7 +145,7 @@ class LoadedModels:
         file = ScoreFile(path, local.identity)
         scorer = Scorer([(self._models.language, local)], self._clock, file, self._book)
         if file.error:  # nothing depends on it but how soon the experts answer
-            print(f"rfnav: {file.error}", file=sys.stderr)
+            say(file.error)
         return scorer
 
     def _reason(self, model: ReasoningModel, sees: bool) -> Reasoner:

@@ -14,7 +14,6 @@ world         the `World` after a step, which is drawn every now and then
 """
 
 import os
-import sys
 import threading
 import time
 from collections.abc import Iterable
@@ -29,6 +28,7 @@ import numpy as np
 from runtime.core.types import Brief, Detections
 from runtime.core.world import World
 from runtime.errors import RfNavError
+from runtime.log import say
 from runtime.recording.drive_files import DriveFiles
 from runtime.recording.mcap_file import McapFile
 from runtime.recording.messages import Encoder
@@ -159,10 +159,10 @@ class Recorder:
                 pass
         except (OSError, RfNavError) as error:
             self._error = _reason(error)
-            print(f"rfnav: the recording ends: {self._error}", file=sys.stderr)
+            say(f"the recording ends: {self._error}")
         except BaseException as error:  # noqa: BLE001 -- raised again by `close`
             self._bug = error
-            print(f"rfnav: the recording ends: {error!r}", file=sys.stderr)
+            say(f"the recording ends: {error!r}")
         finally:
             self._over, self._queue = True, SimpleQueue()  # what waits is not kept in memory
             self._cpu_s = time.thread_time()

@@ -41,7 +41,8 @@ _NEWEST: Final = {
 
 JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Configuration": _object(
-        "What the runtime was started with.", values=_TABLE, lockstep=_FLAG
+        "What the runtime was started with.", values=_TABLE, lockstep=_FLAG,
+        since={"harness": _FLAG},
     ),
     "rfnav.Request": _object(
         "A query to the runtime.", kind=_TEXT, body=_TABLE, now_s=_NUMBER

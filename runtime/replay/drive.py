@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from runtime.config import Config
 from runtime.errors import RecordingError, RfNavError
+from runtime.loops.goal_request import Terms
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
@@ -61,12 +62,13 @@ def replay(
     account.models = FilmModels(film, clock, again)
     with tempfile.TemporaryDirectory() as folder:
         bus = FilmBus(film, Path(folder))
+        terms = Terms(script.harness, lambda: Path(folder))
         try:
             if script.lockstep:
-                loop = Lockstep(bus, account.models, configure, clock, film.record)
+                loop = Lockstep(bus, account.models, configure, clock, film.record, terms)
                 loop.run(film.over)
             else:
-                _in_real_time(film, bus, account, configure, clock)
+                _in_real_time(film, bus, account, configure, clock, terms)
         except RfNavError as error:
             if film.coming() or not script.recording.cut:  # else it only lacks what was cut off
                 stopped = str(error)
@@ -113,6 +115,7 @@ def _in_real_time(
     account: _Account,
     configure: Callable[[Sequence[str]], Config],
     clock: FilmClock,
+    terms: Terms,
 ) -> None:
     budgets, models = read_budgets(None), account.models
     assert models is not None
@@ -121,7 +124,7 @@ def _in_real_time(
     account.control = FilmControl(film, configure(()), tracer, account.differences)
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
-        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again),
+        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), terms,
     )  # fmt: skip
     loop.run(film.over)
 

@@ -13,6 +13,7 @@ from runtime.core.objects import candidates
 from runtime.core.objects.verdict import confirmed
 from runtime.core.world import World
 from runtime.errors import RecordingError
+from runtime.loops.goal_request import Terms
 from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.replay.script import Script, Turn, observed
 
@@ -46,8 +47,8 @@ def asked(
     """How the goal is understood, and what would have been found, the first noticed first.
     RecordingError without images to look at."""
     with tempfile.TemporaryDirectory() as folder:
-        body = {"goal": goal, "log_dir": folder}
-        order = understand(body, models, lambda more: config, Path(folder))
+        terms = Terms(directory=lambda: Path(folder))
+        order = understand({"goal": goal}, models, lambda more: config, terms)
         search = Search.begin(order)
         try:
             found = _found(script, search, models)

@@ -60,6 +60,7 @@ class Script:
         told = json.loads(first.payload)
         self.values: dict[str, Any] = told["values"]
         self.lockstep: bool = told["lockstep"]
+        self.harness: bool = told.get("harness", True)  # before it was told, all was let in
         self.began_ns = first.log_time_ns
 
     @classmethod

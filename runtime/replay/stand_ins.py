@@ -123,7 +123,8 @@ class Film:
 
 
 class FilmBus:
-    """The bus: frames and requests in their order."""
+    """The bus: frames and requests in their order. Where a goal says where files go, they go to
+    `log_dir`."""
 
     def __init__(self, film: Film, log_dir: Path) -> None:
         self._film, self._log_dir = film, log_dir
@@ -132,7 +133,9 @@ class FilmBus:
         if self._film.coming() != "request":
             return None
         told = self._film.forward().told
-        body = dict(told["body"]) | {"log_dir": str(self._log_dir)}
+        body = dict(told["body"])
+        if "log_dir" in body:
+            body["log_dir"] = str(self._log_dir)
         return Request(told["kind"], body, _Asker(), "replay")
 
     def next(self, timeout_s: float) -> Observation | None:

@@ -5,7 +5,6 @@ Zenoh's callbacks only put bytes into rings. One thread owns the Bus and calls `
 """
 
 import threading
-from collections import deque
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final, Self
@@ -19,7 +18,6 @@ from runtime.core.motion.contact import Felt
 from runtime.core.motion.safety import Halt, SafetyConfig
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose, Twist
-from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
@@ -27,7 +25,7 @@ from runtime.robot.body_senses import BodySenses
 from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.publications import Publications
 from runtime.robot.reflex import Reflex, swept
-from runtime.robot.requests import Request
+from runtime.robot.requests import WAITING, Request, Requests
 from runtime.robot.session import (
     DETECTIONS,
     OWN_TOPICS,
@@ -43,7 +41,6 @@ from runtime.robot.vigilance import Vigilance
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
 
 SAFETY: Final = SafetyConfig()
-QUERIES: Final = ("goal", "cancel", "status")
 
 
 class Bus:
@@ -69,7 +66,7 @@ class Bus:
         self._clock = clock
         self._lockstep = lockstep
         self._changed = threading.Condition()
-        self._requests: deque[tuple[str, str, Any]] = deque()
+        self._requests = Requests(self._changed, config.key, self._answered)
         self._streams = SensorStreams(
             config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
         )
@@ -91,7 +88,7 @@ class Bus:
             for topic in (TF, TF_STATIC):
                 self._subscribe(topic, partial(self._streams.file_transforms, topic), past=True)
         self._subscribe(DETECTIONS, partial(self._streams.file_labels, DETECTIONS))
-        for kind in QUERIES:
+        for kind in WAITING:
             self._serve(kind, OWN_TOPICS[kind])
         if not lockstep:
             brake = self._session, config, self._brake, lambda: self.on_urgent()
@@ -114,7 +111,7 @@ class Bus:
         by = Deadline.after(timeout_s, self._clock)
         while True:
             with self._changed:
-                match = self._streams.wait_for_match(by, self._request_waits)
+                match = self._streams.wait_for_match(by, self._requests.wait)
             if match is None:
                 return None
             if self._lockstep and match.stamp_ns <= self._delivered_ns:
@@ -129,23 +126,12 @@ class Bus:
                 return observation
 
     def request(self) -> Request | None:
-        """The oldest request that waits, or None. Bodies that are not JSON are refused here."""
-        while True:
-            with self._changed:
-                if not self._requests:
-                    return None
-                kind, topic, query = self._requests.popleft()
-            key, done = self._config.key(topic), partial(self._answered, kind)
-            payload = query.payload.to_bytes() if query.payload is not None else b"{}"
-            try:
-                body = wire.parse_json(payload, topic)
-            except SensorError as error:
-                refused = {"accepted": False, "error": str(error)}
-                Request(kind, {}, query, key, done).reply(refused)
-                continue
-            now_s = self._clock.now_s()
-            self._record("request", {"kind": kind, "body": body, "now_s": now_s})
-            return Request(kind, body, query, key, done)
+        """The next request that waits, or None; see `Requests`."""
+        request = self._requests.take()
+        if request is not None:
+            told = {"kind": request.kind, "body": request.body, "now_s": self._clock.now_s()}
+            self._record("request", told)
+        return request
 
     def file_odometry(self, pose: Pose, stamp_ns: int) -> None:
         """Odometry that came by another wire: in the map frame, stamped as the images are. Any
@@ -172,7 +158,7 @@ class Bus:
         """Return when a request waits, or after the timeout; frames are left alone."""
         by = Deadline.after(timeout_s, self._clock)
         with self._changed:
-            while not self._requests and not by.passed():
+            while not self._requests.wait() and not by.passed():
                 self._clock.wait(self._changed, by.at_s)
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
@@ -259,10 +245,7 @@ class Bus:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""
         if self._reflex is not None:
             self._reflex.close()
-        with self._changed:
-            requests, self._requests = list(self._requests), deque()
-        for _, _, query in requests:
-            query.drop()
+        self._requests.close()
         self._out.undeclare()
         declared, self._declared = self._declared, []
         for entity in declared:
@@ -304,16 +287,11 @@ class Bus:
         if kind == "cancel":
             self._brake.cancel(False)
 
-    def _request_waits(self) -> bool:
-        return bool(self._requests)
-
     def _serve(self, kind: str, topic: str) -> None:
         def receive(query: zenoh.Query) -> None:
             if kind == "cancel":
                 self._brake.cancel(True)
                 self.on_urgent()
-            with self._changed:
-                self._requests.append((kind, topic, query))
-                self._changed.notify_all()
+            self._requests.file(kind, topic, query)
 
         self._declared.append(self._session.declare_queryable(self._config.key(topic), receive))

@@ -1,17 +1,27 @@
-"""A query to the runtime, to be answered by the thread that owns the bus."""
+"""Queries to the runtime: those that wait, within bounds, and the one that is being answered."""
 
 import json
+import threading
+from collections import deque
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, Final
 
 import zenoh
 
+from runtime.errors import SensorError
 from runtime.journal import plain
+from runtime.robot.json_text import parse_json
+
+# How many wait, by kind. What overtakes comes first: a cancel is never behind a goal.
+WAITING: Final = {"cancel": 16, "status": 16, "goal": 4}
+CANCELLED: Final = "it was cancelled before it began"
 
 
 class Request:
-    """A query to the runtime. Reply once, which calls `answered`; a reply to a querier that has
-    gone is lost quietly."""
+    """A query, to be answered by the thread that owns the bus. The first reply counts, and calls
+    `answered`; one to a querier that has gone is lost quietly."""
 
     def __init__(
         self,
@@ -21,17 +31,109 @@ class Request:
         key: str,
         answered: Callable[[], None] = lambda: None,
     ) -> None:
-        self._answered = answered
         self.kind = kind
         self.body = body
         self._query = query
         self._key = key
+        self._answered, self._is_answered = answered, False
 
     def reply(self, answer: Mapping[str, object]) -> None:
+        if self._is_answered:
+            return
+        said = json.dumps(plain(answer))
+        self._is_answered = True
         try:
-            self._query.reply(self._key, json.dumps(plain(answer)))
+            self._query.reply(self._key, said)
         except zenoh.ZError:
             pass  # the session that asked has closed
         finally:
             self._query.drop()
             self._answered()
+
+    def refuse(self, why: str) -> None:
+        self.reply({"accepted": False, "error": why})
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    """A query as it came."""
+
+    kind: str
+    key: str
+    query: Any
+    answered: Callable[[], None]
+
+    def read(self) -> Request:
+        """SensorError for a goal that is no JSON. A cancel cancels and a status is told whatever
+        else they say: who cannot be understood may want the robot to stop."""
+        payload = self.query.payload.to_bytes() if self.query.payload is not None else b"{}"
+        body: dict[str, Any] = {}
+        try:
+            body = parse_json(payload, self.key)
+        except SensorError:
+            if self.kind == "goal":
+                raise
+        return Request(self.kind, body, self.query, self.key, self.answered)
+
+    def refuse(self, why: str) -> None:
+        Request(self.kind, {}, self.query, self.key, self.answered).refuse(why)
+
+
+class Requests:
+    """Queries of all kinds, filed by the bus's threads and taken by one. `changed` is told of what
+    comes; `answered` of each that was answered, by its kind."""
+
+    def __init__(
+        self,
+        changed: threading.Condition,
+        key: Callable[[str], str],
+        answered: Callable[[str], None] = lambda kind: None,
+    ) -> None:
+        self._changed, self._key, self._answered = changed, key, answered
+        self._waiting: dict[str, deque[_Waiting]] = {kind: deque() for kind in WAITING}
+
+    def file(self, kind: str, topic: str, query: Any) -> None:
+        """Have a query wait; one too many is answered at once."""
+        waiting = _Waiting(kind, self._key(topic), query, partial(self._answered, kind))
+        with self._changed:
+            room = len(self._waiting[kind]) < WAITING[kind]
+            if room:
+                self._waiting[kind].append(waiting)
+                self._changed.notify_all()
+        if not room:
+            waiting.refuse(f"busy: {WAITING[kind]} {kind} requests wait already")
+
+    def wait(self) -> bool:
+        """Whether any does. Holding `changed`."""
+        return any(self._waiting.values())
+
+    def take(self) -> Request | None:
+        """The next; None when none waits. Goals that came before a cancel go with it."""
+        while True:
+            with self._changed:
+                kind = next((kind for kind, queue in self._waiting.items() if queue), None)
+                if kind is None:
+                    return None
+                waiting = self._waiting[kind].popleft()
+                dropped = self._drop_goals() if kind == "cancel" else []
+            for goal in dropped:
+                goal.refuse(CANCELLED)
+            try:
+                return waiting.read()
+            except SensorError as error:
+                waiting.refuse(str(error))
+
+    def close(self) -> None:
+        """Nobody answers any more."""
+        with self._changed:
+            left = [one for queue in self._waiting.values() for one in queue]
+            for queue in self._waiting.values():
+                queue.clear()
+        for one in left:
+            one.query.drop()
+
+    def _drop_goals(self) -> list[_Waiting]:
+        goals = self._waiting["goal"]
+        dropped = list(goals)
+        goals.clear()
+        return dropped

@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
+from runtime.robot.json_text import parse_json
 
 STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
 _T: Final = STORE.types
@@ -169,17 +170,6 @@ def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     if not (math.isfinite(forward) and math.isfinite(turn)):
         raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
     return forward, turn
-
-
-def parse_json(text: str | bytes, topic: str) -> dict[str, Any]:
-    """JSON text -> dict, or SensorError."""
-    try:
-        value = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise SensorError(f"{topic}: not JSON ({error}); send a JSON object") from error
-    if not isinstance(value, dict):
-        raise SensorError(f"{topic}: JSON {type(value).__name__}: send a JSON object")
-    return value
 
 
 def check_size(shape: tuple[int, ...], topic: str, intrinsics: Intrinsics, info_topic: str) -> None:

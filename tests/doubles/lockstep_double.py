@@ -14,6 +14,7 @@ from hil_sim.driving.link import free_port
 from runtime.clock import SystemClock
 from runtime.config import Config, load
 from runtime.core.types import Intrinsics, Pose
+from runtime.loops.goal_request import Terms
 from runtime.loops.lockstep import Lockstep
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
@@ -91,7 +92,7 @@ def running(
     def serve() -> None:
         try:
             with Bus(configure(()).bus, clock, lockstep=True, record=record) as bus:
-                Lockstep(bus, models, configure, clock, record).run(ending.is_set)
+                Lockstep(bus, models, configure, clock, record, Terms(True)).run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 

@@ -22,7 +22,7 @@ def recorded_drive(steps: int = 30) -> Path:
     models = FakeModels(there, o2f=farthest, r2f=farthest, sle=broken)
     where = folder / "recorded"
     with (
-        recording(load(None), RecordOptions(where, 0.0, False), True) as record,
+        recording(load(None), RecordOptions(where, 0.0, False), True, True) as record,
         running(models, record=record) as (peer, ended),
     ):
         peer.ask("status", {})

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from full_disk import largest_file
 
 from runtime.core.types import Absence, Action, Ballot, Decision, Missing, Vote
 from runtime.errors import ConfigError
@@ -66,3 +67,38 @@ def test_map_round_trip(tmp_path: Path) -> None:
     arrays, got = read_map(tmp_path / "run")
     np.testing.assert_array_equal(arrays["grid"], grid)
     assert got == {"goal": "toilet", "origin_m": [0.5, -1.0], "names": ["sofa"], "best": 0.5}
+
+
+def test_what_a_full_disk_does_not_take_is_lost_said_once_and_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "decisions.jsonl"
+    with Journal(path) as journal, largest_file(4096):
+        for n in range(200):
+            journal.write("step", n=n, text="x" * 100)
+        full = "No space left on device"
+        assert journal.lost == f"{path}: cannot be written ({full}): lines are lost"
+    assert capsys.readouterr().err == f"rfnav: {journal.lost}\n"
+    kept = list(read_journal(path))  # whole lines all
+    assert [line["n"] for line in kept] == list(range(len(kept)))
+    with Journal(path) as journal:
+        with largest_file(path.stat().st_size + 10):
+            journal.write("step", n=-1)
+        journal.write("end")  # there is room again
+        journal.write("after")
+    assert list(read_journal(path))[len(kept) :] == [
+        {"kind": "lost", "lines": 1}, {"kind": "end"}, {"kind": "after"}
+    ]  # fmt: skip
+
+
+def test_a_journal_that_is_not_kept() -> None:
+    with Journal(None) as journal:
+        journal.write("step")
+        assert journal.lost == "the journal is not kept"
+
+
+def test_a_map_that_a_full_disk_does_not_take_leaves_nothing(tmp_path: Path) -> None:
+    noise = np.random.default_rng(0).integers(0, 255, 100_000, dtype=np.uint8)
+    with largest_file(4096), pytest.raises(OSError, match="File too large"):
+        write_map(tmp_path, {"noise": noise}, {})
+    assert list(tmp_path.iterdir()) == []

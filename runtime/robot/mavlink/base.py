@@ -6,7 +6,6 @@ the control loop. A message that cannot be read is counted and dropped; a link t
 opened anew.
 """
 
-import sys
 import threading
 import time
 from collections.abc import Callable
@@ -18,6 +17,7 @@ from runtime.clock import Clock
 from runtime.core.motion.courses import STILL
 from runtime.core.types import Pose
 from runtime.errors import BaseError
+from runtime.log import say
 from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.mavlink.addresses import MavlinkAddress
 from runtime.robot.mavlink.links import MavlinkLink, open_link
@@ -51,7 +51,7 @@ class MavlinkBase:
         clock: Clock,
         may_arm: bool = False,
         odometry: Callable[[Pose, int], None] | None = None,
-        tell: Callable[[str], None] = lambda line: print(f"rfnav: {line}", file=sys.stderr),
+        tell: Callable[[str], None] = say,
         beside: Callable[[], BaseCondition] = lambda: WELL,
     ) -> None:
         self._address, self._clock = MavlinkAddress.parse(link), clock

@@ -11,21 +11,25 @@ import numpy as np
 import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, farthest
+from full_disk import largest_file
 from robot_double import RobotDouble
 from run_process import process
 
 from hil_sim.driving.link import free_port
 from runtime.clock import Deadline, SystemClock
 from runtime.commands.record import RecordOptions, recording
-from runtime.config import load
+from runtime.config import Config, load
 from runtime.core import local_policy
 from runtime.core.types import Brief, Detections, Missing, Pose, Twist, Vote
 from runtime.core.voting import brief
+from runtime.experts.panel import Panel
 from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.detector_worker import DetectorWorker
+from runtime.loops.goal_request import Terms
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
+from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
@@ -73,6 +77,7 @@ def running(
                 budgets,
                 garbage,
                 record,
+                terms=Terms(harness=True),
             )
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
@@ -326,7 +331,7 @@ def recorded(
     """The same; what was recorded of it comes out of a replay to the last bit."""
     config = load(None, (*QUICK, *settings, 'research.control_mode="velocity"'))
     with (
-        recording(config, RecordOptions(where, 0.0, False), False) as record,
+        recording(config, RecordOptions(where, 0.0, False), False, True) as record,
         running(models, *settings, record=record) as parts,
     ):
         yield parts
@@ -496,3 +501,50 @@ def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
     assert wrong(said) == []
     assert robot.twist.v_mps == robot.twist.w_radps == 0
     assert read_map(tmp_path)[0]["free"].any()
+
+
+@pytest.mark.parametrize("error", [RecursionError("too deep"), ValueError("embedded null byte")])
+def test_a_goal_that_meets_a_mistake_of_ours_is_answered_and_ends_no_more_than_the_search(
+    tmp_path: Path, error: Exception, capsys: pytest.CaptureFixture[str]
+):
+    models = FakeModels(home(4.0, 3.0))
+    accept = models.accept
+
+    def mistaken(goal: str, config: Config) -> tuple[Goal, Panel]:
+        if goal == "grenade":
+            raise error
+        return accept(goal, config)
+
+    with running(models, *PATIENT) as (robot, ended):
+        begin(robot, tmp_path / "a")
+        robot.until(lambda: moving(robot) or ended)
+        models.accept = mistaken
+        answer = robot.ask("goal", {"goal": "grenade", "log_dir": str(tmp_path / "b")})
+        assert answer == {"accepted": False, "error": f"internal error: {error!r}"}
+        robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+        assert robot.ask("status")["state"] == "ended"
+        begin(robot, tmp_path / "c")
+        robot.until(lambda: moving(robot) or ended)
+    assert not ended
+    assert list(read_journal(tmp_path / "a" / "decisions.jsonl"))[-1]["kind"] == "end"
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_a_search_goes_on_where_its_journal_and_map_cannot_be_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    there = home()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    with running(FakeModels(there), *PATIENT) as (robot, ended), largest_file(2000):
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        lost = robot.ask("status")["journal_lost"]
+        summary = robot.ask("cancel")
+    assert not ended
+    assert summary["state"] == "found"
+    assert "decisions.jsonl: cannot be written (No space left on device)" in lost
+    assert lost == summary["journal_lost"]
+    assert "the map cannot be written (File too large)" in summary["map_lost"]
+    said = capsys.readouterr().err
+    assert (said.count(lost), said.count(summary["map_lost"])) == (1, 1)
+    assert [path.name for path in tmp_path.iterdir()] == ["decisions.jsonl"]

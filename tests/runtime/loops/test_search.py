@@ -14,6 +14,7 @@ from runtime.config import load
 from runtime.core.geometry import rays
 from runtime.core.types import Detections, Mount, Observation, Pose
 from runtime.errors import ConfigError
+from runtime.loops.goal_request import Terms
 from runtime.loops.search import Search, seen, understand
 
 NODDING = Mount(z_m=0.93, pitch_rad=0.12)
@@ -27,6 +28,10 @@ def nodded(obs: Observation) -> Observation:
     return Observation(obs.stamp_ns, obs.rgb, depth, obs.pose, obs.intrinsics, NODDING)
 
 
+def terms(directory: Path) -> Terms:
+    return Terms(harness=True, directory=lambda: directory)
+
+
 def free_cells(tmp_path: Path, mount: str) -> int:
     home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
     models = FakeModels(home)
@@ -34,7 +39,7 @@ def free_cells(tmp_path: Path, mount: str) -> int:
     def configure(more):
         return load(None, [f"camera.mount='{mount}'", *more])
 
-    search = Search.begin(understand({"goal": "bed", "log_dir": str(tmp_path)}, models, configure))
+    search = Search.begin(understand({"goal": "bed"}, models, configure, terms(tmp_path)))
     world = search.perceive(search.prepared(nodded(home.observe())), NO_DETECTIONS, models)
     search.end("seen")
     models.panel.close()
@@ -57,8 +62,8 @@ def test_the_floor_is_kept_where_the_mount_is_known_by_the_frame(tmp_path: Path)
 @contextlib.contextmanager
 def search_for(home: Apartment, goal: str, tmp_path: Path) -> Iterator[tuple[Search, FakeModels]]:
     models = FakeModels(home)
-    body = {"goal": goal, "log_dir": str(tmp_path)}
-    search = Search.begin(understand(body, models, lambda more: load(None, more)))
+    order = understand({"goal": goal}, models, lambda more: load(None, more), terms(tmp_path))
+    search = Search.begin(order)
     yield search, models
     search.end("seen")
     models.panel.close()
@@ -120,16 +125,16 @@ def test_frames_of_tf_do_not_change_with_a_goal(tmp_path: Path, key: str) -> Non
     models = FakeModels(Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0)))
     own = "camera.mount='tf'"
     settings = [f"camera.{key}", "research.camera_frame='other'"]
-    body = {"goal": "bed", "log_dir": str(tmp_path), "settings": settings}
+    body = {"goal": "bed", "settings": settings}
     with pytest.raises(ConfigError, match=r"^camera.mount: tf is read from the start or not"):
-        understand(body, models, lambda more: load(None, [own, *more]))
+        understand(body, models, lambda more: load(None, [own, *more]), terms(tmp_path))
     models.panel.close()
 
 
 def test_tf_does_not_come_with_a_goal(tmp_path: Path) -> None:
     models = FakeModels(Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0)))
-    body = {"goal": "bed", "log_dir": str(tmp_path), "settings": ["camera.mount='tf'"]}
+    body = {"goal": "bed", "settings": ["camera.mount='tf'"]}
     with pytest.raises(ConfigError, match=r"^camera.mount: tf is read from the start or not"):
-        understand(body, models, lambda more: load(None, more))
+        understand(body, models, lambda more: load(None, more), terms(tmp_path))
     models.panel.close()
     assert models.asked == []

@@ -205,12 +205,6 @@ def test_damaged_messages_raise_nothing_but_sensor_errors(
     _only_sensor_errors(bytes(damaged[:end]))
 
 
-@given(st.binary(max_size=60))
-def test_json_bytes_raise_nothing_but_sensor_errors(text: bytes) -> None:
-    with suppress(SensorError):
-        wire.parse_json(text, "goal")
-
-
 @given(v=st.floats(-2, 2), w=st.floats(-3, 3), stamp=st.integers(0, 2**60))
 def test_a_stamped_twist_survives_the_wire(v: float, w: float, stamp: int) -> None:
     assert stamped_twist(wire.encode_twist_stamped(v, w, stamp)) == (stamp, v, w)

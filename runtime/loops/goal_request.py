@@ -1,0 +1,132 @@
+"""What a request may ask of a search: an explicit, bounded list. All else is the robot's own, and
+is set where the process is started."""
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from runtime.errors import ConfigError
+from runtime.log import say
+from runtime.toml_values import unknown
+
+MAY_SET: Final = ("goal.keep_map", "panel.decide_budget_s", "panel.experts")
+"""Keys that say what a search is; their values keep to the keys' own bounds."""
+ASKED: Final = ("goal", "episode", "settings", "log_dir")
+SETTINGS: Final = 32
+SETTING_CHARS: Final = 200
+PATH_CHARS: Final = 1000
+TOLD_CHARS: Final = 200  # of an episode's name, and of a reason to cancel
+DIRECTORIES: Final = 1000  # of searches that began in one second
+
+
+@dataclass(frozen=True)
+class GoalRequest:
+    """`log_dir`: where journal and map are left; None: in a directory of the search's own."""
+
+    text: str
+    settings: tuple[str, ...]
+    log_dir: Path | None
+    episode: str | int | None
+
+
+def new_directory() -> Path | None:
+    """A directory of its own under the state directory for what a search leaves; None, and a line
+    in the log, where none can be made."""
+    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    name = time.strftime("%Y%m%d-%H%M%S")
+    searches = state / "rf-nav" / "searches"
+    try:
+        searches.mkdir(parents=True, exist_ok=True)
+        for number in range(1, DIRECTORIES):
+            path = searches / (name if number == 1 else f"{name}-{number}")
+            try:
+                path.mkdir()
+                return path
+            except FileExistsError:
+                continue
+        why = f"{DIRECTORIES} searches began in this second"
+    except OSError as error:
+        why = error.strerror or str(error)
+    say(f"{searches}: cannot be written ({why}): journal and map of this search are lost")
+    return None
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What goals may bring. Under a `harness`: settings of everything, and where files are written;
+    else what `MAY_SET` names. `directory`: where files go if nobody says."""
+
+    harness: bool = False
+    directory: Callable[[], Path | None] = new_directory
+
+    def read(self, body: Mapping[str, Any]) -> GoalRequest:
+        """The request {"goal", "episode", "settings", "log_dir"}; ConfigError, one line, says what
+        is wrong with it."""
+        for name in body:
+            if name not in ASKED:
+                raise ConfigError(f"goal request: {name[:TOLD_CHARS]!r}: {unknown(name, ASKED)}")
+        log_dir = self._log_dir(body) if "log_dir" in body else None
+        return GoalRequest(_text(body), self._settings(body), log_dir, _episode(body))
+
+    def _settings(self, body: Mapping[str, Any]) -> tuple[str, ...]:
+        value = body.get("settings", [])
+        if not isinstance(value, list) or not all(isinstance(item, str) for item in value):
+            raise ConfigError('goal request: settings: must be a list of "KEY=VALUE"')
+        if self.harness:
+            return tuple(value)
+        if len(value) > SETTINGS or any(len(item) > SETTING_CHARS for item in value):
+            limits = f"{SETTINGS} of {SETTING_CHARS} letters"
+            raise ConfigError(f"goal request: settings: must be at most {limits}")
+        for item in value:
+            name = item.partition("=")[0].strip()
+            if name not in MAY_SET:
+                raise ConfigError(
+                    f"goal request: settings: {name!r} is the robot's, not a goal's to set; a goal "
+                    f"sets {', '.join(MAY_SET)}; all else is in rfnav's configuration"
+                )
+        return tuple(value)
+
+    def _log_dir(self, body: Mapping[str, Any]) -> Path:
+        value = body["log_dir"]
+        if not self.harness:
+            raise ConfigError(
+                "goal request: log_dir: only under rfnav run --harness; files are written in the "
+                "state directory"
+            )
+        if not isinstance(value, str):
+            raise ConfigError("goal request: log_dir: must be text")
+        if not value.isprintable() or not 0 < len(value) <= PATH_CHARS:
+            raise ConfigError("goal request: log_dir: must be the path of a directory")
+        return Path(value)
+
+
+STRICT: Final = Terms()
+"""Of a robot that no harness started."""
+
+
+def cancel_reason(body: Mapping[str, Any]) -> str:
+    """Why a search is cancelled, as far as it is told in words."""
+    reason = body.get("reason")
+    fine = isinstance(reason, str) and reason.isprintable() and 0 < len(reason) <= TOLD_CHARS
+    return str(reason) if fine else "cancelled"
+
+
+def _text(body: Mapping[str, Any]) -> str:
+    value = body.get("goal")
+    if not isinstance(value, str):
+        raise ConfigError("goal request: goal: must be text")
+    return value
+
+
+def _episode(body: Mapping[str, Any]) -> str | int | None:
+    value = body.get("episode")
+    if value is None or (isinstance(value, int) and not isinstance(value, bool)):
+        return value
+    if isinstance(value, str) and value.isprintable() and len(value) <= TOLD_CHARS:
+        return value
+    raise ConfigError(
+        f"goal request: episode: must be a name of at most {TOLD_CHARS} letters, or a whole number"
+    )

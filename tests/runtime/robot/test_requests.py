@@ -1,0 +1,120 @@
+"""Queries wait within bounds; a cancel overtakes them, and takes earlier goals along."""
+
+import json
+import threading
+from typing import Any
+
+from runtime.robot.requests import CANCELLED, WAITING, Request, Requests
+
+
+class Asker:
+    """A query, and what it was answered."""
+
+    def __init__(self, payload: bytes | None) -> None:
+        self.payload = None if payload is None else self
+        self._bytes = payload or b""
+        self.answers: list[dict[str, Any]] = []
+        self.dropped = False
+
+    def to_bytes(self) -> bytes:
+        return self._bytes
+
+    def reply(self, key: str, answer: str) -> None:
+        assert not self.dropped
+        self.answers.append({"key": key, **json.loads(answer)})
+
+    def drop(self) -> None:
+        self.dropped = True
+
+
+def waiting() -> Requests:
+    return Requests(threading.Condition(), lambda topic: f"robot/{topic}")
+
+
+def file(requests: Requests, kind: str, payload: bytes | None = b"{}") -> Asker:
+    asker = Asker(payload)
+    requests.file(kind, f"rfnav/{kind}", asker)
+    return asker
+
+
+def taken(requests: Requests) -> Request:
+    request = requests.take()
+    assert request is not None
+    return request
+
+
+def test_cancel_overtakes_status_and_status_overtakes_goals():
+    requests = waiting()
+    file(requests, "goal", b'{"goal":"bed"}')
+    file(requests, "status")
+    assert [taken(requests).kind for _ in range(2)] == ["status", "goal"]
+    for kind in ("status", "cancel", "status"):
+        file(requests, kind)
+    assert [taken(requests).kind for _ in range(3)] == ["cancel", "status", "status"]
+    assert requests.take() is None
+
+
+def test_goals_that_came_before_a_cancel_go_with_it():
+    requests = waiting()
+    goals = [file(requests, "goal", b'{"goal":"bed"}') for _ in range(3)]
+    file(requests, "cancel")
+    later = taken(requests)
+    assert later.kind == "cancel"
+    for goal in goals:
+        assert [answer["error"] for answer in goal.answers] == [CANCELLED]
+        assert goal.dropped
+    file(requests, "goal", b'{"goal":"sofa"}')
+    assert taken(requests).body == {"goal": "sofa"}
+
+
+def test_a_flood_is_answered_busy_and_a_cancel_comes_through_it():
+    requests = waiting()
+    goals = [file(requests, "goal", b'{"goal":"bed"}') for _ in range(800)]
+    busy = [goal for goal in goals if goal.answers]
+    assert len(busy) == 800 - WAITING["goal"]
+    assert busy[0].answers == [
+        {
+            "key": "robot/rfnav/goal",
+            "accepted": False,
+            "error": "busy: 4 goal requests wait already",
+        }
+    ]
+    file(requests, "cancel")
+    assert taken(requests).kind == "cancel"
+    assert all(goal.answers and goal.dropped for goal in goals)
+
+
+def test_a_cancel_cancels_and_a_status_is_told_whatever_else_they_say():
+    requests = waiting()
+    for payload in (b"\xff\0", b"[" * 900, None, b"[]", b'{"reason":"enough"}'):
+        file(requests, "cancel", payload)
+        request = taken(requests)
+        assert request.kind == "cancel"
+        assert request.body in ({}, {"reason": "enough"})
+        file(requests, "status", payload)
+        assert taken(requests).kind == "status"
+
+
+def test_a_goal_that_is_no_json_is_refused_and_the_next_is_taken():
+    requests = waiting()
+    bad = file(requests, "goal", b"{")
+    file(requests, "goal", b'{"goal":"bed"}')
+    assert taken(requests).body == {"goal": "bed"}
+    assert "not JSON" in bad.answers[0]["error"]
+    assert bad.dropped
+
+
+def test_the_first_answer_counts():
+    asker = Asker(b"{}")
+    request = Request("goal", {}, asker, "rfnav/goal")
+    request.reply({"accepted": True})
+    request.refuse("too late")
+    assert [answer["accepted"] for answer in asker.answers] == [True]
+
+
+def test_who_waits_at_the_end_is_let_go():
+    requests = waiting()
+    askers = [file(requests, kind) for kind in WAITING]
+    requests.close()
+    assert all(asker.dropped and not asker.answers for asker in askers)
+    assert not requests.wait()
