@@ -53,6 +53,11 @@ def perceive(
     return place(world, obs, detections, outline, mount, cfg)
 
 
+def reach_m(cfg: NavigateConfig) -> float:
+    """How far to each side of the robot the map reaches."""
+    return cfg.map.max_depth_m + 1.0
+
+
 def survey(
     world: World, obs: Observation, mount: Mount, cfg: NavigateConfig, led: bool = False
 ) -> F64:
@@ -65,7 +70,7 @@ def survey(
         progress.advance(world, obs, cfg)
     world.lens = obs.intrinsics, mount
     world.body.been(obs.pose)
-    world.grow(cfg.map.max_depth_m + 1.0)
+    world.grow(reach_m(cfg))
     robot = cfg.robot
     outline = grid.integrate(
         world.map, obs, mount, robot.radius_m, robot.height_m, cfg.map.max_depth_m

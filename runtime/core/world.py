@@ -35,6 +35,7 @@ from runtime.core.types import (
 
 STEP_M = 0.01  # of the way that is kept: a robot that stands leaves none
 CREEPING = "at a creep: the camera could not see the floor here"
+MOST_SIDE_M = 120.0  # of a grid: all that is kept by cell is some 260 MB then
 FIRST_LOOKS = 12  # turns of the look around at the start: a whole one, where a turn is 30 degrees
 
 
@@ -270,6 +271,15 @@ class World:
     def seen_from_m(self, high_m: float) -> float:
         """How far away a thing of that height is in the image."""
         return seen_from_m(*self.lens, high_m) if self.lens else 0.0
+
+    def may_reach(self, pose: Pose, margin_m: float) -> bool:
+        """Whether the grid could be grown so that a pose keeps `margin_m` to each side."""
+        f = self.map.frame
+        width_m, height_m = f.cols * f.resolution_m, f.rows * f.resolution_m
+        return all(
+            at + margin_m - low <= MOST_SIDE_M and low + side - at + margin_m <= MOST_SIDE_M
+            for at, low, side in ((pose.x_m, f.x0_m, width_m), (pose.y_m, f.y0_m, height_m))
+        )
 
     def grow(self, margin_m: float) -> None:
         """Keep the grid larger than what the camera can see from here."""

@@ -62,10 +62,13 @@ class Drive:
     led_s: float | None = None  # a hand drives, or nobody can: when its newest frame arrived
     led_by: str = ""  # how that is called in the journal: hand, or held
     left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
+    astray: str = ""  # why the newest frame is of nowhere on the map
     back: str = ""  # why it drives back to where it began
 
     def see(self, obs: Observation, frame_s: float) -> Command | None:
         """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
+        if self._is_astray(obs):
+            return None  # the plan grows old, and that holds the base
         condition = self.means.control.condition()
         if condition.hand or condition.held:
             self._led(obs, frame_s, condition)
@@ -123,6 +126,16 @@ class Drive:
         means.detector.rest = means.shedding.rest
 
     # -- inside --------------------------------------------------------------------------------
+
+    def _is_astray(self, obs: Observation) -> bool:
+        """Whether a frame is of somewhere that the map cannot reach; journaled when that begins."""
+        why = self.search.astray(obs)
+        if why:
+            self.tell(SearchState.SEARCHING, why)
+            if not self.astray:
+                self.search.journal.write("astray", reason=why)
+        self.astray = why
+        return bool(why)
 
     def _perceive(self, obs: Observation, frame_s: float, led: bool = False) -> World:
         """Take in a frame, what the body has met since the one before, and what was seen in earlier

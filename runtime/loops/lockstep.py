@@ -112,6 +112,8 @@ class Lockstep:
 
     def _step(self, search: Search, obs: Observation) -> None:
         cfg = search.config.navigate
+        if why := search.astray(obs):
+            raise SensorError(why)
         began_s = perf_counter()
         obs = search.prepared(obs)
         detections = seen(search, obs, self._models, self._bus, LABELS_S)

@@ -164,6 +164,15 @@ class Search:
         outline = self.survey(obs)
         return self.place(obs, detections, outline, models)
 
+    def astray(self, obs: Observation) -> str:
+        """Why an observation is none of this map's: its pose is farther off than a map may reach.
+        "" for one that is."""
+        reach_m = navigate.reach_m(self.config.navigate)
+        if self.world is None or self.world.may_reach(obs.pose, reach_m):
+            return ""
+        at = f"({obs.pose.x_m:.1f}, {obs.pose.y_m:.1f})"
+        return f"odometry tells {at} m, farther off than a map reaches"
+
     def survey(self, obs: Observation, led: bool = False) -> F64:
         """Add what depth tells; returns the view's outline, (V, 2) m, for `place`. `led`: somebody
         else drives."""

@@ -13,6 +13,7 @@ from runtime.core.motion.contact import AHEAD_RAD, NOTHING, Contact, Felt, Touch
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire_senses
+from runtime.robot.bounds import check_bytes
 from runtime.robot.session import SensesConfig, TopicsConfig
 from runtime.robot.streams import StreamHealth, WireMessage
 from runtime.robot.wire_senses import HazardKind
@@ -71,6 +72,7 @@ class BodySenses:
             if sense == "teleop":  # a hand, even where what it says cannot be read
                 self._hand = topic, now_s
             try:
+                check_bytes(payload, topic)
                 kind = self._read[sense](payload, topic, now_s)
             except SensorError as error:
                 health.bad += 1

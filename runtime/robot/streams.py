@@ -1,58 +1,33 @@
 """The robot's sensor streams: filed as they come, decoded where they are used and nowhere else."""
 
+import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from runtime.clock import Clock, Deadline
 from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import SensorError
+from runtime.log import say
 from runtime.record import Record, unrecorded
 from runtime.robot import laser, wire, wire_senses
+from runtime.robot.bounds import check_bytes, check_size
 from runtime.robot.camera_info import SENSOR_TIMEOUT_S, CameraInfo
 from runtime.robot.labels import read_labels
 from runtime.robot.laser import LaserMount, Scans
+from runtime.robot.messages import ConsumedFrame, StreamHealth, WireMessage
 from runtime.robot.session import BusConfig, SensesConfig
+from runtime.robot.steady import SteadyOdometry
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
 from runtime.robot.vigilance import Vigilance
 
-__all__ = ["SensorStreams", "StreamHealth"]
+__all__ = ["ConsumedFrame", "SensorStreams", "StreamHealth", "WireMessage"]
 
 PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
 ODOMETRY_GAP_S = 0.25  # longest span that is interpolated over
 SENSES = SensesConfig()
-
-
-@dataclass
-class StreamHealth:
-    """What came on one topic."""
-
-    received: int = 0
-    bad: int = 0
-    last_error: str = ""
-    blank: int = 0  # depth images without a single reading
-    set_back: int = 0  # how often its clock was
-    arrival_s: float | None = None  # monotonic, of the newest
-
-
-@dataclass(frozen=True)
-class WireMessage:
-    """A message as it came or went; `kind` is its ROS 2 type."""
-
-    topic: str
-    kind: str
-    payload: bytes
-
-
-@dataclass(frozen=True)
-class ConsumedFrame:
-    """An observation as it was handed to the loop, and the messages that it was made of."""
-
-    match: Match
-    observation: Observation
-    now_s: float
+IMAGES = ("color", "depth")
 
 
 class SensorStreams:
@@ -85,6 +60,9 @@ class SensorStreams:
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._info = CameraInfo(config.topics.camera_info, self._count)
+        self._lockstep, self._steady = lockstep, SteadyOdometry()
+        self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
+        self._told: set[str] = set()  # topics of which it was said that nothing comes of them
         self._frame_without_mount_s: float | None = None
         self._seen_frame = False
         self._labels: dict[str, Any] = {}  # newest message on `detections`
@@ -111,6 +89,7 @@ class SensorStreams:
             health.received += 1
             health.arrival_s = arrival_s
             try:
+                check_bytes(payload, topic, stream in IMAGES)
                 raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
@@ -123,6 +102,9 @@ class SensorStreams:
             kind = _recorded_as(stream, self._config)
             if kind:
                 self._record("wire", WireMessage(topic, kind, payload))
+            if stream == "odom" and not self._takes(raw, arrival_s, health):
+                self._changed.notify_all()
+                return
             if stream == "scan":
                 self._scans.file(raw)
                 self._near_scans.file(raw)
@@ -140,6 +122,12 @@ class SensorStreams:
             health = self._health.setdefault(topic, StreamHealth())
             health.received += 1
             health.arrival_s = arrival_s
+            try:
+                check_bytes(payload, topic)
+            except SensorError as error:
+                health.bad += 1
+                health.last_error = str(error)
+                return
             self._record("wire", WireMessage(topic, wire.TF_MESSAGE, payload))
         self._transforms.file(topic, payload)
 
@@ -162,10 +150,7 @@ class SensorStreams:
 
     def wait_for_match(self, by: Deadline, interrupted: Callable[[], bool]) -> Match | None:
         """The next match, not decoded; None after `by` or when `interrupted` holds. Holding
-        `changed`.
-
-        SensorError for a camera that sends images without intrinsics.
-        """
+        `changed`. In lockstep SensorError for a camera that sends images without intrinsics."""
         while True:
             until_s = by.at_s
             if self._info.read() is not None:
@@ -173,22 +158,18 @@ class SensorStreams:
                 if match is not None:
                     return match
             elif self._rings.peek() is not None:
-                until_s = min(until_s, self._info.awaited_until_s(self._clock.now_s()))
+                until_s = min(until_s, self._await_camera_info())
             if interrupted() or by.passed():
                 return None
             self._clock.wait(self._changed, until_s)
 
     def observe(self, match: Match) -> Observation | None:
-        """Decode a match; None when one of its messages is bad (and counted).
-
-        Before the first frame, SensorError for images of another size than the intrinsics say.
-        """
+        """Decode a match; None when one of its messages is bad (and counted). Before the first frame,
+        in lockstep, SensorError for images of another size than the intrinsics say."""
         topics, intrinsics = self._config.topics, self._info.intrinsics
         assert intrinsics is not None  # wait_for_match returns no match before
         before = self._pose(match.before)
         after = before if match.after is match.before else self._pose(match.after)
-        if before is None or after is None:
-            return None
         compressed = topics.color.endswith("/compressed")
         decode_color = wire.decode_compressed_color if compressed else wire.decode_color
         topic = topics.color
@@ -204,11 +185,11 @@ class SensorStreams:
             return None
         for topic, image in ((topics.depth, depth), (topics.color, rgb)):
             try:
-                wire.check_size(image.shape, topic, intrinsics, topics.camera_info)
+                check_size(image.shape, topic, intrinsics, topics.camera_info)
             except SensorError as error:
                 self._count(topic, error)
                 if not self._seen_frame:
-                    raise
+                    self._is_hopeless(topic, error)
                 return None
         mount = None
         if self._camera.mount == "tf":
@@ -222,14 +203,8 @@ class SensorStreams:
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
-        while True:
-            with self._changed:
-                raw = self._rings.odom[-1] if self._rings.odom else None
-            if raw is None:
-                return None
-            pose = self._pose(raw)
-            if pose is not None:
-                return pose, raw.arrival_s
+        with self._changed:
+            return self._newest
 
     def newest_depth(self) -> RawMessage | None:
         """The depth image that came last; None before the first. Holding `changed`."""
@@ -282,6 +257,23 @@ class SensorStreams:
 
     # -- inside --------------------------------------------------------------------------------
 
+    def _await_camera_info(self) -> float:
+        """Images wait for their intrinsics: until when?"""
+        try:
+            return self._info.awaited_until_s(self._clock.now_s())
+        except SensorError as error:
+            self._is_hopeless(self._config.topics.camera_info, error)
+        return math.inf
+
+    def _is_hopeless(self, topic: str, error: SensorError) -> None:
+        """What does not mend itself ends a run in lockstep. On a robot it is said, once, and waited
+        for whoever mends it."""
+        if self._lockstep:
+            raise error
+        if topic not in self._told:
+            self._told.add(topic)
+            say(str(error))
+
     def _scan(self, stamp_ns: int, scans: Scans) -> Scan | None:
         """What a laser met about the time of an image; None where there is none, or none that can
         be read and placed."""
@@ -289,10 +281,9 @@ class SensorStreams:
         try:
             with self._changed:
                 found = scans.take(stamp_ns, self._rings)
-            before = self._pose(found.before) if found else None
-            after = self._pose(found.after) if found else None
-            if found is None or before is None or after is None:
+            if found is None:
                 return None
+            before, after = self._pose(found.before), self._pose(found.after)
             told = wire_senses.decode_scan(found.scan.payload, topic)
             mount = self._laser(told.value.frame, told.stamp_ns)
             return laser.in_map(told, mount, before, after)
@@ -308,8 +299,7 @@ class SensorStreams:
         return laser.as_placed(placed, frame)
 
     def _mount(self, match: Match) -> Mount | None:
-        """By tf; None when it does not say. Before the first frame, SensorError when that is in
-        vain."""
+        """By tf; None when it does not say."""
         try:
             return self._placed(match.depth)
         except SensorError as error:
@@ -317,7 +307,7 @@ class SensorStreams:
             now_s = self._clock.now_s()
             since_s = self._frame_without_mount_s = self._frame_without_mount_s or now_s
             if not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
-                raise
+                self._is_hopeless(TF, error)
             return None
 
     def _placed(self, depth: RawMessage) -> Mount:
@@ -325,15 +315,24 @@ class SensorStreams:
         with self._placing:
             return self._transforms.mount(self._camera.base_frame, frame, depth.stamp_ns)
 
-    def _pose(self, raw: RawMessage) -> wire.Stamped[Pose] | None:
-        decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
+    def _takes(self, raw: RawMessage, arrival_s: float, health: StreamHealth) -> bool:
+        """Holding `changed`: whether odometry is used for images. The newest is told of whether or
+        not it is: who drives has to know of a jump."""
         try:
-            return decode(raw.payload, self._odom_topic)
+            pose = self._pose(raw)
         except SensorError as error:
-            self._count(self._odom_topic, error)
-            with self._changed:
-                self._rings.drop_odometry(raw)
-            return None
+            health.bad += 1
+            health.last_error = str(error)
+            return False
+        self._newest = pose, raw.arrival_s
+        if self._lockstep or self._steady.takes(pose.value, arrival_s):
+            return True
+        health.jumped += 1
+        return False
+
+    def _pose(self, raw: RawMessage) -> wire.Stamped[Pose]:
+        decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
+        return decode(raw.payload, self._odom_topic)
 
     def _count(self, topic: str, error: SensorError) -> None:
         with self._changed:

@@ -90,11 +90,6 @@ class Rings:
             _forget(self.odom, match.before.stamp_ns - 1 - behind_ns)
         return match
 
-    def drop_odometry(self, raw: RawMessage) -> None:
-        """Remove one that turned out to be damaged."""
-        if raw in self.odom:
-            self.odom.remove(raw)
-
     def _matches(self) -> Iterator[Match]:
         for color in self.color if self._lockstep else reversed(self.color):
             depth = min(

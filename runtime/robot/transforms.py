@@ -19,6 +19,7 @@ from runtime.robot.wire import FrameTransform
 
 TF, TF_STATIC = "tf", "tf_static"  # their names on every robot
 RAW_KEPT: Final = 2000  # messages between two images
+FRAMES: Final = 500  # on one robot; more names are somebody's mistake
 KEPT: Final = 200  # of a frame, the newest
 HELD_NS: Final = 250_000_000  # how far from its stamp a transform may be used
 CLOCK_BACK_NS: Final = 1_000_000_000  # a stamp so much older: a clock was set back
@@ -117,6 +118,9 @@ class Transforms:
                     self._take_in(one, topic == TF_STATIC)
 
     def _take_in(self, one: FrameTransform, static: bool) -> None:
+        if one.child not in self._links and len(self._links) >= FRAMES:
+            self._bad(SensorError(f"{TF}: {one.child}: more than {FRAMES} frames on one robot"))
+            return
         link = self._links.get(one.child)
         if link is None or link.parent != one.parent:
             link = self._links[one.child] = _Link(one.parent, static)

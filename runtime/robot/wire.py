@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
+from runtime.robot.bounds import FARTHEST_M, MOST_PIXELS, all_within, check_camera
 from runtime.robot.json_text import parse_json
 
 STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
@@ -35,7 +36,6 @@ TF_MESSAGE: Final = "tf2_msgs/msg/TFMessage"
 
 # What the CDR code raises on damaged bytes, besides its own errors.
 _DAMAGED: Final = (SerdeError, struct.error, ValueError, IndexError, OverflowError, AssertionError)
-_MAX_PIXELS: Final = 64_000_000  # a size field beyond this is damage, not a camera
 
 V = TypeVar("V")
 
@@ -122,11 +122,8 @@ def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
     fx, skew, cx, _, fy, cy = k[:6]
     if not all(map(math.isfinite, k)) or fx <= 0 or fy <= 0 or skew != 0:
         raise SensorError(f"{topic}: K = {k} is not a pinhole matrix [fx 0 cx, 0 fy cy, 0 0 1]")
-    if not message.width or not message.height:
-        raise SensorError(
-            f"{topic}: width or height is zero: publish the size K was calibrated for"
-        )
     intrinsics = Intrinsics(fx, fy, cx, cy, int(message.width), int(message.height))
+    check_camera(intrinsics, topic)
     return Stamped(header_stamp(message, topic), intrinsics)
 
 
@@ -150,9 +147,11 @@ def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | Senso
         moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
         names = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
         norm = float(np.linalg.norm(turn))
-        if not np.isfinite(moved).all() or not abs(norm - 1) <= 0.1:
+        if not (np.abs(moved) <= FARTHEST_M).all() or not abs(norm - 1) <= 0.1:
             what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
-            found.append(SensorError(f"{what}: publish finite positions and unit quaternions"))
+            found.append(
+                SensorError(f"{what}: publish finite positions within 100 km and unit quaternions")
+            )
             continue
         found.append(FrameTransform(*names, header_stamp(one, topic), moved, turn / norm))
     return found
@@ -170,17 +169,6 @@ def decode_twist(payload: bytes, topic: str) -> tuple[float, float]:
     if not (math.isfinite(forward) and math.isfinite(turn)):
         raise SensorError(f"{topic}: velocity ({forward}, {turn}) is not finite")
     return forward, turn
-
-
-def check_size(shape: tuple[int, ...], topic: str, intrinsics: Intrinsics, info_topic: str) -> None:
-    """Raise SensorError when an image's (H, W) contradicts the intrinsics."""
-    height, width = shape[:2]
-    if (width, height) != (intrinsics.width, intrinsics.height):
-        raise SensorError(
-            f"{topic}: image is {width}x{height} but {info_topic} describes "
-            f"{intrinsics.width}x{intrinsics.height}: publish depth registered to colour "
-            "(align_depth) and the camera_info of that size"
-        )
 
 
 # -- encoding ------------------------------------------------------------------------------------
@@ -273,7 +261,7 @@ def _pixels(message: Any, dtype: np.dtype[Any], channels: int, topic: str) -> ND
     """The rows of an Image without their padding: (H, W * channels), native byte order."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     row = width * channels * dtype.itemsize
-    if not height or not width or height * width > _MAX_PIXELS:
+    if not height or not width or height * width > MOST_PIXELS:
         raise SensorError(f"{topic}: an image of {width}x{height} pixels")
     if step < row or len(message.data) < height * step:
         raise SensorError(
@@ -313,10 +301,10 @@ def _stamp_ns(sec: int, nanosec: int, topic: str) -> int:
 def _planar(pose: Any, topic: str) -> Pose:
     at, q = pose.position, pose.orientation
     norm = math.hypot(q.w, q.x, q.y, q.z)
-    if not all(map(math.isfinite, (at.x, at.y, norm))) or abs(norm - 1) > 0.1:
+    if not all_within((-FARTHEST_M, FARTHEST_M), (at.x, at.y)) or not abs(norm - 1) <= 0.1:
         raise SensorError(
             f"{topic}: position ({at.x}, {at.y}), quaternion of length {norm:.3g}: "
-            "publish finite positions and unit quaternions"
+            "publish finite positions within 100 km and unit quaternions"
         )
     yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), norm * norm - 2 * (q.y * q.y + q.z * q.z))
     return Pose(float(at.x), float(at.y), math.pi if yaw == -math.pi else yaw)

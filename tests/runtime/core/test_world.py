@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from runtime.core.distances.planner import look_around, march_from
 from runtime.core.distances.terrain import survey
 from runtime.core.types import Pose
-from runtime.core.world import STEP_M, BaseState, World, with_distances
+from runtime.core.world import MOST_SIDE_M, STEP_M, BaseState, World, with_distances
 
 RADIUS_M = 0.18
 POSE = Pose(-6.0, 4.0, 0.0)
@@ -58,3 +58,27 @@ def test_the_way_is_kept_and_standing_adds_nothing_to_it():
     for n in range(5):
         body.been(Pose(0.0, n * 2 * STEP_M, 0.0))
     assert body.visited_xy == [(0.0, n * 2 * STEP_M) for n in range(5)]
+
+
+@given(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-150, 150), st.floats(-150, 150))
+def test_a_map_never_grows_beyond_what_it_may(x: float, y: float, dx: float, dy: float):
+    world = World.begin("chair", ("chair",), (), Pose(x, y, 0.0), RADIUS_M)
+    at = Pose(x + dx, y + dy, 0.0)
+    may = world.may_reach(at, 6.0)
+    assert may or max(abs(dx), abs(dy)) > 90
+    if may:
+        assert max(abs(dx), abs(dy)) <= MOST_SIDE_M
+        sides = world.map.frame
+        world.map.grow(np.array(at.xy), 6.0)
+        frame = world.map.frame
+        assert frame.contains(*frame.cell(*at.xy))
+        block_m = 128 * frame.resolution_m
+        assert max(frame.shape) * frame.resolution_m <= MOST_SIDE_M + block_m
+        assert min(frame.shape) >= min(sides.shape)
+
+
+def test_what_is_no_number_is_nowhere_on_a_map():
+    world = rooms(1.0)
+    for far in (math.nan, math.inf, -1e300):
+        assert not world.may_reach(Pose(far, 0.0, 0.0), 6.0)
+        assert not world.may_reach(Pose(0.0, far, 0.0), 6.0)

@@ -503,6 +503,26 @@ def test_sigterm_stops_the_base_and_keeps_what_was_found_out(tmp_path: Path):
     assert read_map(tmp_path)[0]["free"].any()
 
 
+def test_odometry_of_beyond_reason_holds_the_base_and_the_search_goes_on(tmp_path: Path):
+    told = "odometry tells (1000.0, 1000.0) m, farther off than a map reaches"
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT) as (robot, ended):
+        begin(robot, tmp_path)
+        for away_m in (1e9, 1e300, 1000.0):
+            robot.until(lambda: moving(robot) or ended)
+            robot.bend = lambda pose, stamp, m=away_m: (Pose(m, m, pose.yaw_rad), stamp)
+            robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0 or ended)
+            if away_m == 1000.0:  # it stays there, and so is believed: but the map is not there
+                robot.until(lambda: robot.feedback[-1]["reason"] == told or ended)
+            robot.bend = lambda pose, stamp: (pose, stamp)
+        robot.until(lambda: moving(robot) or ended)
+        robot.ask("cancel")
+        streams = robot.ask("status")["streams"]
+    assert not ended
+    assert streams["odom"]["bad"] > 0
+    assert lines(tmp_path, "astray")[0]["reason"] == told
+    assert max(read_map(tmp_path)[0]["free"].shape) < 1000
+
+
 @pytest.mark.parametrize("error", [RecursionError("too deep"), ValueError("embedded null byte")])
 def test_a_goal_that_meets_a_mistake_of_ours_is_answered_and_ends_no_more_than_the_search(
     tmp_path: Path, error: Exception, capsys: pytest.CaptureFixture[str]

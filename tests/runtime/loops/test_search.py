@@ -69,6 +69,20 @@ def search_for(home: Apartment, goal: str, tmp_path: Path) -> Iterator[tuple[Sea
     models.panel.close()
 
 
+def test_a_pose_far_off_the_map_is_none_of_it(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
+    with search_for(home, "bed", tmp_path) as (search, _):
+        obs = search.prepared(home.observe())
+        far = replace(obs, pose=Pose(1003.0, 3.6, 0.0))
+        assert search.astray(obs) == ""
+        assert search.astray(far) == ""  # a map begins wherever it begins
+        search.survey(obs)
+        assert search.astray(obs) == ""
+        assert (
+            search.astray(far) == "odometry tells (1003.0, 3.6) m, farther off than a map reaches"
+        )
+
+
 def test_what_flies_is_dropped_before_anything_looks(tmp_path: Path) -> None:
     home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
     with search_for(home, "bed", tmp_path) as (search, _):

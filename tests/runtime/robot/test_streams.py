@@ -11,6 +11,7 @@ from runtime.clock import Deadline
 from runtime.core.types import Intrinsics, Observation, Pose
 from runtime.robot import wire
 from runtime.robot.session import BusConfig
+from runtime.robot.steady import STEADY_S
 from runtime.robot.streams import SensorStreams
 from runtime.robot.transforms import FIXED, CameraConfig
 
@@ -66,19 +67,38 @@ def test_time_that_goes_back_is_counted_and_what_comes_after_is_used():
     camera = Camera()
     assert camera.show(depth(2.0, 100.0), 100.0) is not None
     assert camera.show(depth(2.0, 50.0), 50.0) is None  # the odometry of then is not of its time
-    again = camera.show(depth(2.0, 50.2), 50.2, Pose(1.0, 0.0, 0.0))
+    again = camera.show(depth(2.0, 50.2), 50.2, Pose(0.4, 0.0, 0.0))
     assert again is not None
-    assert again.pose == Pose(1.0, 0.0, 0.0)  # nothing of the other time is mixed in
+    assert again.pose == Pose(0.4, 0.0, 0.0)  # nothing of the other time is mixed in
     assert camera.streams.health()[ODOM].set_back == 1
     assert sum(h.set_back for h in camera.streams.health().values()) == 1
 
 
-def test_a_jump_of_5_m_is_no_place_between():
-    camera = Camera()
-    assert camera.show(depth(2.0, 5.0), 5.0, Pose(0.0, 0.0, 0.0)) is not None
-    after = camera.show(depth(2.0, 5.2), 5.2, Pose(5.0, 0.0, 0.0))
+def test_a_jump_of_5_m_is_used_when_it_has_stayed_there():
+    camera, there = Camera(), Pose(5.0, 0.0, 0.0)
+    assert camera.show(depth(2.0, 5.0), 5.0) is not None
+    assert camera.show(depth(2.0, 5.2), 5.2, there) is None
+    pose, _ = camera.streams.newest_pose()
+    assert pose.value == there  # who drives is told all the same
+    camera.clock.advance(STEADY_S)
+    after = camera.show(depth(2.0, 5.4), 5.4, there)
     assert after is not None
-    assert after.pose.x_m == 5.0
+    assert after.pose == there  # and of no place between
+    assert camera.streams.health()[ODOM].jumped == 2
+
+
+def test_single_messages_from_elsewhere_never_reach_an_image():
+    camera = Camera()
+    assert camera.show(depth(2.0, 4.8), 4.8) is not None
+    for n in range(30):
+        at_s = 5.0 + 0.2 * n
+        camera.clock.advance(0.2)
+        glitch = wire.encode_odometry(Pose(1000.0, 1000.0, 2.0), round(at_s * S) - 5)
+        camera.streams.file("odom", glitch)
+        obs = camera.show(depth(2.0, at_s), at_s)
+        assert obs is not None
+        assert obs.pose == HERE
+    assert camera.streams.health()[ODOM].jumped == 30
 
 
 @pytest.mark.parametrize(
@@ -106,9 +126,9 @@ def test_a_scan_goes_with_the_image_of_its_time_and_with_no_other():
     camera = Camera()
     assert camera.show(depth(2.0, 5.0), 5.0).scan is None
     scans(camera, 5.21)
-    there = Pose(1.0, 2.0, 0.0)
+    there = Pose(0.1, 0.2, 0.0)
     found = camera.show(depth(2.0, 5.2), 5.2, there).scan
-    assert found.at_xy == (1.0, 2.0)
+    assert found.at_xy == (0.1, 0.2)
     assert found.ranges_m.tolist() == [1.0, 2.0]
     assert camera.show(depth(2.0, 5.4), 5.4).scan is None
 
