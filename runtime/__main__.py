@@ -29,6 +29,7 @@ from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
 from runtime.loops.worker_thread import lower_priority
+from runtime.perception.configured_models import check_models
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.private_files import keep_to_owner
@@ -117,6 +118,7 @@ def run(
     config, budgets = configure(()), read_budgets(budgets_path)
     if arm and (lockstep or config.base.kind != "mavlink"):
         raise ConfigError("--arm: only a base of kind mavlink, in real time, is armed")
+    check_models(config.models)
     _precautions(config)
     if harness:
         check_alone(config.bus)

@@ -6,6 +6,7 @@ import click
 
 from runtime.config import load
 from runtime.experts.cloud_config import read_key
+from runtime.perception.configured_models import check_models
 from runtime.robot import session
 from runtime.robot.exposure import exposed
 
@@ -13,9 +14,10 @@ from runtime.robot.exposure import exposed
 @click.command("check", epilog="Example:  rfnav check --config robot.toml")
 @click.option("--config", "path", type=click.Path(path_type=Path), required=True)
 def check_command(path: Path) -> None:
-    """Read a configuration and say whether it can be used, which keys are called otherwise now,
-    and what it opens to others."""
+    """Read a configuration and say whether it can be used, every value within its bounds and every
+    model one that exists; which keys are called otherwise now, and what it opens to others."""
     config = load(path)
+    check_models(config.models)
     cloud = config.cloud
     session.check(config.bus, files=True)
     for line in exposed(config.bus, config.base):

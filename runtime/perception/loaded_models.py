@@ -1,5 +1,6 @@
 """The models put to work behind the loops: detector, text encoder and language model."""
 
+import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -42,9 +43,10 @@ class LoadedModels:
     def __init__(
         self, config: Config, clock: Clock, book: Callable[[float], None] = lambda took_s: None
     ) -> None:
-        self._models, self._clock, self._cloud_config = config.models, clock, config.cloud
+        self._configured, self._clock, self._cloud_config = config.models, clock, config.cloud
         self._book = book
-        models, threads = config.models, config.models.threads
+        config = replace(config, models=_fitting(config.models))
+        self._models = models = config.models
         words = [Path(models.vocabulary)] if models.vocabulary else []  # else the project's
         vocabulary = load_vocabulary(*words)
         self.rooms = vocabulary.rooms
@@ -53,7 +55,7 @@ class LoadedModels:
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
         kept = manifest.cache_dir().parent / "embeddings.npz"
-        self._encoder = TextEncoder(_directory(TEXT_MODEL), threads, kept)
+        self._encoder = TextEncoder(_directory(TEXT_MODEL), models.threads, kept)
         also, kinds = vocabulary.also, vocabulary.kinds
         self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
@@ -78,7 +80,7 @@ class LoadedModels:
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         """Understand a goal, set the detector's vocabulary, make and warm the experts. When it
         raises, the goal accepted before is still looked for."""
-        if config.models != self._models:
+        if config.models != self._configured:
             raise ConfigError("models: cannot change while the runtime runs; start another")
         if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
             raise ConfigError("cloud: cannot change while the runtime runs; start another")
@@ -203,6 +205,15 @@ class LoadedModels:
             return {}
         goal = self._encoder.embed([likelihood_experts.SCENE.format(thing=brief.goal)])[0]
         return {id: float(view @ goal) for id, view in views.items()}
+
+
+def _fitting(models: ModelsConfig) -> ModelsConfig:
+    """With no more threads than this machine has processors: more only wait for each other."""
+    here = len(os.sched_getaffinity(0))
+    if models.threads <= here:
+        return models
+    say(f"models.threads: is {models.threads}, this machine has {here} processors: {here} are used")
+    return replace(models, threads=here)
 
 
 def _directory(name: str) -> Path:
