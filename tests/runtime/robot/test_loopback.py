@@ -30,6 +30,5 @@ def test_what_is_beyond_it(endpoint: str):
             check_alone(config)
 
 
-def test_a_bus_that_looks_for_others_is_everywhere():
-    with pytest.raises(ConfigError, match=r"without bus\.connect the bus is everywhere"):
-        check_alone(BusConfig())
+def test_a_bus_by_default_is_alone():
+    check_alone(BusConfig())
