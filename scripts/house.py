@@ -25,8 +25,8 @@ FUNCTION_LINES = 45  # the aim is 40
 ROBOT_KEYS = 80  # of the configuration, outside [research]: what a robot's owner would turn
 RESEARCH = "research."
 # Beside the mirrored tree: the whole system, the documents' own commands, stand-ins, reference
-# files, how long things take; and what holds for all tests.
-ONLY_IN_TESTS = frozenset({"whole", "docs", "doubles", "refs", "latency"})
+# files, how long things take, spoilt input; and what holds for all tests.
+ONLY_IN_TESTS = frozenset({"whole", "docs", "doubles", "refs", "latency", "fuzz"})
 # A path of one machine; of a user's own machine, examples such as /opt/models are none.
 MACHINE_PATH = re.compile(
     r"(?<![\w.~$}>)-])/(?:(?:work|root|farm|mnt|data|workspace|scratch)/|(?:home|Users)/\w)"

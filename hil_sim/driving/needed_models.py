@@ -51,5 +51,5 @@ def _imported() -> dict[str, Any]:
     path = Path(base) / "rf-nav" / "models.toml"
     try:
         return tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
-    except (OSError, tomllib.TOMLDecodeError) as error:
+    except (OSError, ValueError) as error:
         raise ConfigError(f"{path}: not a readable list of models ({error})") from error

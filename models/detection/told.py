@@ -2,13 +2,13 @@
 tell. Somebody says it when the file is taken in, or the file does in its metadata."""
 
 import ast
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 from models.detection.boxes import Scaling
 from models.errors import ModelFileError
+from models.toml_text import read_toml
 from models.words.class_maps import BUILT_IN, ClassMap, built_in, own_map
 from models.words.class_names import check_names, read_names
 
@@ -47,7 +47,7 @@ def read_told(beside: Path, metadata: Mapping[str, str]) -> Told:
     path, said = beside / CONTRACT_FILE, dict[str, str]()
     if path.is_file():
         try:
-            said = tomllib.loads(path.read_text(encoding="utf-8"))
+            said = read_toml(path)
         except (OSError, ValueError) as error:
             raise ModelFileError(f"{path}: not a readable TOML file ({error})") from error
         wrong = [k for k, v in said.items() if k not in Told._fields or not isinstance(v, str)]

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from models.errors import ModelFileError
+from models.language.gguf_file import refuse_damaged
 
 
 def load(path: Path, threads: int, **settings: Any) -> Any:
@@ -28,9 +29,8 @@ def load(path: Path, threads: int, **settings: Any) -> Any:
 
 
 def _check(path: Path) -> None:
-    remedy = "check the path or run `rfnav models pull`"
     if not path.is_file():
-        raise ModelFileError(f"{path}: no such model file; {remedy}")
-    with path.open("rb") as stream:
-        if stream.read(4) != b"GGUF":
-            raise ModelFileError(f"{path}: not a GGUF file, or damaged; {remedy}")
+        raise ModelFileError(
+            f"{path}: no such model file; check the path or run `rfnav models pull`"
+        )
+    refuse_damaged(path)

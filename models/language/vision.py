@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 
 from models.errors import ModelFileError
+from models.language.gguf_file import refuse_damaged
 from models.language.reasoning import ReasoningModel
 
 HANDLERS = {
@@ -95,6 +96,7 @@ def _handler(projector: Path, name: str) -> Any:
         raise ModelFileError(f"vision handler {name}: unknown; known are {', '.join(HANDLERS)}")
     if not projector.is_file():
         raise ModelFileError(f"{projector}: no such mmproj file; check the path")
+    refuse_damaged(projector)
     # It logs every image to stderr otherwise, whatever `verbose` says.
     mtmd_cpp.mtmd_log_set(_logger.llama_log_callback, None)
     mtmd_cpp.mtmd_helper_log_set(_logger.llama_log_callback, None)

@@ -9,7 +9,6 @@ import contextlib
 import os
 import shutil
 import tempfile
-import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 from models.checksum import sha256
 from models.errors import ModelFileError
 from models.store import sources
+from models.toml_text import read_toml
 
 PACKAGE = Path(__file__).parents[1]
 MANIFEST = PACKAGE / "manifest.toml"
@@ -92,8 +92,8 @@ def load_manifest(path: Path = MANIFEST, users: bool = True) -> dict[str, Entry]
     Raises ModelFileError naming the model whose entry is wrong.
     """
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError) as error:
+        table = read_toml(path)
+    except (OSError, ValueError) as error:
         raise ModelFileError(f"{path}: not a readable manifest ({error})") from error
     entries = {name: _entry(path, name, body) for name, body in table.items()}
     if path == MANIFEST and users and user_manifest().is_file():
@@ -105,26 +105,41 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
     try:
         files = tuple(
             ModelFile(
-                name=f["name"],
+                name=_file_name(f["name"]),
                 size=int(f["bytes"]),
-                sha256=f["sha256"],
+                sha256=_text(f["sha256"]),
                 sources=tuple(sources.Source(**s) for s in f["sources"]),
             )
             for f in body["files"]
         )
         return Entry(
-            name=name,
-            task=body["task"],
+            name=_file_name(name),
+            task=_text(body["task"]),
             files=files,
             default=bool(body.get("default", False)),
-            licence=body["licence"],
-            about=body.get("about", ""),
-            contract=body.get("contract", ""),
-            style=body.get("style", "score"),
-            handler=body.get("handler", ""),
+            licence=_text(body["licence"]),
+            about=_text(body.get("about", "")),
+            contract=_text(body.get("contract", "")),
+            style=_text(body.get("style", "score")),
+            handler=_text(body.get("handler", "")),
         )
-    except (KeyError, TypeError) as error:
-        raise ModelFileError(f"{path}: model {name!r}: wrong or missing key: {error}") from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        wrong = " ".join(str(error).split())[:200]
+        raise ModelFileError(f"{path}: model {name!r}: wrong or missing key: {wrong}") from error
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str) or not value.replace("\n", " ").isprintable():
+        raise ValueError(f"{value!r:.60} is no text")
+    return value
+
+
+def _file_name(value: object) -> str:
+    """One that stays in the folder that it is put in."""
+    name = _text(value)
+    if not name.strip(".") or "/" in name:
+        raise ValueError(f"{name!r:.60} is no name of a file")
+    return name
 
 
 def entry(name: str, manifest: Path = MANIFEST) -> Entry:

@@ -2,7 +2,6 @@
 
 import json
 import os
-import tomllib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -12,6 +11,7 @@ from models.checksum import sha256
 from models.errors import ModelFileError
 from models.store import manifest
 from models.store.sources import Source
+from models.toml_text import read_toml
 
 HEAD = "# Models that `rfnav models import` and `rfnav models add` took in.\n"
 
@@ -21,7 +21,7 @@ def enter(name: str, home: Path, origins: Mapping[str, Source], **about: str) ->
     now. A name that is there is replaced. Raises ModelFileError."""
     path = manifest.user_manifest()
     try:
-        known = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        known = read_toml(path) if path.is_file() else {}
         known[name] = about | {
             "files": [
                 {
@@ -39,7 +39,7 @@ def enter(name: str, home: Path, origins: Mapping[str, Source], **about: str) ->
         os.replace(partial, path)
     except OSError as error:
         raise ModelFileError(f"{path}: cannot be written ({error.strerror})") from error
-    except tomllib.TOMLDecodeError as error:
+    except ValueError as error:
         raise ModelFileError(f"{path}: not a readable manifest ({error})") from error
 
 

@@ -6,7 +6,6 @@ not what is looked for.
 """
 
 import re
-import tomllib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import ModelFileError
+from models.toml_text import read_toml
 from models.words.vocabulary import load_vocabulary
 
 COCO = Path(__file__).with_name("coco.toml")
@@ -130,7 +130,7 @@ def _spellings() -> Mapping[str, str]:
 
 def _table(path: Path, key: str) -> dict[str, str]:
     try:
-        return dict(tomllib.loads(path.read_text(encoding="utf-8"))[key])
+        return dict(read_toml(path)[key])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ModelFileError(f"{path}: not a class map ({error!r})") from error
 

@@ -3,9 +3,12 @@
 import hashlib
 import os
 import platform
+import struct
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 import onnxruntime
@@ -14,6 +17,11 @@ from numpy.typing import NDArray
 from models.checksum import sha256
 
 Rows = NDArray[np.float32]
+# What a zip and arrays in it raise where they are spoilt.
+_DAMAGE: Final = (
+    OSError, ValueError, TypeError, KeyError, EOFError, MemoryError, OverflowError,
+    zipfile.BadZipFile, zlib.error, RuntimeError, struct.error, IndexError,
+)  # fmt: skip
 
 
 class RowFile:
@@ -31,13 +39,18 @@ class RowFile:
             with self._path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
                 if str(file["identity"]) != self._identity:
                     return {}
-                texts, rows = file["texts"].tolist(), np.asarray(file["rows"], np.float32)
+                texts, rows = file["texts"], np.asarray(file["rows"], np.float32)
+            if texts.dtype.kind != "U" or rows.ndim != 2 or texts.shape != rows.shape[:1]:
+                raise ValueError(f"{texts.shape} texts and {rows.shape} rows")
+            if not np.isfinite(rows).all():
+                raise ValueError("a row is not finite")
         except FileNotFoundError:
             return {}
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
-            self.error = f"{self._path}: cannot be read ({error}); it is made anew"
+        except _DAMAGE as error:
+            told = " ".join(str(error).split())
+            self.error = f"{self._path}: cannot be read ({told}); it is made anew"
             return {}
-        return {text: row[None] for text, row in zip(texts, rows, strict=True)}
+        return {str(text): row[None] for text, row in zip(texts, rows, strict=True)}
 
     def keep(self, rows: Mapping[str, Rows]) -> None:
         """In place of what was kept before; whole or not at all."""

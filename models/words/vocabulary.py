@@ -1,11 +1,11 @@
 """The detector's default word lists."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from models.errors import ModelFileError
+from models.toml_text import read_toml
 
 PATH = Path(__file__).parents[1] / "vocabulary.toml"
 
@@ -27,7 +27,7 @@ class Vocabulary:
 def load_vocabulary(path: Path = PATH) -> Vocabulary:
     """Read a word list; ModelFileError for what is none."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = read_toml(path)
         found = Vocabulary(
             tuple(_names(c) for c in table["objects"]),
             _names(table["rooms"]),

@@ -1,5 +1,6 @@
 """Scores that outlive the process: a home's words are the same tomorrow."""
 
+import math
 import os
 import sqlite3
 from collections.abc import Iterable
@@ -40,9 +41,15 @@ class ScoreFile:
                 file.execute(_TABLE)
                 rows = file.execute(query, (self._model,)).fetchall()
         except (sqlite3.Error, OSError) as error:
-            self.error = f"{self._path}: {error}; remove it to begin anew"
+            self.error = f"{self._path}: {_line(error)}; remove it to begin anew"
             return {}
-        return {LikelihoodQuestion(context, text): value for context, text, value in rows}
+        # Whoever wrote into it may have written anything: SQLite's columns have no types.
+        return {
+            LikelihoodQuestion(context, text): value
+            for context, text, value in rows
+            if isinstance(context, str) and isinstance(text, str) and isinstance(value, float)
+            and math.isfinite(value)
+        }  # fmt: skip
 
     def keep(self, scores: Iterable[tuple[LikelihoodQuestion, float]]) -> None:
         """Add scores. After an error nothing more is written."""
@@ -53,7 +60,7 @@ class ScoreFile:
             with closing(self._open()) as file, file:
                 file.executemany("INSERT OR REPLACE INTO score VALUES (?, ?, ?, ?)", rows)
         except (sqlite3.Error, OSError) as error:
-            self.error = f"{self._path}: {error}"
+            self.error = f"{self._path}: {_line(error)}"
 
     def _open(self) -> sqlite3.Connection:
         tighten(self._path)
@@ -61,3 +68,8 @@ class ScoreFile:
         file.execute("PRAGMA journal_mode=WAL")
         file.execute("PRAGMA synchronous=NORMAL")
         return file
+
+
+def _line(error: Exception) -> str:
+    """SQLite tells of a damaged schema in its own lines."""
+    return " ".join(str(error).split())

@@ -174,6 +174,7 @@ class Spending:
                     raise
                 file.execute("COMMIT")
         except (sqlite3.Error, OSError) as error:
+            told = " ".join(str(error).split())
             raise SpendingError(
-                f"{self._path}: {error}; nothing is spent until it can be used"
+                f"{self._path}: {told}; nothing is spent until it can be used"
             ) from error

@@ -146,7 +146,7 @@ def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | Senso
         at, q = one.transform.translation, one.transform.rotation
         moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
         names = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
-        norm = float(np.linalg.norm(turn))
+        norm = math.hypot(*turn)
         if not (np.abs(moved) <= FARTHEST_M).all() or not abs(norm - 1) <= 0.1:
             what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
             found.append(

@@ -1,7 +1,6 @@
 """How long each stage may take, and what is left out for a while where that does not suffice:
 budgets.toml, read once."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from enum import StrEnum
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from runtime.errors import ConfigError
+from runtime.toml_values import parse_toml
 from runtime.tracing.stages import Stage
 
 
@@ -61,10 +61,10 @@ def read_budgets(path: Path | None = None) -> Budgets:
     place = str(path) if path else "budgets.toml"
     try:
         text = (path or shipped).read_text(encoding="utf-8")
-        table = tomllib.loads(text)
+        table = parse_toml(text)
     except OSError as error:
         raise ConfigError(f"{place}: cannot be read ({error.strerror})") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except ValueError as error:
         raise ConfigError(f"{place}: not valid TOML: {error}") from error
     _known(table, ("stages", "loop"), place)
     stages = _table(table.get("stages", {}), f"{place}: stages")

@@ -95,7 +95,7 @@ def test_the_next_goal_is_asked_for_once_the_experts_are_idle(
     monkeypatch.setattr(robot, "ask", lambda query, body: told(query, body, asked, 3.0))
     played: Future[float] = Future()
     threading.Timer(0.5, lambda: played.set_result(7.0)).start()
-    assert robot.search(("bed", "sofa", "vase"), "", played) == 7.0
+    assert robot.search(("bed", "sofa", "vase"), played) == 7.0
     assert asked[:3] == ["bed", "sofa", "vase"]
 
 
@@ -109,7 +109,7 @@ def test_goals_are_asked_for_in_turn_until_the_drive_is_over(
     monkeypatch.setattr(robot, "ask", lambda query, body: told(query, body, asked, next(busy)))
     played: Future[float] = Future()
     threading.Timer(0.33, lambda: played.set_result(7.0)).start()
-    assert robot.search(("bed", "sofa"), "", played) == 7.0
+    assert robot.search(("bed", "sofa"), played) == 7.0
     assert len(asked) > 3
     assert asked == ["bed", "sofa"] * (len(asked) // 2) + ["bed"] * (len(asked) % 2)
 
@@ -121,7 +121,7 @@ def test_a_drive_that_itself_was_too_late_ends_the_goals(
     played: Future[float] = Future()
     played.set_exception(TimeoutError("the player's own"))
     with pytest.raises(TimeoutError, match="the player's own"):
-        robot.search(("bed", "sofa"), "", played)
+        robot.search(("bed", "sofa"), played)
 
 
 def test_one_goal_is_asked_for_once(robot: measure._Robot, monkeypatch: pytest.MonkeyPatch):
@@ -130,7 +130,7 @@ def test_one_goal_is_asked_for_once(robot: measure._Robot, monkeypatch: pytest.M
     monkeypatch.setattr(robot, "ask", lambda query, body: asked.append(body["goal"]))
     played: Future[float] = Future()
     threading.Timer(0.1, lambda: played.set_result(7.0)).start()
-    assert robot.search(("bed",), "", played) == 7.0
+    assert robot.search(("bed",), played) == 7.0
     assert asked == ["bed"]
 
 

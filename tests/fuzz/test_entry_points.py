@@ -1,0 +1,37 @@
+"""Whatever bytes come from outside: nothing but an answer, within a second of computing. The same
+entry points are fuzzed with coverage as a guide, and far longer, by scripts/fuzz."""
+
+import time
+
+import pytest
+from entry_points import ENTRY_POINTS, REFUSALS
+from hypothesis import HealthCheck, given, settings
+from mutations import SPOILINGS, Spoiling, spoilt
+
+EXAMPLES = 2000
+LONGEST_S = 1.0  # of this thread's own computing, however busy the machine is
+
+EVERY = [
+    pytest.param(name, marks=[pytest.mark.slow] * entry.slow)
+    for name, entry in ENTRY_POINTS.items()
+]
+
+
+@pytest.mark.parametrize("name", EVERY)
+@settings(max_examples=EXAMPLES, suppress_health_check=list(HealthCheck), database=None)
+@given(spoiling=SPOILINGS)
+def test_bytes_from_outside_are_answered(name: str, spoiling: Spoiling):
+    entry = ENTRY_POINTS[name]
+    given_bytes = spoilt(entry.seeds, spoiling)
+    began_s = time.thread_time()
+    entry.run(given_bytes)
+    assert time.thread_time() - began_s < LONGEST_S
+
+
+@pytest.mark.parametrize("name", sorted(set(ENTRY_POINTS) - {"requests"}))
+def test_what_is_good_is_not_refused(name: str):
+    """Else nothing behind the first check would be fuzzed."""
+    for seed in ENTRY_POINTS[name].seeds:
+        REFUSALS.clear()
+        ENTRY_POINTS[name].run(seed)
+        assert not REFUSALS, seed[:100]
