@@ -164,8 +164,8 @@ class SensorStreams:
             self._clock.wait(self._changed, until_s)
 
     def observe(self, match: Match) -> Observation | None:
-        """Decode a match; None when one of its messages is bad (and counted). Before the first frame,
-        in lockstep, SensorError for images of another size than the intrinsics say."""
+        """Decode a match; None when one of its messages is bad (and counted). In lockstep, before
+        the first frame, SensorError for images of another size than the intrinsics say."""
         topics, intrinsics = self._config.topics, self._info.intrinsics
         assert intrinsics is not None  # wait_for_match returns no match before
         before = self._pose(match.before)
