@@ -42,7 +42,10 @@ class SafetyConfig:
         0.8, "The same when they are turned further from each other.", "rad", within=(0.02, 3.2)
     )
     area_m: float = key(
-        0.0, "Further than that from where it was started the base is held; 0 is anywhere.", "m"
+        0.0,
+        "Further than that from where it was started the base is held; 0 is anywhere.",
+        "m",
+        within=(0.0, 10_000.0),
     )
 
 
