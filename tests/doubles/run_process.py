@@ -59,7 +59,7 @@ def process(
     given = [*settings, f"bus.connect=['{endpoint}']"]
     arguments = [part for setting in given for part in ("--set", setting)]
     child = subprocess.Popen(
-        [sys.executable, "-c", code, "run", *arguments],
+        [sys.executable, "-c", code, "run", "--harness", *arguments],
         stderr=subprocess.PIPE,
         text=True,
         cwd=ROOT,

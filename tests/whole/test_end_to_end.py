@@ -80,7 +80,7 @@ def test_a_mistake_is_one_line_and_exit_2(arguments: tuple[str, ...], message: s
     ("settings", "message"),
     [
         (("map.max_detph_m=1",), "map.max_detph_m: unknown; did you mean max_depth_m?"),
-        (("models.language='/nowhere/x.gguf'",), "/nowhere/x.gguf: no such model file"),
+        (("models.language='/nowhere/x.gguf'",), "models.language: /nowhere/x.gguf: no such file"),
         (("models.detectors=['/nowhere/x.onnx']",), "/nowhere/x.onnx"),
     ],
 )

@@ -76,7 +76,7 @@ def test_nothing_of_it_is_open_to_others(tmp_path: Path) -> None:
     log, journal, drives = (tmp_path / name for name in ("log", "a/journal", "drives"))
     # A language model that talks nonsense: the cloud is asked.
     program = [sys.executable, "-m", "hil_sim.driving.faulty_runtime", "nonsense"]
-    command = [*program, "run", "--lockstep", "--record", str(drives)]
+    command = [*program, "run", "--harness", "--lockstep", "--record", str(drives)]
     before = os.umask(0)
     try:
         with Server(quoting) as server:

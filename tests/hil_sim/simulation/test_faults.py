@@ -217,13 +217,16 @@ def test_distance_to_a_body(x: float, y: float) -> None:
     assert max(door.distance_m(x, y), 0.0) == pytest.approx(outside, abs=1e-9)
 
 
+HARNESS = ("--harness", "--lockstep")
+
+
 def test_a_model_at_fault_is_another_command() -> None:
     assert model_fault(parse_faults(["camera-drop"])) == (None, ())
     command, settings = model_fault(parse_faults(["llm-hang"]))
     assert command is not None
-    assert command[1:] == ["-m", "hil_sim.driving.faulty_runtime", "hang", "run", "--lockstep"]
+    assert command[1:] == ["-m", "hil_sim.driving.faulty_runtime", "hang", "run", *HARNESS]
     assert settings == ("research.budget_in_lockstep=true",)
-    assert model_fault(parse_faults(["llm-nonsense"]), ())[0][-2:] == ["nonsense", "run"]  # type: ignore[index]
+    assert model_fault(parse_faults(["llm-nonsense"]), ())[0][-2:] == ["run", "--harness"]  # type: ignore[index]
     command, settings = model_fault(parse_faults(["cloud-down"]))
     assert command is not None
     assert command[1:] == [
@@ -231,7 +234,7 @@ def test_a_model_at_fault_is_another_command() -> None:
         "hil_sim.driving.faulty_runtime",
         "cloud-down",
         "run",
-        "--lockstep",
+        *HARNESS,
     ]
     assert settings == ("research.budget_in_lockstep=true",)
 

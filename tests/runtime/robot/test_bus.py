@@ -244,7 +244,7 @@ def test_images_without_camera_info_are_told_of_once_and_waited_for(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     robot, bus = realtime
-    monkeypatch.setattr("runtime.robot.streams.SENSOR_TIMEOUT_S", 0.2)
+    monkeypatch.setattr("runtime.robot.camera_info.SENSOR_TIMEOUT_S", 0.2)
     robot.publish(1, ("odom", "depth", "color"))
     assert [bus.next(0.5) for _ in range(3)] == [None] * 3
     told = "rfnav: camera/color/camera_info: no intrinsics received in 0.2 s"
