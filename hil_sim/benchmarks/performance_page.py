@@ -84,8 +84,7 @@ def _growth(sides: Sequence[int], larger: Mapping[str, Sequence[float]]) -> list
         "",
         "The drive's first frames, in a map of so many known cells: around the home stands the same"
         " home again and again, with its objects, each closed, along streets. The robot can reach"
-        " its own. What still grows, act, looks through all objects that are known. Medians, ms;"
-        " the last line is what the map's arrays hold, MB.",
+        " its own. Medians, ms; the last line is what the map's arrays hold, MB.",
         "",
         "![Median times over the side of the known map](figures/core-growth.png)",
         "",
