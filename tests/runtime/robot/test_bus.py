@@ -287,7 +287,9 @@ def test_a_first_image_of_another_size_is_told_of_and_the_next_is_used(
     robot.publish(1, ("odom", "depth", "color"))
     assert bus.next(0.5) is None
     assert "image is 16x12 but camera/color/camera_info describes 32x24" in capsys.readouterr().err
-    robot.publish(2)
+    robot.send(info, wire.encode_camera_info(K, 2))
+    received(bus, info, 2)
+    robot.publish(2, ("odom", "depth", "color"))
     assert bus.next(PATIENCE_S) is not None
 
 
