@@ -78,9 +78,8 @@ def stands(
 
 
 def _lacks(report: Mapping[str, object]) -> str:
-    rung, shed = report.get("rung"), report.get("shed")
-    found = [f"rung: {rung}"] if rung in FALLEN_BACK else []
-    return ", ".join([*found, *([f"shed: {shed}"] if shed else [])])
+    rung = report.get("rung")
+    return f"rung: {rung}" if rung in FALLEN_BACK else ""
 
 
 def told_state(

@@ -5,7 +5,7 @@ import functools
 from collections.abc import Mapping
 from typing import Any, Final
 
-from runtime.robot import wire_senses
+from runtime.robot import wire
 
 OCCUPANCY_GRID: Final = "nav_msgs/msg/OccupancyGrid"
 PATH: Final = "nav_msgs/msg/Path"
@@ -90,5 +90,5 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
 @functools.cache
 def ros_definition(kind: str) -> str:
     """The definition of a ROS 2 type, with those that it is made of, as `ros2msg` has it."""
-    text, _ = wire_senses.STORE.generate_msgdef(kind, ros_version=2)
+    text, _ = wire.STORE.generate_msgdef(kind, ros_version=2)
     return text

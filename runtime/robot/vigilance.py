@@ -227,13 +227,11 @@ class Vigilance:
 
 def _decoded(payload: bytes, topic: str, slam: bool) -> tuple[wire.Stamped[Pose], float]:
     """A base's pose, and how far it leans (rad)."""
-    if slam:
-        q = wire.decode(payload, wire.POSE_STAMPED, topic).pose.orientation
-        told = wire.decode_pose(payload, topic)
-    else:
-        q = wire.decode(payload, wire.ODOMETRY, topic).pose.pose.orientation
-        told = wire.decode_odometry(payload, topic)
-    # The share of the base's own z axis that still points up; the decoder has checked the norm.
+    message = wire.decode(payload, wire.POSE_STAMPED if slam else wire.ODOMETRY, topic)
+    placed = message.pose if slam else message.pose.pose
+    told = wire.Stamped(wire.header_stamp(message, topic), wire.planar(placed, topic))
+    q = placed.orientation
+    # The share of the base's own z axis that still points up; `planar` has checked the norm.
     up = 1 - 2 * (q.x * q.x + q.y * q.y) / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
     return told, math.acos(max(-1.0, min(1.0, up)))
 

@@ -130,13 +130,13 @@ def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
 def decode_odometry(payload: bytes, topic: str) -> Stamped[Pose]:
     """Odometry -> the base in the odometry frame (roll, pitch and height are dropped)."""
     message = decode(payload, ODOMETRY, topic)
-    return Stamped(header_stamp(message, topic), _planar(message.pose.pose, topic))
+    return Stamped(header_stamp(message, topic), planar(message.pose.pose, topic))
 
 
 def decode_pose(payload: bytes, topic: str) -> Stamped[Pose]:
     """PoseStamped (a SLAM pose) -> the base in its frame."""
     message = decode(payload, POSE_STAMPED, topic)
-    return Stamped(header_stamp(message, topic), _planar(message.pose, topic))
+    return Stamped(header_stamp(message, topic), planar(message.pose, topic))
 
 
 def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | SensorError]:
@@ -298,7 +298,8 @@ def _stamp_ns(sec: int, nanosec: int, topic: str) -> int:
     return int(sec) * 1_000_000_000 + int(nanosec)
 
 
-def _planar(pose: Any, topic: str) -> Pose:
+def planar(pose: Any, topic: str) -> Pose:
+    """geometry_msgs/Pose -> what of it lies in the plane. SensorError for one that is none."""
     at, q = pose.position, pose.orientation
     norm = math.hypot(q.w, q.x, q.y, q.z)
     if not all_within((-FARTHEST_M, FARTHEST_M), (at.x, at.y)) or not abs(norm - 1) <= 0.1:

@@ -13,7 +13,6 @@ from rosbags.typesys import get_types_from_msg
 from runtime.core.types import F32
 from runtime.errors import SensorError
 from runtime.robot import wire
-from runtime.robot.wire import STORE as STORE
 from runtime.robot.wire import Stamped
 
 LASER_SCAN: Final = "sensor_msgs/msg/LaserScan"
@@ -24,13 +23,13 @@ HAZARDS: Final = "irobot_create_msgs/msg/HazardDetectionVector"
 _HAZARD: Final = "irobot_create_msgs/msg/HazardDetection"
 
 # As a Create 3 puts them on the wire; our own words, for no package of types has them.
-STORE.register(get_types_from_msg("std_msgs/Header header\nuint8 type\n", _HAZARD))
-STORE.register(
+wire.STORE.register(get_types_from_msg("std_msgs/Header header\nuint8 type\n", _HAZARD))
+wire.STORE.register(
     get_types_from_msg(
         "std_msgs/Header header\nirobot_create_msgs/HazardDetection[] detections\n", HAZARDS
     )
 )
-_T: Final = STORE.types
+_T: Final = wire.STORE.types
 _MAX_BEAMS: Final = 100_000  # more is damage
 _TWIST_BYTES: Final = 52  # of a Twist in CDR; a TwistStamped is longer by its header
 
