@@ -166,6 +166,11 @@ class GridFrame:
         """(rows, cols)."""
         return self.rows, self.cols
 
+    @property
+    def place(self) -> tuple[float, float, float, int, int]:
+        """As kernels take it: all but the shape."""
+        return self.x0_m, self.y0_m, self.resolution_m, self.first_row, self.first_col
+
     def cells(self, xy: F64) -> I32:
         """(..., 2) m in the map frame -> (..., 2) row, col; may lie outside."""
         scaled = (np.asarray(xy) - (self.x0_m, self.y0_m)) / self.resolution_m

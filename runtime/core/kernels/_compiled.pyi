@@ -5,6 +5,8 @@ from numpy.typing import NDArray
 from runtime.core.types import F32, F64, I32, U8, Mask
 
 Frame = tuple[float, float, float]
+Lie = tuple[float, float, float, int, int]
+Berth = tuple[float, float, int]
 Place = tuple[float, float, float, float, float, float, float]
 
 def march(
@@ -30,6 +32,20 @@ def derive(
 def boundary(*args: NDArray[Any] | int) -> tuple[int, int, int, int] | None: ...
 def components(mask: Mask, cells: I32, ends: I32, top: int, left: int, /) -> int: ...
 def shared(cells: I32, others: I32, reach: int, /) -> int: ...
+def steps_clear(
+    clear: Mask, clearance_m: F32, from_xy: F64, steps: F64, place: Lie, berth: Berth, /
+) -> None: ...
+def whole_steps(
+    clearance_m: F32,
+    arrival: F64,
+    steps: F64,
+    terrain: Lie,
+    field: Lie,
+    berth: Berth,
+    start: tuple[float, float],
+    rules: tuple[float, ...],
+    /,
+) -> tuple[bytes, float, float]: ...
 def survey(*args: NDArray[Any] | float) -> None: ...
 def touched(arrival: F64, before: F32, speed: F32, /) -> float: ...
 def walk(steps: F32, passable: Mask, seeds: Mask, limit: int, /) -> int: ...

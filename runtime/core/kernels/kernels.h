@@ -19,10 +19,12 @@ PyObject *kernel_near_points(PyObject *module, PyObject *const *args, Py_ssize_t
 PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_steps_clear(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_reach_things(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_touched(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_walk(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_whole_steps(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_things(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_joined_cells(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_cells_gap(PyObject *module, PyObject *const *args, Py_ssize_t count);

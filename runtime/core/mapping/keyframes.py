@@ -155,8 +155,8 @@ def _clear(grid: NavigationMap | MapCopy, start: F64, ends: F64) -> Mask:
     f = grid.frame
     span = float(np.hypot(*(ends - start).T).max())
     steps = max(2, math.ceil(span / f.resolution_m))
-    place = f.x0_m, f.y0_m, f.resolution_m, f.first_row, f.first_col
-    return walking.in_sight(grid.occupied, place, (float(start[0]), float(start[1])), ends, steps)
+    from_xy = float(start[0]), float(start[1])
+    return walking.in_sight(grid.occupied, f.place, from_xy, ends, steps)
 
 
 def _marked(frame: Keyframe, cells_xy: F64) -> bytes:
