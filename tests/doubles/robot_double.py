@@ -22,14 +22,15 @@ SILENCE_S = 0.2  # without a message, after which it is looked again
 
 class RobotDouble:
     """`sending` names the streams that are alive, "bumper" and "battery" among them where it has
-    those; `bend` alters the odometry that is told. While a `hand` has the sticks the base obeys
+    those; `bend` alters the place that odometry tells. While a `hand` has the sticks the base obeys
     nobody else."""
 
     def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
         self.home, self.topics = home, config.topics
         self.session: Any = open_session(config)
         self.sending = {"odom", "frames"}
-        self.bend: Callable[[Pose, int], tuple[Pose, int]] = lambda pose, stamp: (pose, stamp)
+        self.bend: Callable[[Pose], Pose] = lambda pose: pose
+        self.clock_ns = 0  # what its clock says beyond the machine's
         self.twist, self.told_s = Twist(), -math.inf
         self.hand: Twist | None = None
         self.touching, self.percent = False, 80.0
@@ -116,7 +117,7 @@ class RobotDouble:
             self._tell_of_the_body()
             if now_s - said_s >= self._odom_s and "odom" in self.sending:
                 said_s = now_s
-                pose, stamp = self.bend(self.home.pose, time.time_ns())
+                pose, stamp = self.bend(self.home.pose), time.time_ns() + self.clock_ns
                 self.session.put(self.topics.odom, wire.encode_odometry(pose, stamp))
 
     def _tell_of_the_body(self) -> None:
@@ -146,9 +147,8 @@ class RobotDouble:
         while not self._ending.wait(self._frame_s):
             if "frames" not in self.sending:
                 continue
-            stamp = time.time_ns()
+            stamp = time.time_ns() + self.clock_ns
             obs = self.home.observe()
-            _, stamp = self.bend(obs.pose, stamp)
             info = wire.encode_camera_info(obs.intrinsics, stamp)
             self.session.put(self.topics.camera_info, info)
             self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, stamp))

@@ -10,6 +10,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -122,10 +123,8 @@ def silent(trial: Trial) -> None:
 
 def glitch(trial: Trial) -> None:
     glitches = iter([True])
-    trial.robot.bend = lambda pose, stamp: (
-        (Pose(pose.x_m + 5.0, pose.y_m, pose.yaw_rad), stamp)
-        if next(glitches, False)
-        else (pose, stamp)
+    trial.robot.bend = lambda pose: (
+        replace(pose, x_m=pose.x_m + 5.0) if next(glitches, False) else pose
     )
 
 
@@ -140,7 +139,7 @@ def button(trial: Trial) -> None:
 def recover(trial: Trial) -> None:
     """What the robot does again after a trial."""
     trial.robot.sending.add("odom")
-    trial.robot.bend = lambda pose, stamp: (pose, stamp)
+    trial.robot.bend = lambda pose: pose
     trial.robot.session.put("stop", flag(False))
     time.sleep(0.3)
     assert trial.robot.ask("release")["released"]

@@ -5,6 +5,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -308,14 +309,11 @@ def test_what_goes_stale_stops_the_robot_and_what_comes_back_resumes_it(tmp_path
             robot.sending.add(stream)
         for aside_m in (3.0, 0.0, 3.0, 0.0, 3.0):  # a robot that only brakes is not halted by one
             robot.until(lambda: moving(robot) or ended)
-            robot.bend = lambda pose, stamp, m=aside_m: (
-                Pose(pose.x_m + m, pose.y_m, pose.yaw_rad),
-                stamp,
-            )
+            robot.bend = lambda pose, m=aside_m: replace(pose, x_m=pose.x_m + m)
             if robot.hears(lambda: "jump" in robot.state()["halts"] or ended, 5.0):
                 break
         robot.until(lambda: "jump" in robot.state()["halts"] or ended)
-        robot.bend = lambda pose, stamp: (pose, stamp - 3600 * 10**9)
+        robot.bend, robot.clock_ns = lambda pose: pose, -3600 * 10**9
         robot.until(lambda: "clock" in robot.state()["halts"] or ended)
         robot.until(lambda: moving(robot) or ended)
         robot.ask("cancel")
@@ -509,11 +507,11 @@ def test_odometry_of_beyond_reason_holds_the_base_and_the_search_goes_on(tmp_pat
         begin(robot, tmp_path)
         for away_m in (1e9, 1e300, 1000.0):
             robot.until(lambda: moving(robot) or ended)
-            robot.bend = lambda pose, stamp, m=away_m: (Pose(m, m, pose.yaw_rad), stamp)
+            robot.bend = lambda pose, m=away_m: Pose(m, m, pose.yaw_rad)
             robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0 or ended)
             if away_m == 1000.0:  # it stays there, and so is believed: but the map is not there
                 robot.until(lambda: robot.feedback[-1]["reason"] == told or ended)
-            robot.bend = lambda pose, stamp: (pose, stamp)
+            robot.bend = lambda pose: pose
         robot.until(lambda: moving(robot) or ended)
         robot.ask("cancel")
         streams = robot.ask("status")["streams"]
