@@ -71,7 +71,7 @@ class Bus:
             config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
         )
         self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
-        self._reflex = self._begun(reflex, camera) if reflex is not None else None
+        self._reflex = self._begun(reflex, camera, safety) if reflex is not None else None
         self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
@@ -192,7 +192,8 @@ class Bus:
         if self._vigilance is None:
             return None
         with self._changed:
-            return self._vigilance.doubt(self._clock.now_s(), sent)
+            noticed = self._vigilance.doubt(self._clock.now_s(), sent)
+        return noticed or (self._reflex.doubt() if self._reflex is not None else None)
 
     def caution(self, twist: Twist) -> Caution:
         """What the newest depth image leaves of a velocity that is about to be driven; any thread
@@ -255,9 +256,10 @@ class Bus:
 
     # -- inside --------------------------------------------------------------------------------
 
-    def _begun(self, config: NavigateConfig, camera: CameraConfig) -> Reflex:
+    def _begun(self, config: NavigateConfig, camera: CameraConfig, safety: SafetyConfig) -> Reflex:
         seen = self._streams, self._changed, self._clock, swept(config), camera
-        reflex = Reflex(*seen, self._config.topics.depth, lambda: self.on_urgent())
+        told = self._config.topics.depth, lambda: self.on_urgent(), safety.depth_stale_s
+        reflex = Reflex(*seen, *told)
         reflex.start()
         return reflex
 

@@ -19,6 +19,7 @@ from runtime.core.mapping.solid_depth import solid
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.courses import STILL
 from runtime.core.motion.reflex import cautioned, sure_mps
+from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
@@ -29,6 +30,7 @@ from runtime.robot.transforms import FIXED, CameraConfig
 
 IDLE_S: Final = 2.0  # without a question nobody drives, and no image is looked at
 POSE_S: Final = 0.05  # odometry may come so much later than an image of the same moment
+SAFETY: Final = SafetyConfig()
 
 
 @dataclass(frozen=True)
@@ -73,8 +75,9 @@ class DepthStreams(Protocol):
 
 
 class Reflex:
-    """`caution` and `close` may be called from any thread. `changed` is notified whenever something
-    came; `urgent` is called, in the reflex's thread, when what is driven now has to be slower."""
+    """`caution`, `doubt` and `close` may be called from any thread. `changed` is notified whenever
+    something came; `urgent` is called, in the reflex's thread, when what is driven now has to be
+    slower. `stale_s`: how old the newest image may be that it has looked at."""
 
     def __init__(
         self,
@@ -85,12 +88,15 @@ class Reflex:
         camera: CameraConfig = FIXED,
         topic: str = "depth",
         urgent: Callable[[], None] = lambda: None,
+        stale_s: float = SAFETY.depth_stale_s,
     ) -> None:
-        self.urgent = urgent
+        self.urgent, self._stale_s = urgent, stale_s
         self._streams, self._changed, self._clock = streams, changed, clock
         self._topic, self._memory = topic, NearMemory()
         self._body, self._camera, self._mount = body, camera, cast(Mount, camera)
         self._near: Nearby | None = None
+        self._looked_s = -math.inf  # as of when, by arrival and stamp, it knows what is near
+        self._unplaced_s = -math.inf  # as of when the newest image is, where it lacks odometry
         self._asked, self._asked_s = STILL, -IDLE_S
         self._braked_mps, self._brakes_s = 0.0, -IDLE_S  # from how fast it was stopped; until when
         self._closed = False
@@ -120,6 +126,17 @@ class Reflex:
             rolling = self._judge(Twist(self._braked_mps, twist.w_radps), pose)
             return replace(rolling, most_mps=0.0) if rolling != FREE else caution
         return caution
+
+    def doubt(self) -> Halt | None:
+        """Why nothing is driven: what is near was looked at too long ago. What lacks odometry is
+        told by whoever waits for that, and so is that no image has come yet."""
+        now_s = self._clock.now_s()
+        age_s = now_s - self._looked_s
+        known = age_s <= self._stale_s or now_s - self._unplaced_s <= self._stale_s
+        if known or not math.isfinite(age_s):
+            return None
+        what = f"{self._topic}: the newest image that can be used is {age_s:.1f} s old"
+        return Halt(HaltKind.FRAME, f"{what}, safety.depth_stale_s is {self._stale_s:g}")
 
     def close(self) -> None:
         """End the thread. Idempotent; not holding `changed`."""
@@ -160,6 +177,7 @@ class Reflex:
         except SensorError:
             return
         pose = self._pose_at(image.stamp_ns)
+        self._unplaced_s = image.arrival_s if pose is None else -math.inf
         if lens is None or pose is None:
             return
         intrinsics, mount = lens
@@ -174,6 +192,7 @@ class Reflex:
         near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
         scan = self._streams.near_scan(image.stamp_ns)
         self._near = self._memory.with_scan(near, scan, pose, body.radius_m)
+        self._looked_s = image.arrival_s
         caution = self._judge(self._asked, pose)
         if caution.allowed(self._asked) != self._asked:
             self.urgent()

@@ -22,13 +22,13 @@ SILENCE_S = 0.2  # without a message, after which it is looked again
 
 class RobotDouble:
     """`sending` names the streams that are alive, "bumper" and "battery" among them where it has
-    those; `bend` alters the place that odometry tells. While a `hand` has the sticks the base obeys
-    nobody else."""
+    those; `blind`: the camera goes on without depth; `bend` alters the place that odometry tells.
+    While a `hand` has the sticks the base obeys nobody else."""
 
     def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
         self.home, self.topics = home, config.topics
         self.session: Any = open_session(config)
-        self.sending = {"odom", "frames"}
+        self.sending, self.blind = {"odom", "frames"}, False
         self.bend: Callable[[Pose], Pose] = lambda pose: pose
         self.clock_ns = 0  # what its clock says beyond the machine's
         self.twist, self.told_s = Twist(), -math.inf
@@ -151,5 +151,6 @@ class RobotDouble:
             obs = self.home.observe()
             info = wire.encode_camera_info(obs.intrinsics, stamp)
             self.session.put(self.topics.camera_info, info)
-            self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, stamp))
+            if not self.blind:
+                self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, stamp))
             self.session.put(self.topics.color, wire.encode_color(obs.rgb, stamp))

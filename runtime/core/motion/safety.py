@@ -23,8 +23,15 @@ class SafetyConfig:
         "s",
         within=(0.05, 2.0),
     )
+    depth_stale_s: float = key(
+        0.5,
+        "The same without a depth image, which keeps it from driving into things. At least two and "
+        "a half of the camera's periods.",
+        "s",
+        within=(0.1, 2.0),
+    )
     frame_stale_s: float = key(
-        1.0, "The same without matched colour and depth.", "s", within=(0.05, 5.0)
+        1.0, "The same without colour and depth that match.", "s", within=(0.05, 5.0)
     )
     plan_stale_s: float = key(
         2.0,

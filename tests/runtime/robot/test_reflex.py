@@ -11,11 +11,11 @@ from manual_clock import ManualClock
 from runtime.clock import SystemClock
 from runtime.config import load
 from runtime.core.motion.caution import FREE
-from runtime.core.motion.safety import HaltKind
+from runtime.core.motion.safety import Halt, HaltKind
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
-from runtime.robot.reflex import Reflex, SweptBody
+from runtime.robot.reflex import POSE_S, Reflex, SweptBody
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
 
@@ -39,6 +39,7 @@ class Streams:
         self.mount: Mount | SensorError | None = None
         self.intrinsics: Intrinsics | None = CAMERA
         self.scan: Scan | None = None
+        self.clock = SystemClock()
         self._count = 0
 
     def newest_depth(self):
@@ -61,7 +62,7 @@ class Streams:
     def send(self, payload):
         with self.changed:
             self._count += 1
-            self.depth = RawMessage(self._count, payload, time.monotonic())
+            self.depth = RawMessage(self._count, payload, self.clock.now_s())
             self.changed.notify_all()
 
 
@@ -152,6 +153,72 @@ def test_an_image_that_cannot_be_used_changes_nothing(what):
         streams.mount, streams.intrinsics, streams.pose = None, CAMERA, HERE
         streams.show(FREE_VIEW)
         until(lambda: made.caution(AHEAD, HERE) == FREE)
+
+
+@contextmanager
+def timed(streams):
+    """A reflex by a clock that is set by hand, and has looked at one image."""
+    streams.clock = clock = ManualClock(100.0)
+    made = Reflex(streams, streams.changed, clock, BODY, stale_s=0.5)
+    made.start()
+    try:
+        made.caution(AHEAD, HERE)
+        assert made.doubt() is None  # that no image has come is told by whoever waits for a frame
+        streams.show(BLOCKED)
+        until(lambda: made.caution(AHEAD, HERE) != FREE)
+        yield made, clock
+    finally:
+        made.close()
+
+
+def test_what_was_looked_at_too_long_ago_holds_the_base_until_there_is_another_image():
+    streams = Streams()
+    with timed(streams) as (made, clock):
+        clock.advance(0.5)
+        assert made.doubt() is None
+        clock.advance(0.1)
+        what = "depth: the newest image that can be used is 0.6 s old"
+        assert made.doubt() == Halt(HaltKind.FRAME, f"{what}, safety.depth_stale_s is 0.5")
+        streams.show(FREE_VIEW)
+        until(lambda: made.doubt() is None)
+
+
+def test_an_image_that_is_late_by_its_stamp_is_as_old_as_that():
+    streams = Streams()
+    with timed(streams) as (made, clock):
+        with streams.changed:
+            late = wire.encode_depth(FREE_VIEW, 2)
+            streams.depth = RawMessage(2, late, clock.now_s() - 0.7)  # as vigilance dates it
+            streams.changed.notify_all()
+        until(lambda: made.doubt() is not None)
+        assert "is 0.7 s old" in made.doubt().reason
+
+
+@pytest.mark.parametrize("what", ["payload", "shape", "tf", "intrinsics"])
+def test_images_that_cannot_be_used_make_nothing_newer(what):
+    streams = Streams()
+    with timed(streams) as (made, clock):
+        streams.mount = SensorError("tf: no way") if what == "tf" else None
+        streams.intrinsics = None if what == "intrinsics" else CAMERA
+        clock.advance(0.6)
+        made.caution(AHEAD, HERE)
+        if what == "payload":
+            streams.send(b"\x00\x01\x00\x00nothing")
+        else:
+            streams.show(FREE_VIEW[:100] if what == "shape" else FREE_VIEW)
+        time.sleep(0.3)  # there is nothing to wait for
+        assert made.doubt() is not None
+
+
+def test_images_without_odometry_are_told_of_by_who_waits_for_odometry():
+    streams = Streams()
+    with timed(streams) as (made, clock):
+        streams.pose = None
+        clock.advance(0.6)
+        made.caution(AHEAD, HERE)
+        assert made.doubt() is not None
+        streams.show(FREE_VIEW)
+        until(lambda: clock.advance(POSE_S) or made.doubt() is None)  # it waits for odometry
 
 
 def test_the_mount_is_as_configured_or_as_tf_says():
