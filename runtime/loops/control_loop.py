@@ -325,7 +325,7 @@ class ControlLoop:
 
     def _zero(self) -> None:
         with suppress(RfNavError):  # the wire may be what broke
-            self._base.drive(DriveOrder(STILL, 0, self._clock.now_s() + ORDER_S))
+            self._base.drive(DriveOrder(STILL, 0, math.inf, last=True))
 
     def _odometry(self) -> Odometry | None:
         newest = self._senses.pose()

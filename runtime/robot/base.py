@@ -18,12 +18,14 @@ ORDER_S = 0.3  # how long an order is worth sending: a few ticks of the control 
 class DriveOrder:
     """A velocity for the base. `stamp_ns`: of the robot's own clock, 0 where it is not known;
     `expires_s`: monotonic, after which it must not be sent any more; `searching`: a search wants
-    to drive, without which nothing is armed and no mode is asked for."""
+    to drive, without which nothing is armed and no mode is asked for; `last`: no other follows, so
+    that a wire that is full is waited for, where else the order is dropped."""
 
     twist: Twist
     stamp_ns: int
     expires_s: float
     searching: bool = False
+    last: bool = False
 
     def late(self, now_s: float) -> str:
         """Why it must not be sent any more; "" when it may."""
@@ -58,8 +60,8 @@ WELL = BaseCondition()
 
 
 class Base(Protocol):
-    """What drives the robot. Every method may be called from any thread, and waits for nothing
-    but the wire."""
+    """What drives the robot. Every method may be called from any thread, and waits for nothing,
+    but with a last order for the wire."""
 
     def drive(self, order: DriveOrder) -> Sent:
         """Send a velocity on. RfNavError when the wire is broken."""

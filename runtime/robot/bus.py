@@ -226,7 +226,7 @@ class Bus:
             return Sent(None, f"a hand has the sticks: {who}")
         if late := order.late(self._clock.now_s()):
             return Sent(None, late)
-        self._out.twist(order.twist.v_mps, order.twist.w_radps, order.stamp_ns)
+        self._out.twist(order.twist, order.stamp_ns, order.last)
         return Sent(order.twist)
 
     def condition(self) -> BaseCondition:

@@ -16,12 +16,15 @@ from runtime.robot.streams import WireMessage
 __all__ = ["Publications"]
 
 COMMANDS: Final = ("action", "cmd_vel")
+LAST: Final = "last cmd_vel"
 REPORTS: Final = ("state", "decision", "feedback")
 
 
 class Publications:
     """The publishers of one session. In `lockstep` every message blocks, all are of one priority,
-    and the last answer is kept: it can be given again."""
+    and the last answer is kept: it can be given again. In real time no message waits for a wire
+    that is full, but the last velocity: of the others the next one follows in a twentieth of a
+    second, and whoever sends them holds up control."""
 
     def __init__(
         self, session: Any, config: BusConfig, lockstep: bool, record: Record = unrecorded
@@ -30,7 +33,7 @@ class Publications:
         self._record = record
         self._answer: tuple[int, bytes] | None = None  # to which observation, and what
         self._publishers: dict[str, Any] = {
-            name: self._declare(session, name, lockstep) for name in (*COMMANDS, *REPORTS)
+            name: self._declare(session, name, lockstep) for name in (*COMMANDS, LAST, *REPORTS)
         }
         self._declared = list(self._publishers.values())
 
@@ -43,16 +46,17 @@ class Publications:
         self._answer = (stamp_ns, payload)
         self._put("action", payload)
 
-    def twist(self, forward_mps: float, turn_radps: float, stamp_ns: int) -> None:
-        """A velocity. The stamp, for a TwistStamped, is of the robot's own clock."""
+    def twist(self, twist: Twist, stamp_ns: int, last: bool = False) -> None:
+        """A velocity. The stamp, for a TwistStamped, is of the robot's own clock; `last`: none
+        follows."""
         kind = wire.TWIST if self._config.cmd_vel_type == "Twist" else wire.TWIST_STAMPED
         if kind == wire.TWIST:
-            payload = wire.encode_twist(forward_mps, turn_radps)
+            payload = wire.encode_twist(twist.v_mps, twist.w_radps)
         else:
             frame = self._config.cmd_vel_frame
-            payload = wire.encode_twist_stamped(forward_mps, turn_radps, stamp_ns, frame)
+            payload = wire.encode_twist_stamped(twist.v_mps, twist.w_radps, stamp_ns, frame)
         self._record("wire", WireMessage(self._config.topics.cmd_vel, kind, payload))
-        self._put("cmd_vel", payload)
+        self._put(LAST if last else "cmd_vel", payload)
 
     def report(self, name: str, content: Mapping[str, object]) -> None:
         """One of `REPORTS`, as JSON."""
@@ -74,13 +78,13 @@ class Publications:
             publisher.undeclare()
 
     def _declare(self, session: Any, name: str, lockstep: bool) -> Any:
-        command = name in COMMANDS
-        # In lockstep one priority for all: what was published first arrives first.
-        urgent = command and not lockstep
+        # In lockstep one priority for all: what was published first arrives first. So it is with
+        # velocities: those that wait and those that do not are of one priority.
+        urgent = name in (*COMMANDS, LAST) and not lockstep
         return session.declare_publisher(
             self._config.key(OWN_TOPICS.get(name, self._config.topics.cmd_vel)),
             congestion_control=zenoh.CongestionControl.BLOCK
-            if command or lockstep
+            if lockstep or name == LAST
             else zenoh.CongestionControl.DROP,
             priority=zenoh.Priority.INTERACTIVE_HIGH if urgent else zenoh.Priority.DATA,
             express=True,

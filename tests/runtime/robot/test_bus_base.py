@@ -1,11 +1,18 @@
 """The bus as a base, and odometry that comes to it by another wire."""
 
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
 import pytest
+from places import ROOT
 
 from hil_sim.driving.link import free_port
 from runtime.clock import SystemClock
@@ -56,6 +63,64 @@ def test_an_order_in_time_is_sent_and_one_that_is_late_is_not(heard):
         time.sleep(0.01)
     assert [t for t in twists if t != EMPTY] == [(0.2, 0.1), (0.3, 0.1)]
     assert bus.condition() == WELL
+
+
+LISTENS = """
+import sys, time
+from runtime.robot.session import BusConfig, open_session
+session = open_session(BusConfig(listen=(sys.argv[1],)))
+session.declare_subscriber("**", lambda sample: print(sample.key_expr, flush=True))
+time.sleep(600)
+"""
+
+
+def test_a_wire_that_is_full_holds_up_no_order():
+    """The other side of the link stands still, and takes nothing."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    other = subprocess.Popen(
+        [sys.executable, "-c", LISTENS, endpoint], cwd=ROOT, stdout=subprocess.PIPE, text=True
+    )
+    assert other.stdout is not None
+    bus = Bus(BusConfig(connect=(endpoint,)), CLOCK)
+    arrived = threading.Thread(target=other.stdout.readline)
+    arrived.start()
+    try:
+        by_s = time.monotonic() + PATIENCE_S
+        while arrived.is_alive():
+            assert time.monotonic() < by_s
+            bus.drive(order(Twist()))
+            time.sleep(0.01)
+        os.kill(other.pid, signal.SIGSTOP)
+        for _ in range(40):
+            bus.publish_state({"ballast": "a" * 1_000_000})
+
+        def drive() -> None:
+            for _ in range(5):
+                assert bus.drive(order(Twist(0.1, 0.0))).twist is not None
+
+        driving = threading.Thread(target=drive, daemon=True)
+        driving.start()
+        driving.join(3.0)  # a message that waits does so for 5 s, then the link is closed
+        assert not driving.is_alive()
+    finally:
+        other.kill()
+        other.communicate()
+        bus.close()
+
+
+def test_the_last_order_comes_after_all_before_it(heard):
+    bus, twists = heard
+    for n in range(1, 50):
+        bus.drive(order(Twist(n / 100, 0.3)))
+    bus.drive(DriveOrder(Twist(), 0, math.inf, last=True))
+    by_s = time.monotonic() + PATIENCE_S
+    while (0.01, 0.3) not in twists or twists[-1] != EMPTY:
+        assert time.monotonic() < by_s
+        time.sleep(0.01)
+    time.sleep(0.2)  # nothing comes after it
+    assert twists[-1] == EMPTY
+    told = [t for t in twists if t != EMPTY]  # so soon after each other some may be dropped
+    assert told == sorted(told)
 
 
 def test_odometry_by_another_wire_is_as_if_it_had_come_over_the_bus(heard):
