@@ -280,7 +280,7 @@ class Drive:
         command = world.body.told(as_sent(command, means.control.sent()))
         report = search.stepped(world, command, means.models.rung())
         told = {"seconds": dict(search.seconds), "models": means.models.health()}
-        self.report = report | {"goal": search.goal.text, **told}
+        self.report = report | {"goal": search.goal.text, "shed": means.shedding.in_words(), **told}
         if command.ended is not None:
             return command
         self.plan(command, frame_s, self.report)

@@ -46,6 +46,15 @@ class Shedding:
                 return self._more(kind, now_s)
         return now_s - self._changed_s >= CALM_S and self._less(now_s)
 
+    def in_words(self) -> str:
+        """For people; "" when nothing is shed."""
+        parts = []
+        if self._detector:
+            parts.append(f"one look of the detectors in {1 + self.rest:g}")
+        if self._experts:
+            parts.append("nothing prepared for the experts")
+        return f"shed to be in time: {', '.join(parts)}" if parts else ""
+
     def told(self) -> dict[str, object]:
         """As JSON."""
         return {"detector_rest": self.rest, "experts": self._experts, "steps": self.steps}

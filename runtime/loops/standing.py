@@ -78,8 +78,9 @@ def stands(
 
 
 def _lacks(report: Mapping[str, object]) -> str:
-    rung = report.get("rung")
-    return f"rung: {rung}" if rung in FALLEN_BACK else ""
+    rung, shed = report.get("rung"), report.get("shed")
+    told = (f"rung: {rung}" if rung in FALLEN_BACK else "", str(shed or ""))
+    return ", ".join(part for part in told if part)
 
 
 def told_state(
@@ -169,4 +170,5 @@ class Changes:
 
 
 def _kind(standing: RunStanding) -> str:
-    return standing.cause.partition(":")[0] if standing.state is RunState.HELD else ""
+    held = standing.state is RunState.HELD
+    return standing.cause.partition(":")[0] if held else standing.cause

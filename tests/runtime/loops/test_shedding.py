@@ -19,6 +19,8 @@ def test_first_looks_of_the_detector_then_what_experts_prepare():
     assert steps[:3] == [(RESTS[1], False), (RESTS[2], False), (RESTS[2], True)]
     assert set(steps[3:]) == {(RESTS[2], True)}
     assert shedding.steps == 3
+    told = "one look of the detectors in 4, nothing prepared for the experts"
+    assert shedding.in_words() == f"shed to be in time: {told}"
 
 
 def test_it_is_taken_up_again_in_calm_in_the_opposite_order():
@@ -44,6 +46,7 @@ def test_one_overrun_now_and_then_sheds_nothing_nor_does_a_stage_that_says_so():
     for second in range(0, 60, 2):
         assert not shedding.note([FRAME, PLACE, PLACE, PLACE], float(second))
     assert (shedding.rest, shedding.experts) == (0.0, False)
+    assert shedding.in_words() == ""
 
 
 def test_a_stage_of_the_experts_sheds_only_what_they_prepare():

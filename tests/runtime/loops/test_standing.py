@@ -51,6 +51,22 @@ def test_a_search_that_nobody_watches_over_is_degraded():
     assert stands(*known, "the guard is gone").cause == "rung: none, the guard is gone"
 
 
+def test_what_is_shed_is_what_a_search_has_less_of():
+    shed = "shed to be in time: one look of the detectors in 2"
+    known = "", None, WELL, None, SEARCHING, {"rung": "smollm2", "shed": shed}, True
+    assert stands(*known) == RunStanding(RunState.DEGRADED, shed)
+    known = *known[:5], {"rung": "none", "shed": shed}, True
+    assert stands(*known, "the guard is gone").cause == f"rung: none, {shed}, the guard is gone"
+
+
+def test_another_thing_that_is_lacking_is_another_standing():
+    changes = Changes()
+    changes.note(1.0, RunStanding(RunState.DEGRADED, "rung: none"))
+    changes.note(2.0, RunStanding(RunState.DEGRADED, "rung: none, the guard is gone"))
+    changes.note(3.0, RunStanding(RunState.DEGRADED, "rung: none, the guard is gone"))
+    assert [change.now_s for change in changes.take()] == [1.0, 2.0]
+
+
 def test_changes_are_told_once_and_an_age_that_grows_is_none():
     changes = Changes()
     changes.note(1.0, RunStanding(RunState.SEARCHING))
