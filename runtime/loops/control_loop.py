@@ -113,11 +113,11 @@ class ControlLoop:
         self._record("heard", {"name": "sent", "value": twist})
         return twist
 
-    def condition(self) -> BaseCondition:
-        """What the base said of itself last; a hand that has let go since the last call counts."""
+    def condition(self, forget: bool = True) -> BaseCondition:
+        """What the base said of itself last; a hand that has let go counts until it's forgotten."""
         with self._changed:
             told = replace(self._condition, hand=self._condition.hand or self._hand)
-            self._hand = ""
+            self._hand = "" if forget else self._hand
         if told != WELL:
             self._record("heard", {"name": "condition", "value": told})
         return told

@@ -64,6 +64,7 @@ class Drive:
     left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
     astray: str = ""  # why the newest frame is of nowhere on the map
     back: str = ""  # why it drives back to where it began
+    uncharged: bool = False  # it began before anybody knew what is in the battery
 
     def see(self, obs: Observation, frame_s: float) -> Command | None:
         """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
@@ -192,7 +193,10 @@ class Drive:
         """The end of a search that the battery is too low for, or None; it may have to go back."""
         means = self.means
         low = means.battery.runs_low(percent, frame_s)
-        if not low or self.back or means.when_low == "refuse":
+        if percent is not None and not means.battery.refuses(percent):
+            self.uncharged = False
+        goes_on = means.when_low == "refuse" and not self.uncharged  # else it is refused now
+        if not low or self.back or goes_on:
             return None
         self.search.journal.write("battery", percent=percent, reason=low, then=means.when_low)
         if means.when_low == "return":

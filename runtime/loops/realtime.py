@@ -174,7 +174,8 @@ class RealTime:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         before = self._drive.search if self._drive else self._last[0] if self._last else None
-        if low := self._battery.refuses(self._control.condition().battery_percent):
+        charge = self._control.condition(forget=False).battery_percent
+        if low := self._battery.refuses(charge):
             return {"accepted": False, "error": low}
         with self._detector.paused():  # no look while the words change
             try:
@@ -192,7 +193,11 @@ class RealTime:
             self._tracer.clear()
         self._bus.sweeps(order.config.navigate, order.config.camera)
         now_s = self._clock.now_s()
-        drive = Drive(search, self._means(), Feedback(search, now_s), self._control.halts())
+        self._control.condition()  # a hand of before it is none of its own
+        drive = Drive(
+            search, self._means(), Feedback(search, now_s), self._control.halts(),
+            uncharged=charge is None,
+        )  # fmt: skip
         self._drive = drive
         drive.plan(None, now_s, {"goal": order.goal.text, "mode": "wait"})
         return {

@@ -61,7 +61,7 @@ class FilmControl:
     def sent(self) -> Twist:
         return read(self._film.heard("sent"), Twist)
 
-    def condition(self) -> BaseCondition:
+    def condition(self, forget: bool = True) -> BaseCondition:
         told = self._film.given("condition")
         return read(told, BaseCondition) if told is not None else WELL
 

@@ -1,12 +1,14 @@
 """When a battery is too low to search on. No clock: times are arguments, monotonic seconds."""
 
+import math
 from dataclasses import dataclass
 from typing import Final, Literal
 
 from runtime.core.keys import key
 
 RECOVERED_PERCENT: Final = 5.0  # above the bound, from which on it is low no more
-LOW_S: Final = 5.0  # so long it must be told to be low: many drivers begin with 0
+LOW_S: Final = 5.0  # so long it must be told to be low
+UNSURE_S: Final = 5.0  # many drivers begin with 0, until they have read it
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,30 @@ class BatteryConfig:
         'What becomes of a search that is under way: "return" drives back to where it began and '
         'ends there, "end" ends it at once, "refuse" lets it go on.',
     )
+
+
+class Charge:
+    """What a battery was told to hold. A 0 that nothing else came before is believed only when it
+    has stood for a while; it then is, however often or seldom it was told."""
+
+    def __init__(self) -> None:
+        self._percent: float | None = None
+        self._told_s, self._since_s = -math.inf, math.inf  # last, and a 0 first
+        self._was_read = False  # something but 0 was told
+
+    def tell(self, percent: float | None, now_s: float) -> None:
+        """0 to 100, or that it is not known."""
+        if percent == 0.0:
+            self._since_s = min(self._since_s, now_s)
+        self._was_read |= percent is not None and percent > 0.0
+        self._percent, self._told_s = percent, now_s
+
+    def percent(self, now_s: float, worth_s: float = math.inf) -> float | None:
+        """None where it is not known, or was told longer ago than that is worth."""
+        unsure = self._percent == 0.0 and not self._was_read
+        if now_s - self._told_s > worth_s or (unsure and now_s - self._since_s < UNSURE_S):
+            return None
+        return self._percent
 
 
 class Battery:

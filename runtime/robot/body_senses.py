@@ -13,6 +13,7 @@ from runtime.core.motion.contact import AHEAD_RAD, NOTHING, Contact, Felt, Touch
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire_senses
+from runtime.robot.battery import Charge
 from runtime.robot.bounds import check_bytes
 from runtime.robot.session import SensesConfig, TopicsConfig
 from runtime.robot.streams import StreamHealth, WireMessage
@@ -55,7 +56,7 @@ class BodySenses:
         self._newest_s = -math.inf  # when the last contact began
         self._cliffs: dict[str, tuple[float, float]] = {}  # by topic: bearing, when it spoke last
         self._hand: tuple[str, float] = ("", -math.inf)  # who spoke, and when
-        self._percent: float | None = None
+        self._charged = Charge()
         self._of_hundred = False  # the battery tells percent, and not shares
 
     # -- in the bus's threads ------------------------------------------------------------------
@@ -101,7 +102,7 @@ class BodySenses:
     def battery_percent(self) -> float | None:
         """0 to 100; None where that is not known."""
         with self._lock:
-            return self._percent
+            return self._charged.percent(self._clock.now_s())
 
     def health(self) -> dict[str, StreamHealth]:
         """By topic, of those on which something came."""
@@ -123,7 +124,7 @@ class BodySenses:
         told = wire_senses.decode_battery(payload, topic).value
         # The standard has 0 to 1, but many drivers tell percent: one that does is known by it.
         self._of_hundred |= told is not None and told > 1
-        self._percent = told if told is None or self._of_hundred else 100 * told
+        self._charged.tell(told if told is None or self._of_hundred else 100 * told, now_s)
         return wire_senses.BATTERY_STATE
 
     def _bump(self, payload: bytes, topic: str, now_s: float) -> str:

@@ -8,6 +8,8 @@ from typing import Any, Final
 
 from pymavlink.dialects.v20 import common as mavlink
 
+from runtime.robot.battery import Charge
+
 SILENT_S: Final = 3.0  # without a heartbeat, which comes once a second
 POSITION_S: Final = 2.0  # without a local position the estimator has none
 BATTERY_S: Final = 30.0  # how long a battery's level is worth telling
@@ -68,7 +70,7 @@ class Vehicle:
     position_s: float = -math.inf
     stranger: str = ""
     parameters: dict[str, float] = field(default_factory=dict)
-    _battery: tuple[float, float] | None = None  # percent, when
+    _charge: Charge = field(default_factory=Charge)
     _said: tuple[str, float] = ("", -math.inf)
 
     def hear(self, message: Any, now_s: float) -> bool:
@@ -86,7 +88,7 @@ class Vehicle:
             self.position_s = now_s
         elif kind == "SYS_STATUS" or (kind == "BATTERY_STATUS" and message.id == 0):
             if 0 <= message.battery_remaining <= 100:
-                self._battery = float(message.battery_remaining), now_s
+                self._charge.tell(float(message.battery_remaining), now_s)
         elif kind == "STATUSTEXT" and message.severity <= mavlink.MAV_SEVERITY_WARNING:
             self._said = " ".join(message.text.split()), now_s
         elif kind == "PARAM_VALUE":
@@ -113,9 +115,7 @@ class Vehicle:
 
     def battery_percent(self, now_s: float) -> float | None:
         """None when it is not known, or no longer."""
-        if self._battery is None or now_s - self._battery[1] > BATTERY_S:
-            return None
-        return self._battery[0]
+        return self._charge.percent(now_s, BATTERY_S)
 
     def said(self, now_s: float) -> str:
         """What it warned of lately."""

@@ -447,6 +447,17 @@ def test_who_drives_is_told_at_once_also_without_a_search(parts):
     assert base.states[-1]["base"]["hand"] == "cmd_vel_teleop"
 
 
+def test_a_hand_that_has_let_go_is_told_of_until_somebody_wants_it_forgotten(parts):
+    clock, base, control = parts
+    base.said = replace(WELL, hand="sticks", battery_percent=60.0)
+    ticks(clock, control, 1)
+    base.said = replace(WELL, battery_percent=60.0)
+    ticks(clock, control, 1)
+    assert control.condition(forget=False) == replace(base.said, hand="sticks")
+    assert control.condition() == replace(base.said, hand="sticks")
+    assert control.condition() == base.said
+
+
 def test_what_depth_leaves_of_a_command_is_what_is_sent(parts):
     clock, base, control = parts
     control.follow(plan(clock))

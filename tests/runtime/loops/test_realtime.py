@@ -447,6 +447,32 @@ def test_a_search_may_end_where_the_battery_runs_low(tmp_path: Path):
     assert not ended
 
 
+def test_a_driver_that_begins_with_0_refuses_no_goal_and_an_empty_battery_ends_what_it_began(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """Also where a search under way is let go on: this one would not have been begun."""
+    for name in ("UNSURE_S", "LOW_S"):
+        monkeypatch.setattr(f"runtime.robot.battery.{name}", 2.0)
+    low = "battery.low_percent=20", "battery.when_low='refuse'"
+    with running(FakeModels(home(4.0, 3.0)), *PATIENT, *low) as (robot, ended):
+        robot.percent = 0.0
+        robot.sending.add("battery")
+        robot.hears(lambda: False, 0.5)
+        begin(robot, tmp_path)
+        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        assert robot.feedback[-1]["reason"] == "battery: 0 % is left, battery.low_percent is 20"
+        refused = robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path / "b")})
+        assert not refused["accepted"]
+        robot.percent = 60.0
+        robot.until(lambda: (robot.ask("status")["base"]["battery_percent"] or 0.0) > 59.0)
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or ended)
+        robot.percent = 10.0  # in mid-search
+        robot.hears(lambda: False, 4.0)
+        assert robot.state()["state"] == "searching"
+    assert not ended
+
+
 @pytest.mark.slow
 def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
     with running(FakeModels(home(4.0, 3.0)), *PATIENT, "goal.keep_map=true") as (robot, ended):

@@ -10,6 +10,7 @@ from runtime.config import RealtimeConfig
 from runtime.core.motion.contact import NOTHING, Touch
 from runtime.core.motion.velocity_policy import FELT_S
 from runtime.robot import wire, wire_senses
+from runtime.robot.battery import UNSURE_S
 from runtime.robot.body_senses import HAND_S, SENSORS, TOLD_S, WATCH_S, BodySenses
 from runtime.robot.session import SensesConfig, TopicsConfig
 
@@ -133,6 +134,14 @@ def test_any_word_is_a_hand_and_half_a_second_later_there_is_none():
     health = body.health()["cmd_vel_teleop"]
     assert (health.received, health.bad) == (2, 1)
     assert "cmd_vel_teleop: 12 bytes are not a CDR" in health.last_error
+
+
+def test_a_driver_that_begins_with_0_is_believed_when_it_stays_so():
+    body = Body()
+    body.says("battery", battery_state(0.0, 1))
+    assert body.battery_percent() is None
+    body.clock.advance(UNSURE_S)
+    assert body.battery_percent() == 0.0
 
 
 @pytest.mark.parametrize(

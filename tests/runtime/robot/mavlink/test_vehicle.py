@@ -26,6 +26,7 @@ from mavlink_messages import (
 )
 from pymavlink.dialects.v20 import common as mavlink
 
+from runtime.robot.battery import UNSURE_S
 from runtime.robot.mavlink.vehicle import Autopilot, Vehicle
 
 
@@ -116,6 +117,13 @@ def test_the_battery_as_long_as_it_is_worth_telling():
     assert vehicle.battery_percent(41.0) == 55.0
     vehicle.hear(heard(mavlink.MAVLink_battery_status_message(1, *given[1:], 5)), 41.0)
     assert vehicle.battery_percent(41.0) == 55.0  # another battery
+
+
+def test_a_vehicle_that_begins_with_an_empty_battery_is_believed_when_it_stays_so():
+    vehicle = met()
+    vehicle.hear(status(0), 10.0)
+    assert vehicle.battery_percent(10.5) is None
+    assert vehicle.battery_percent(10.0 + UNSURE_S) == 0.0
 
 
 def test_what_it_warns_of_is_kept_for_a_while():
