@@ -4,11 +4,15 @@ One thread receives; any may send. Sending waits for nobody: what cannot be sent
 and the next set-point comes a twentieth of a second later.
 """
 
+import fcntl
 import os
 import select
 import socket
+import struct
+import termios
 import threading
 import time
+from collections import deque
 from contextlib import suppress
 from typing import Any, Protocol
 
@@ -20,6 +24,9 @@ from runtime.robot.mavlink.addresses import MavlinkAddress
 CONNECT_S = 1.0
 CHUNK = 4096
 QUIET_S = 3.0  # after which another may take a vehicle's place
+SENDING_BYTES = 4096  # that the system may hold of a connection's messages
+STALE_S = 0.3  # nothing is added to what waits for so long: it is worth nothing by then
+STALLED_S = 1.0  # and after that it is never sent: the link is opened anew
 
 
 class MavlinkLink(Protocol):
@@ -109,7 +116,8 @@ class UdpLink:
 class StreamLink:
     """A TCP connection to where a vehicle or a router listens, or a serial line. Bytes are read and
     written at the descriptor, which never blocks: pyserial's own `write` spins while a line is
-    full."""
+    full. Where the other side takes nothing any more, set-points of then do not reach it once it
+    does again, but for those of the first STALE_S."""
 
     datagrams = False
 
@@ -121,12 +129,21 @@ class StreamLink:
         else:
             self._handle = socket.create_connection((address.place, address.number), CONNECT_S)
             self._handle.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            self._handle.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
+            # What is still in it when it is closed is thrown away, and not sent after all.
+            self._handle.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
         os.set_blocking(self._handle.fileno(), False)
         self._sending = threading.Lock()
         self._rest = b""  # of a message that went out in part
+        self._written = 0  # bytes, since it was opened
+        self._waiting: deque[tuple[int, float]] = deque()  # `_written` at times, not taken yet
 
     def receive(self, timeout_s: float) -> bytes:
         try:
+            with self._sending:
+                waits_s = self._waits_s()
+            if waits_s > STALLED_S:
+                raise BaseError(f"{self._address}: takes nothing for {waits_s:.1f} s")
             if not select.select([self._handle], [], [], timeout_s)[0]:
                 return b""
             data = os.read(self._handle.fileno(), CHUNK)
@@ -142,18 +159,40 @@ class StreamLink:
     def send(self, data: bytes) -> str:
         with self._sending:
             try:
-                if self._rest:
-                    self._rest = self._rest[os.write(self._handle.fileno(), self._rest) :]
-                if self._rest:
-                    return f"{self._address}: does not take more"
-                self._rest = data[os.write(self._handle.fileno(), data) :]
+                if self._waits_s() <= STALE_S:
+                    if self._rest:
+                        self._rest = self._rest[self._write(self._rest) :]
+                    if not self._rest:
+                        self._rest = data[self._write(data) :]
+                        return ""
+            except BlockingIOError:
+                pass
             except (OSError, ValueError) as error:
                 return f"{self._address}: {_reason(error)}"
-        return ""
+        return f"{self._address}: does not take more"
 
     def close(self) -> None:
+        with suppress(OSError, ValueError, termios.error):
+            if self._address.kind == "serial":
+                termios.tcflush(self._handle.fileno(), termios.TCOFLUSH)
         with suppress(OSError):
             self._handle.close()
+
+    def _write(self, data: bytes) -> int:
+        """How much of it was taken."""
+        taken = os.write(self._handle.fileno(), data)
+        self._written += taken
+        self._waiting.append((self._written, time.monotonic()))
+        return taken
+
+    def _waits_s(self) -> float:
+        """How long the oldest byte waits that the other side's system, or the line, has not taken;
+        0 where none does. OSError or ValueError where the handle is closed."""
+        told = fcntl.ioctl(self._handle.fileno(), termios.TIOCOUTQ, bytes(4))
+        taken = self._written - int(struct.unpack("i", told)[0])
+        while self._waiting and self._waiting[0][0] <= taken:
+            self._waiting.popleft()
+        return time.monotonic() - self._waiting[0][1] if self._waiting else 0.0
 
 
 def _reason(error: Exception) -> str:

@@ -3,13 +3,16 @@
 import os
 import pty
 import socket
+import struct
+import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 
 from runtime.errors import BaseError
 from runtime.robot.mavlink.addresses import MavlinkAddress
-from runtime.robot.mavlink.links import open_link
+from runtime.robot.mavlink.links import STALLED_S, open_link
 
 PATIENCE = 100  # receptions of 0.1 s
 
@@ -139,6 +142,41 @@ def test_a_connection_that_takes_no_more_loses_whole_messages_and_never_waits():
             pass
     assert bytes(got) == message * sent
     link.close()
+
+
+def test_a_connection_that_stalls_is_given_up_and_old_set_points_do_not_come_after_all():
+    with socket.socket() as server:
+        server.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 2048)
+        server.bind(("127.0.0.1", 0))
+        server.listen(1)
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+    began_s, sent, said = time.monotonic(), list[float](), set[str]()
+    with other:  # it reads nothing
+
+        def drive() -> None:
+            while time.monotonic() < began_s + 60.0:
+                now_s = time.monotonic() - began_s
+                why = link.send(struct.pack("<d", now_s) + bytes(56))
+                if why:
+                    said.add(why.partition(": ")[2])
+                else:
+                    sent.append(now_s)
+                link.receive(0.001)
+
+        with pytest.raises(BaseError, match=r"tcp:127\.0\.0\.1:\d+: takes nothing for \d"):
+            drive()
+        assert said == {"does not take more"}
+        link.close()
+        other.settimeout(10)
+        got = bytearray()
+        with suppress(ConnectionResetError):
+            while data := other.recv(1 << 16):
+                got += data
+    came = [struct.unpack_from("<d", got, at)[0] for at in range(0, len(got) - 7, 64)]
+    assert came == sent[: len(came)]
+    assert came[-1] < sent[-1]  # what waited here was thrown away
+    assert time.monotonic() - began_s > STALLED_S
 
 
 def test_a_serial_line():
