@@ -15,9 +15,9 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 OUT = ROOT / "out" / "fuzz"
 SHARES = {  # of all inputs; what opens files is a hundred times as slow
-    "messages": 0.20, "requests": 0.20, "configuration": 0.12, "scenes": 0.10, "manifest": 0.08,
-    "vocabulary": 0.07, "onnx": 0.10, "gguf": 0.10, "recordings": 0.005, "sh3d": 0.005,
-    "sh3d drawings": 0.01, "scores": 0.005, "spending": 0.003, "embeddings": 0.002,
+    "messages": 0.20, "mavlink": 0.08, "requests": 0.16, "configuration": 0.10, "scenes": 0.08,
+    "manifest": 0.08, "vocabulary": 0.07, "onnx": 0.10, "gguf": 0.10, "recordings": 0.005,
+    "sh3d": 0.005, "sh3d drawings": 0.01, "scores": 0.005, "spending": 0.003, "embeddings": 0.002,
 }  # fmt: skip
 LONGEST_S = 1.0  # of computing, for one input
 STUCK_S = 60  # of waiting

@@ -30,6 +30,7 @@ from other_half import (
     tf,
 )
 from places import ROOT, TESTS
+from rover_bytes import SEEDS, rover_bytes
 
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.scene_file import load_scene
@@ -185,6 +186,13 @@ def _numbered() -> list[bytes]:
     start = -(-len(told) // count) * count
     more = [bytes((start + n,)) + seed for n, seeds in enumerate(OTHERS.values()) for seed in seeds]
     return first + more
+
+
+def mavlink(data: bytes) -> None:
+    """What comes over a MAVLink link."""
+    rover = rover_bytes(data)
+    if not rover.heard or rover.inbox.bad:
+        REFUSALS.append("mavlink: nothing of a rover, or broken messages")
 
 
 # -- what is asked -------------------------------------------------------------------------------
@@ -426,6 +434,7 @@ WORDS = b'objects = [["bed"], ["sofa", "couch"]]\nrooms = ["kitchen"]\n[also]\nb
 
 ENTRY_POINTS: dict[str, EntryPoint] = {
     "messages": EntryPoint(_numbered(), messages),
+    "mavlink": EntryPoint(SEEDS, mavlink),
     "requests": EntryPoint(
         [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 128) for body in GOALS], request
     ),

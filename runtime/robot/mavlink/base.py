@@ -20,6 +20,7 @@ from runtime.errors import BaseError
 from runtime.log import say
 from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
 from runtime.robot.mavlink.addresses import MavlinkAddress
+from runtime.robot.mavlink.inbox import Inbox
 from runtime.robot.mavlink.links import MavlinkLink, open_link
 from runtime.robot.mavlink.odometry import VehicleOdometry
 from runtime.robot.mavlink.set_points import set_point
@@ -60,12 +61,11 @@ class MavlinkBase:
         self._vehicle, self._takeover = Vehicle(), Takeover(may_arm)
         self._odometry = VehicleOdometry()
         self._writer = mavlink.MAVLink(None, 1, COMPONENT)
-        self._parser = _parser()
+        self._inbox = Inbox()
         self._link: MavlinkLink | None = None
         self._broken = ""  # why there is no link
         self._searching, self._rest_s = False, -1e9  # and when it ended
         self._stands = 0  # that are still owed to a base that was told to move
-        self._bad = 0
         self._error: Exception | None = None  # what ended the thread
         self._began_s = clock.now_s()
         self._heartbeat_s = self._ask_s = self._told_s = -1e9
@@ -123,7 +123,7 @@ class MavlinkBase:
             battery, said = self._vehicle.battery_percent(now_s), self._vehicle.said(now_s)
             hand = self._takeover.hand or beside.hand
             battery = battery if battery is not None else beside.battery_percent
-            return BaseCondition(self._held(now_s), hand, battery, said, self._bad)
+            return BaseCondition(self._held(now_s), hand, battery, said, self._inbox.bad)
 
     def close(self) -> None:
         """Stop speaking; what is asked for is waited for a moment. Idempotent."""
@@ -161,19 +161,9 @@ class MavlinkBase:
         data = link.receive(WAIT_S)
         arrival_ns = time.time_ns()
         if data:
-            for message in self._read(data, link.datagrams):
+            for message in self._inbox.read(data, link.datagrams):
                 self._hear(message, link, arrival_ns)
         self._speak()
-
-    def _read(self, data: bytes, datagrams: bool) -> list[Any]:
-        """The messages in what came. A datagram is read on its own, so that what is broken in one
-        takes no other with it."""
-        if datagrams:
-            self._parser = _parser()
-        found = self._parser.parse_buffer(data) or []
-        messages = [message for message in found if message.get_type() != "BAD_DATA"]
-        self._bad += len(found) - len(messages)
-        return messages
 
     def _hear(self, message: Any, link: MavlinkLink, arrival_ns: int) -> None:
         now_s = self._clock.now_s()
@@ -257,15 +247,9 @@ class MavlinkBase:
     def _hang_up(self, why: str) -> None:
         with self._lock:
             link, self._link, self._broken = self._link, None, why
-        self._parser = _parser()
+        self._inbox.clear()
         if link is not None:
             link.close()
-
-
-def _parser() -> Any:
-    parser = mavlink.MAVLink(None)
-    parser.robust_parsing = True  # what is broken is a message that says so, not an exception
-    return parser
 
 
 def _heartbeat() -> Any:
