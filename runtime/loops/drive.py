@@ -284,7 +284,8 @@ class Drive:
         command = world.body.told(as_sent(command, means.control.sent()))
         report = search.stepped(world, command, means.models.rung())
         told = {"seconds": dict(search.seconds), "models": means.models.health()}
-        self.report = report | {"goal": search.goal.text, "shed": means.shedding.in_words(), **told}
+        lacks = {"shed": means.shedding.in_words(), "unstamped": means.bus.unstamped()}
+        self.report = report | {"goal": search.goal.text, **lacks, **told}
         if command.ended is not None:
             return command
         self.plan(command, frame_s, self.report)

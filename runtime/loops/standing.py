@@ -78,9 +78,15 @@ def stands(
 
 
 def _lacks(report: Mapping[str, object]) -> str:
-    rung, shed = report.get("rung"), report.get("shed")
-    told = (f"rung: {rung}" if rung in FALLEN_BACK else "", str(shed or ""))
-    return ", ".join(part for part in told if part)
+    rung, told = report.get("rung"), []
+    if rung in FALLEN_BACK:
+        told.append(f"rung: {rung}")
+    if shed := report.get("shed"):
+        told.append(str(shed))
+    if unstamped := report.get("unstamped"):
+        assert isinstance(unstamped, tuple)
+        told.append(f"stamps stand still: {', '.join(unstamped)}")
+    return ", ".join(told)
 
 
 def told_state(

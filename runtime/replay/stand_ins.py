@@ -147,6 +147,9 @@ class FilmBus:
     def cliffs_watched(self) -> bool:
         return bool(self._film.given("cliffs_watched"))
 
+    def unstamped(self) -> tuple[str, ...]:
+        return ()
+
     def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
         """What the reflex said then is in the ticks."""
 

@@ -203,6 +203,11 @@ class Bus:
         newest = self._streams.newest_pose()
         return self._reflex.caution(twist, newest[0].value if newest else None)
 
+    def unstamped(self) -> tuple[str, ...]:
+        """Topics of which the stamps stand still."""
+        with self._changed:
+            return tuple(sorted(self._vigilance.unstamped)) if self._vigilance else ()
+
     def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
         """What drives from now on, and where its camera is: a goal may bring its own."""
         if self._reflex is not None:

@@ -3,6 +3,7 @@ what cannot be true. No clock, no lock: times are arguments, monotonic seconds."
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -11,6 +12,7 @@ import numpy as np
 from runtime.core.geometry import wrap_angle
 from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.types import F32, Pose, Twist
+from runtime.log import say
 from runtime.robot import wire
 from runtime.robot.sync import CLOCK_BACK_NS, RawMessage
 
@@ -25,6 +27,7 @@ LEAST_MPS, LEAST_RADPS = 0.05, 0.1  # told less, a base may stand
 TILT_RAD: Final = 0.35  # 20 degrees: a wheel is off the floor, or somebody lifts it
 SAMPLES: Final = 2000  # of a depth image
 ANOTHER, ANOTHER_OF = 0.05, 0.25  # readings that differ by that share, in that share of the image
+STILL_STAMPS: Final = 5  # on end, that are one: a message may come twice
 _STAMPED: Final = 12  # bytes of a message before what is not its stamp
 _TOLD: Final = 200  # and within which its encoding stands
 
@@ -84,17 +87,21 @@ class _Odometry:
 
 class Vigilance:
     """Of one robot in real time. `doubt` says what the base is held for. `slam`: odometry is told
-    as PoseStamped."""
+    as PoseStamped. `unstamped`: topics of which the stamps stand still, of which `tell` is told."""
 
-    def __init__(self, config: SafetyConfig, slam: bool = False) -> None:
-        self._config, self._slam = config, slam
+    def __init__(
+        self, config: SafetyConfig, slam: bool = False, tell: Callable[[str], None] = say
+    ) -> None:
+        self._config, self._slam, self._tell = config, slam, tell
         self._ages = {name: StampAge() for name in ("odom", "depth", "color")}
         self._late: dict[str, tuple[float, float]] = {}  # by stream: how late, when it came
         self._noted: dict[HaltKind, tuple[Halt, float]] = {}  # until when
         self._last: wire.Stamped[Pose] | None = None
         self._start: Pose | None = None
         self._depth, self._odometry, self._color = _Depth(), _Odometry(), b""
-        self.unstamped: set[str] = set()  # streams whose stamps stand still
+        self.unstamped: set[str] = set()
+        self._still: dict[str, int] = {}  # by topic: messages on end with one stamp
+        self._told: set[str] = set()  # topics
 
     # -- in the bus's threads --------------------------------------------------------------------
 
@@ -114,10 +121,21 @@ class Vigilance:
         age = self._ages[stream]
         other_s = self._ages["odom"].offset_s if stream != "odom" else math.inf
         late_s = age.late_s(raw.stamp_ns, now_s, other_s)
-        if age.stands_still:
-            self.unstamped.add(stream)
+        self._stamped(topic, age.stands_still)
         self._late[stream] = late_s, now_s
         return replace(raw, arrival_s=now_s - late_s)
+
+    def _stamped(self, topic: str, still: bool) -> None:
+        """Whether a message has the stamp of the one before, or none. It is told once a topic."""
+        count = self._still[topic] = self._still.get(topic, 0) + 1 if still else 0
+        if not still:
+            self.unstamped.discard(topic)
+        elif count >= STILL_STAMPS:
+            self.unstamped.add(topic)
+            if topic not in self._told:
+                self._told.add(topic)
+                what = f"{topic}: stamps stand still: its age is told by its arrival alone"
+                self._tell(f"{what}; let the driver fill in header.stamp")
 
     def _looked(self, payload: bytes, content: bytes, now_s: float) -> None:
         sight = _sight(payload)

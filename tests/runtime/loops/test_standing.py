@@ -59,6 +59,12 @@ def test_what_is_shed_is_what_a_search_has_less_of():
     assert stands(*known, "the guard is gone").cause == f"rung: none, {shed}, the guard is gone"
 
 
+def test_a_robot_that_stamps_nothing_is_watched_over_less():
+    report = {"rung": "smollm2", "shed": "", "unstamped": ("depth", "odom")}
+    known = "", None, WELL, None, SEARCHING, report, True
+    assert stands(*known) == RunStanding(RunState.DEGRADED, "stamps stand still: depth, odom")
+
+
 def test_another_thing_that_is_lacking_is_another_standing():
     changes = Changes()
     changes.note(1.0, RunStanding(RunState.DEGRADED, "rung: none"))

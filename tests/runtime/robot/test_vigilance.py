@@ -12,7 +12,14 @@ from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Pose, Twist
 from runtime.robot import wire
 from runtime.robot.sync import RawMessage
-from runtime.robot.vigilance import FORGIVEN_S, NOTED_S, WINDOW_S, StampAge, Vigilance
+from runtime.robot.vigilance import (
+    FORGIVEN_S,
+    NOTED_S,
+    STILL_STAMPS,
+    WINDOW_S,
+    StampAge,
+    Vigilance,
+)
 
 EPOCH_NS = 1_700_000_000_000_000_000  # the robot's clock is another than ours
 AHEAD = Twist(0.3, 0.0)
@@ -180,14 +187,23 @@ def test_odometry_that_begins_to_lag_holds_the_base():
     assert robot.live(0.2).startswith("odometry: odom comes 0.8 s late by its stamps")
 
 
-def test_stamps_that_stand_still_are_said_and_age_is_told_by_arrival():
-    vigilance = Vigilance(SafetyConfig())
-    for n in range(20):
-        payload = wire.encode_odometry(Pose(0.01 * n, 0.0, 0.0), 0)
-        raw = RawMessage(0, payload, 1.0 + n)
-        assert vigilance.take("odom", raw, "odom") == raw
-        assert vigilance.doubt(1.0 + n, AHEAD) is None
-    assert vigilance.unstamped == {"odom"}
+def test_stamps_that_stand_still_are_said_once_and_age_is_told_by_arrival():
+    said: list[str] = []
+    vigilance = Vigilance(SafetyConfig(), tell=said.append)
+    payload = wire.encode_odometry(Pose(0.0, 0.0, 0.0), 0)
+    for n in range(50):
+        raw = RawMessage(0, payload, 10.0 + n)
+        assert vigilance.take("odom", raw, "base/odom") == raw
+        assert vigilance.unstamped == ({"base/odom"} if n >= STILL_STAMPS - 1 else set())
+        assert vigilance.doubt(10.0 + n, AHEAD) is None
+    what = "base/odom: stamps stand still: its age is told by its arrival alone"
+    assert said == [f"{what}; let the driver fill in header.stamp"]
+    for n in range(10):  # a message that comes twice now and then is no such stream
+        for _ in range(2):
+            stamped = wire.encode_odometry(Pose(0.0, 0.0, 0.0), EPOCH_NS + n)
+            vigilance.take("odom", RawMessage(EPOCH_NS + n, stamped, 60.0 + n), "base/odom")
+        assert not vigilance.unstamped
+    assert len(said) == 1
 
 
 def test_a_base_that_leans_is_held():
