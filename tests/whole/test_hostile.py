@@ -58,19 +58,22 @@ class Victim:
         self.alive()
 
 
-def start(state: Path, port: int, *settings: str, log: Path) -> subprocess.Popen[bytes]:
+def start(
+    state: Path, port: int, *settings: str, log: Path, home: Path | None = None
+) -> subprocess.Popen[bytes]:
+    """`home`: where all else is that a process may write to without being told; the cache, where
+    models are, stays where it is."""
     command = [sys.executable, "-m", "runtime", "run", "--set"]
     command += [f"bus.connect=['tcp/127.0.0.1:{port}']"]
     for setting in settings:
         command += ["--set", setting]
+    env = {**os.environ, "XDG_STATE_HOME": str(state), "PYTHONPATH": str(ROOT)}
+    if home is not None:
+        env.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))
+        env |= {"HOME": str(home), "TMPDIR": str(home / "tmp")}
+        (home / "tmp").mkdir(parents=True)
     with log.open("wb") as file:
-        return subprocess.Popen(
-            command,
-            stdout=file,
-            stderr=file,
-            cwd=ROOT,
-            env={**os.environ, "XDG_STATE_HOME": str(state), "PYTHONPATH": str(ROOT)},
-        )
+        return subprocess.Popen(command, stdout=file, stderr=file, cwd=home or ROOT, env=env)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +83,8 @@ def victim(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Victim]:
     robot = RobotDouble(home, BusConfig(listen=(f"tcp/127.0.0.1:{port}",)))
     log, state = folder / "runtime.log", folder / "state"
     quick = "panel.experts=[]", "safety.odom_stale_s=2.0", "safety.frame_stale_s=4.0"
-    process = start(state, port, *quick, "safety.plan_stale_s=5.0", log=log)
+    quick += "safety.plan_stale_s=5.0", "safety.depth_stale_s=2.0"
+    process = start(state, port, *quick, log=log, home=folder / "home")
     robot.start()
     try:
         robot.ask("status", tries=round(READY_S / 0.1))
@@ -144,6 +148,23 @@ def test_a_directory_that_a_goal_names_is_left_as_it_is(victim: Victim, tmp_path
     assert "only under rfnav run --harness" in answer["error"]
     assert precious.read_text() == "precious\n"
     assert list(tmp_path.iterdir()) == [precious]
+
+
+def test_files_are_left_in_the_state_directory_alone(victim: Victim):
+    """Beside what is kept of words in the cache."""
+    folder = victim.state.parent
+    there, elsewhere = folder / "elsewhere", folder / "home" / "elsewhere"
+    for path in (there, elsewhere, Path("elsewhere"), Path("../elsewhere")):
+        assert not victim.ask("goal", goal(log_dir=str(path)))["accepted"]
+        for key in ("research.score_file", "models.vocabulary", "cloud.key_file"):
+            refused = victim.ask("goal", goal(settings=[f"{key}='{path}'"]))
+            assert "is the robot's, not a goal's to set" in refused["error"]
+    victim.moves()
+    victim.ask("cancel", b"{}")
+    files = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
+    kept = {file for file in files if file.parts[:2] == ("state", "rf-nav")}
+    assert {file.name for file in kept} >= {"decisions.jsonl", "map.npz"}
+    assert files - kept == {Path("runtime.log")}
 
 
 def test_no_goal_raises_the_robots_limits(victim: Victim):
