@@ -3,9 +3,10 @@
 import math
 import os
 import sqlite3
-from collections.abc import Iterable
-from contextlib import closing
+from collections.abc import Iterable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
+from typing import Final
 
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.private_files import tighten
@@ -13,6 +14,9 @@ from runtime.private_files import tighten
 _TABLE = """CREATE TABLE IF NOT EXISTS score (
     model TEXT, context TEXT, continuation TEXT, value REAL,
     PRIMARY KEY (model, context, continuation)) WITHOUT ROWID"""
+
+# What of a damaged schema is no text is none in SQLite's own words of it either.
+DAMAGED: Final = (sqlite3.Error, OSError, UnicodeDecodeError)
 
 
 def default_path() -> Path:
@@ -37,10 +41,10 @@ class ScoreFile:
         query = "SELECT context, continuation, value FROM score WHERE model = ?"
         try:
             self._path.parent.mkdir(parents=True, exist_ok=True)
-            with closing(self._open()) as file, file:
+            with self._transaction() as file:
                 file.execute(_TABLE)
                 rows = file.execute(query, (self._model,)).fetchall()
-        except (sqlite3.Error, OSError) as error:
+        except DAMAGED as error:
             self.error = f"{self._path}: {_line(error)}; remove it to begin anew"
             return {}
         # Whoever wrote into it may have written anything: SQLite's columns have no types.
@@ -57,17 +61,20 @@ class ScoreFile:
             return
         rows = [(self._model, q.context, q.continuation, value) for q, value in scores]
         try:
-            with closing(self._open()) as file, file:
+            with self._transaction() as file:
                 file.executemany("INSERT OR REPLACE INTO score VALUES (?, ?, ?, ?)", rows)
-        except (sqlite3.Error, OSError) as error:
+        except DAMAGED as error:
             self.error = f"{self._path}: {_line(error)}"
 
-    def _open(self) -> sqlite3.Connection:
+    @contextmanager
+    def _transaction(self) -> Iterator[sqlite3.Connection]:
+        """The file, which is closed whatever comes: one that stays open keeps its locks."""
         tighten(self._path)
-        file = sqlite3.connect(self._path, timeout=10.0)
-        file.execute("PRAGMA journal_mode=WAL")
-        file.execute("PRAGMA synchronous=NORMAL")
-        return file
+        with closing(sqlite3.connect(self._path, timeout=10.0)) as file:
+            file.execute("PRAGMA journal_mode=WAL")
+            file.execute("PRAGMA synchronous=NORMAL")
+            with file:
+                yield file
 
 
 def _line(error: Exception) -> str:

@@ -173,7 +173,7 @@ class Spending:
                     file.execute("ROLLBACK")
                     raise
                 file.execute("COMMIT")
-        except (sqlite3.Error, OSError) as error:
+        except (sqlite3.Error, OSError, UnicodeDecodeError) as error:  # of SQLite's own words, too
             told = " ".join(str(error).split())
             raise SpendingError(
                 f"{self._path}: {told}; nothing is spent until it can be used"

@@ -28,6 +28,7 @@ _CUT: Final = (
     CRCValidationError,
     UnicodeDecodeError,
     EOFError,
+    OverflowError,  # a length that no file has
 )
 
 

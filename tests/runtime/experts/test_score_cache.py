@@ -45,6 +45,17 @@ def test_a_damaged_file_is_named_and_left_alone(tmp_path: Path):
     path.write_bytes(b"this is no database" * 100)
     file = ScoreFile(path, "one")
     assert file.load() == {}
+    opened = [entry.resolve() for entry in Path("/proc/self/fd").iterdir()]
+    assert path.resolve() not in opened
     assert str(path) in file.error
     file.keep([(Q, 1.0)])
     assert path.read_bytes() == b"this is no database" * 100
+
+
+def test_damage_that_sqlite_has_no_words_for_is_said_too(tmp_path: Path):
+    path = tmp_path / "s.sqlite"
+    ScoreFile(path, "one").load()
+    path.write_bytes(path.read_bytes().replace(b"CREATE TABLE", b"CREATE \xbb\xbb\xbb\xbb\xbb"))
+    file = ScoreFile(path, "one")
+    assert file.load() == {}
+    assert file.error.startswith(f"{path}: ")

@@ -100,6 +100,14 @@ def test_a_file_that_cannot_be_used_means_that_nothing_is_spent(tmp_path: Path) 
         Spending(tmp_path / "spending.sqlite" / "below.sqlite", CAPS).reserve(1, "o2f")
 
 
+def test_damage_that_sqlite_has_no_words_for_is_said_too(tmp_path: Path) -> None:
+    ledger(tmp_path)
+    file = tmp_path / "spending.sqlite"
+    file.write_bytes(file.read_bytes().replace(b"CREATE TABLE", b"CREATE \xbb\xbb\xbb\xbb\xbb"))
+    with pytest.raises(SpendingError, match=r"spending\.sqlite: .*; nothing is spent until"):
+        ledger(tmp_path)
+
+
 def take(path: Path, tries: int) -> None:
     spending = Spending(path / "spending.sqlite", CAPS, Hands())
     spending.begin("bed")

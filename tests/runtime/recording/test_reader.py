@@ -82,6 +82,17 @@ def test_damage_in_the_middle_ends_it_there(tmp_path: Path):
     assert recording.cut
 
 
+def test_a_chunk_that_says_it_is_longer_than_any_file_ends_it_there(tmp_path: Path):
+    path = written(tmp_path / "a.mcap")
+    damaged = bytearray(path.read_bytes())
+    at = damaged.index(b"\x28\xb5\x2f\xfd", len(damaged) // 3)
+    damaged[at - 8 : at] = (2**63 + 5).to_bytes(8, "little")
+    path.write_bytes(damaged)
+    recording = Recording(path)
+    assert len(list(recording)) < 10
+    assert recording.cut
+
+
 def test_what_follows_a_cut_in_a_folder_is_left_out(tmp_path: Path):
     for name in "abc":
         written(tmp_path / f"{name}.mcap")
