@@ -8,7 +8,7 @@ its reservation booked. Amounts are whole nano-dollars, rounded up.
 import math
 import os
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -96,7 +96,7 @@ class Spending:
                     "INSERT INTO account (goal, touched_s, ended) VALUES (?, ?, 0) RETURNING id",
                     (goal, now_s),
                 ).fetchone()
-            self._account = int(found[0])
+            self._account = _whole(found)
 
     def finish(self) -> None:
         """The goal is done with: given again, it is another one."""
@@ -131,7 +131,7 @@ class Spending:
                 " RETURNING id",
                 (self._account, day, what, nano),
             ).fetchone()
-            return int(row[0])
+            return _whole(row)
 
     def settle(self, booking: int, nano: int | None) -> int:
         """Replace a reservation by what the call cost; None lets it stand. Returns what is
@@ -143,7 +143,7 @@ class Spending:
                 " RETURNING settled_nano",
                 (nano, booking),
             ).fetchone()
-            return int(row[0])
+            return _whole(row)
 
     def spent(self) -> tuple[float, float]:
         """US dollars booked for this goal and on this day."""
@@ -154,7 +154,7 @@ class Spending:
 
     @staticmethod
     def _sum(file: sqlite3.Connection, where: str, value: object) -> int:
-        return int(file.execute(_SUM + where, (value,)).fetchone()[0])
+        return _whole(file.execute(_SUM + where, (value,)).fetchone())
 
     @contextmanager
     def _transaction(self, durable: bool = True) -> Iterator[sqlite3.Connection]:
@@ -178,3 +178,12 @@ class Spending:
             raise SpendingError(
                 f"{self._path}: {told}; nothing is spent until it can be used"
             ) from error
+
+
+def _whole(row: Sequence[object] | None) -> int:
+    """The number that a row is. Whoever wrote into the file may have written anything: SQLite's
+    columns have no types."""
+    value = row[0] if row else None
+    if not isinstance(value, int) or value < 0:
+        raise sqlite3.DataError(f"has {value!r:.40} in place of a number of its own")
+    return value

@@ -5,7 +5,7 @@ import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Final, cast
 
 import zstandard
 from mcap.exceptions import McapError
@@ -28,7 +28,6 @@ _CUT: Final = (
     CRCValidationError,
     UnicodeDecodeError,
     EOFError,
-    OverflowError,  # a length that no file has
 )
 
 
@@ -43,6 +42,22 @@ class Recorded:
     publish_time_ns: int
     payload: bytes
     schema: str
+
+
+class _Short:
+    """A file that is asked for no more than a record may have: whoever asks for more gets as much
+    memory as that, whatever there is to read."""
+
+    def __init__(self, file: IO[bytes]) -> None:
+        self._file = file
+
+    def read(self, count: int) -> bytes:
+        return self._file.read(min(count, RECORD_BYTES))
+
+
+def _reader(file: IO[bytes], emit_chunks: bool = False) -> StreamReader:
+    short = cast(IO[bytes], _Short(file))
+    return StreamReader(short, emit_chunks=emit_chunks, record_size_limit=RECORD_BYTES)
 
 
 class Recording:
@@ -103,9 +118,8 @@ class Recording:
 
     def _records(self, path: Path, file: IO[bytes]) -> Iterator[McapRecord]:
         """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
-        reader = StreamReader(file, emit_chunks=True, record_size_limit=RECORD_BYTES)
         try:
-            for record in reader.records:
+            for record in _reader(file, emit_chunks=True).records:
                 if isinstance(record, Footer):
                     return
                 if isinstance(record, Chunk):
@@ -128,7 +142,7 @@ def _about(path: Path) -> Mapping[str, str]:
             if not file.read(1):
                 raise RecordingError(f"{path}: is empty: nothing was recorded")
             file.seek(0)
-            for record in StreamReader(file, record_size_limit=RECORD_BYTES).records:
+            for record in _reader(file).records:
                 if isinstance(record, Metadata) and record.name == ABOUT:
                     return record.metadata
                 if isinstance(record, Message):

@@ -1,7 +1,9 @@
 """Caps hold, over threads, processes and restarts."""
 
 import multiprocessing
+import sqlite3
 import threading
+from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -106,6 +108,18 @@ def test_damage_that_sqlite_has_no_words_for_is_said_too(tmp_path: Path) -> None
     file.write_bytes(file.read_bytes().replace(b"CREATE TABLE", b"CREATE \xbb\xbb\xbb\xbb\xbb"))
     with pytest.raises(SpendingError, match=r"spending\.sqlite: .*; nothing is spent until"):
         ledger(tmp_path)
+
+
+@pytest.mark.parametrize("number", ["1.5", "'free'", "-5", "x''"])
+def test_what_somebody_else_has_written_into_it_is_not_counted_with(
+    tmp_path: Path, number: str
+) -> None:
+    spending = ledger(tmp_path)
+    spend(spending, 0.01)
+    with closing(sqlite3.connect(tmp_path / "spending.sqlite")) as file, file:
+        file.execute(f"UPDATE booking SET settled_nano = {number}")
+    with pytest.raises(SpendingError, match=r"in place of a number of its own; nothing is spent"):
+        spending.reserve(1, "o2f")
 
 
 def take(path: Path, tries: int) -> None:
