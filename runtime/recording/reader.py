@@ -28,6 +28,7 @@ _CUT: Final = (
     CRCValidationError,
     UnicodeDecodeError,
     EOFError,
+    OverflowError,  # a length, within a chunk, that no memory has
 )
 
 
@@ -46,18 +47,32 @@ class Recorded:
 
 class _Short:
     """A file that is asked for no more than a record may have: whoever asks for more gets as much
-    memory as that, whatever there is to read."""
+    memory as that, whatever there is to read. EOFError for less than nothing, which a record has
+    left that says it is shorter than its own head."""
 
     def __init__(self, file: IO[bytes]) -> None:
         self._file = file
 
     def read(self, count: int) -> bytes:
+        if count < 0:
+            raise EOFError
         return self._file.read(min(count, RECORD_BYTES))
 
 
-def _reader(file: IO[bytes], emit_chunks: bool = False) -> StreamReader:
+def _read(file: IO[bytes]) -> Iterator[McapRecord]:
+    """Its records, those of a chunk when all of that was there. One of _CUT where it is damaged."""
     short = cast(IO[bytes], _Short(file))
-    return StreamReader(short, emit_chunks=emit_chunks, record_size_limit=RECORD_BYTES)
+    reader = StreamReader(short, emit_chunks=True, record_size_limit=RECORD_BYTES)
+    for record in reader.records:
+        if not isinstance(record, Chunk):
+            yield record
+            continue
+        sizes = [record.uncompressed_size]
+        if record.compression == "zstd":
+            sizes.append(zstandard.frame_content_size(record.data))
+        if max(sizes) > RECORD_BYTES:
+            raise EOFError
+        yield from breakup_chunk(record, validate_crc=True)
 
 
 class Recording:
@@ -119,13 +134,10 @@ class Recording:
     def _records(self, path: Path, file: IO[bytes]) -> Iterator[McapRecord]:
         """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
         try:
-            for record in _reader(file, emit_chunks=True).records:
+            for record in _read(file):
                 if isinstance(record, Footer):
                     return
-                if isinstance(record, Chunk):
-                    yield from breakup_chunk(record, validate_crc=True)
-                else:
-                    yield record
+                yield record
         except _CUT:
             self._damaged.add(path)
 
@@ -142,7 +154,7 @@ def _about(path: Path) -> Mapping[str, str]:
             if not file.read(1):
                 raise RecordingError(f"{path}: is empty: nothing was recorded")
             file.seek(0)
-            for record in _reader(file).records:
+            for record in _read(file):
                 if isinstance(record, Metadata) and record.name == ABOUT:
                     return record.metadata
                 if isinstance(record, Message):

@@ -1,6 +1,7 @@
 """Files as the recorder leaves them, whole or not, and files that are none of its."""
 
 import json
+import struct
 from pathlib import Path
 
 import pytest
@@ -94,6 +95,45 @@ def test_a_chunk_that_says_it_is_longer_than_memory_ends_it_there(length: int, t
     found = list(recording)
     assert found == everything[: len(found)]
     assert len(found) < len(everything)
+    assert recording.cut
+
+
+def test_a_message_that_says_it_is_shorter_than_its_own_head_ends_it_there(tmp_path: Path):
+    path = tmp_path / "a.mcap"
+    file = McapFile(path, {"robot": "test"})
+    file.flush()
+    whole = path.read_bytes()
+    file.close()
+    path.write_bytes(whole + struct.pack("<BQ", 5, 9) + bytes(40))
+    recording = Recording(path)
+    assert list(recording) == []
+    assert recording.cut
+
+
+@pytest.mark.parametrize("length", [2**40, 2**63 + 5])
+def test_a_chunk_that_says_it_unpacks_to_more_than_memory_ends_it_there(
+    length: int, tmp_path: Path
+):
+    path = written(tmp_path / "a.mcap")
+    damaged = bytearray(path.read_bytes())
+    at = damaged.index(b"\x28\xb5\x2f\xfd")
+    before = 8 + 4 + len("zstd") + 4 + 8  # its length, the compression's name, a checksum
+    damaged[at - before : at - before + 8] = length.to_bytes(8, "little")
+    path.write_bytes(damaged)
+    recording = Recording(path)
+    assert len(list(recording)) < 10
+    assert recording.cut
+
+
+def test_a_frame_that_says_it_unpacks_to_more_than_memory_ends_it_there(tmp_path: Path):
+    path = written(tmp_path / "a.mcap")
+    bomb = b"\x28\xb5\x2f\xfd\xe0" + (2**40).to_bytes(8, "little")  # 1 TB, says its head
+    damaged = bytearray(path.read_bytes())
+    at = damaged.index(b"\x28\xb5\x2f\xfd")
+    damaged[at : at + len(bomb)] = bomb
+    path.write_bytes(damaged)
+    recording = Recording(path)
+    assert len(list(recording)) < 10
     assert recording.cut
 
 
