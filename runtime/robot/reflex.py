@@ -30,6 +30,7 @@ from runtime.robot.transforms import FIXED, CameraConfig
 
 IDLE_S: Final = 2.0  # without a question nobody drives, and no image is looked at
 POSE_S: Final = 0.05  # odometry may come so much later than an image of the same moment
+UNSEEN_S: Final = 999.0  # nothing was ever seen
 SAFETY: Final = SafetyConfig()
 
 
@@ -97,6 +98,7 @@ class Reflex:
         self._near: Nearby | None = None
         self._looked_s = -math.inf  # as of when, by arrival and stamp, it knows what is near
         self._unplaced_s = -math.inf  # as of when the newest image is, where it lacks odometry
+        self._blank_s = -math.inf  # or a single reading
         self._asked, self._asked_s = STILL, -IDLE_S
         self._braked_mps, self._brakes_s = 0.0, -IDLE_S  # from how fast it was stopped; until when
         self._closed = False
@@ -117,6 +119,10 @@ class Reflex:
             raise self._error
         now_s, brake = self._clock.now_s(), self._body.brake_mps2
         self._asked, self._asked_s = twist, now_s
+        if twist.v_mps > 0 and self._is_blind(now_s):
+            since_s = min(now_s - self._looked_s, UNSEEN_S)
+            what = f"{self._topic}: without a single reading for {since_s:.1f} s"
+            return Caution(HaltKind.FRAME, what, most_mps=0.0)
         caution = self._judge(twist, pose)
         if caution.most_mps <= 0 and twist.v_mps > self._braked_mps:
             self._braked_mps, self._brakes_s = twist.v_mps, now_s + twist.v_mps / brake
@@ -132,8 +138,8 @@ class Reflex:
         told by whoever waits for that, and so is that no image has come yet."""
         now_s = self._clock.now_s()
         age_s = now_s - self._looked_s
-        known = age_s <= self._stale_s or now_s - self._unplaced_s <= self._stale_s
-        if known or not math.isfinite(age_s):
+        unplaced = now_s - self._unplaced_s <= self._stale_s
+        if age_s <= self._stale_s or unplaced or self._is_blind(now_s) or math.isinf(age_s):
             return None
         what = f"{self._topic}: the newest image that can be used is {age_s:.1f} s old"
         return Halt(HaltKind.FRAME, f"{what}, safety.depth_stale_s is {self._stale_s:g}")
@@ -153,6 +159,12 @@ class Reflex:
         if near is None or pose is None:
             return FREE  # how old what is known may be is the guard's business
         return cautioned(twist, pose, near, self._body.radius_m, self._body.brake_mps2)
+
+    def _is_blind(self, now_s: float) -> bool:
+        """Whether images come, and show nothing: too near, too far, or a lens that is covered. It
+        does not drive on by them; it may turn, for it may have driven up to a wall."""
+        seen, blank = now_s - self._looked_s, now_s - self._blank_s
+        return seen > self._stale_s >= blank
 
     def _run(self) -> None:
         last: RawMessage | None = None
@@ -184,6 +196,9 @@ class Reflex:
         if depth_m.shape != (intrinsics.height, intrinsics.width):
             return
         depth_m = solid(depth_m)
+        if not depth_m.any():
+            self._blank_s = image.arrival_s
+            return
         body, camera = self._body, self._camera
         if camera.mount == "floor":
             mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)

@@ -9,7 +9,7 @@ from runtime.core.types import Twist
 
 @dataclass(frozen=True)
 class Caution:
-    """`kind`: OBSTACLE or FLOOR where something limits, else None; `reason`: for people.
+    """`kind`: OBSTACLE, FLOOR or FRAME where something limits, else None; `reason`: for people.
     `most_mps`: how fast the base may go forward; backwards it may as before. `most_radps`: how
     fast it may turn, either way."""
 

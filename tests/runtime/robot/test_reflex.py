@@ -10,7 +10,7 @@ from manual_clock import ManualClock
 
 from runtime.clock import SystemClock
 from runtime.config import load
-from runtime.core.motion.caution import FREE
+from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.safety import Halt, HaltKind
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
@@ -208,6 +208,24 @@ def test_images_that_cannot_be_used_make_nothing_newer(what):
             streams.show(FREE_VIEW[:100] if what == "shape" else FREE_VIEW)
         time.sleep(0.3)  # there is nothing to wait for
         assert made.doubt() is not None
+
+
+def test_images_without_a_reading_are_not_driven_by_but_turned_away_from():
+    """Whatever stands there, it may be too near to be seen."""
+    streams = Streams()
+    with timed(streams) as (made, clock):
+        for _ in range(3):
+            clock.advance(0.2)
+            made.caution(AHEAD, HERE)
+            streams.show(np.zeros_like(FREE_VIEW))
+        until(lambda: made.doubt() is None)
+        blind = made.caution(AHEAD, HERE)
+        assert blind == Caution(HaltKind.FRAME, "depth: without a single reading for 0.6 s", 0.0)
+        assert made.caution(Twist(0.0, 0.5), HERE) == FREE
+        streams.show(FREE_VIEW)
+        until(lambda: made.caution(AHEAD, HERE) == FREE)
+        clock.advance(0.6)
+        assert made.doubt() is not None  # no image at all is another thing
 
 
 def test_images_without_odometry_are_told_of_by_who_waits_for_odometry():
