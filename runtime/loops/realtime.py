@@ -6,7 +6,6 @@ This thread owns the world. A search begins with a request on `goal` and ends wh
 nothing is left to explore, or by a request on `cancel`.
 """
 
-import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -129,7 +128,7 @@ class RealTime:
         """Log how the runtime's standing has changed, and journal it while a search is on."""
         for change in self._control.changes():
             was, now = change.before.in_words(), change.after.in_words()
-            print(f"rfnav: {was} -> {now}", file=sys.stderr, flush=True)
+            say(f"{was} -> {now}")
             if self._drive is not None:
                 self._drive.search.journal.write("standing", at_s=change.now_s, was=was, now=now)
 

@@ -1,6 +1,7 @@
 """How the runtime stands, for people and whoever watches it: one word, and what it is due to."""
 
 import math
+import re
 from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -163,10 +164,10 @@ class Changes:
         self._changes: deque[Change] = deque(maxlen=KEPT)
 
     def note(self, now_s: float, standing: RunStanding) -> None:
-        """How it stands now. The age of what is missing grows in words with every turn: only
-        another kind of cause is another standing."""
+        """How it stands now. The age of what is missing grows in words with every turn: a cause
+        that differs in its numbers alone is no other standing."""
         before, self.now = self.now, standing
-        if (before.state, _kind(before)) != (standing.state, _kind(standing)):
+        if (before.state, _wording(before)) != (standing.state, _wording(standing)):
             self._changes.append(Change(now_s, before, standing))
 
     def take(self) -> tuple[Change, ...]:
@@ -175,6 +176,7 @@ class Changes:
         return changes
 
 
-def _kind(standing: RunStanding) -> str:
+def _wording(standing: RunStanding) -> str:
+    """The cause, without its numbers where it is one that holds the base."""
     held = standing.state is RunState.HELD
-    return standing.cause.partition(":")[0] if held else standing.cause
+    return re.sub(r"\d+", "", standing.cause) if held else standing.cause

@@ -105,8 +105,9 @@ class Bus:
     def next(self, timeout_s: float) -> Observation | None:
         """The next matched set; None when none came in time, or at once when a request waits.
 
-        Until the first frame a SensorError is raised for what will not mend itself: a camera
-        without intrinsics, or images of another size. After it, bad messages are only counted.
+        In lockstep, until the first frame, a SensorError is raised for what will not mend itself:
+        a camera without intrinsics, or images of another size. Other bad messages are counted; in
+        real time `doubt` says what is wrong with them where that goes on.
         """
         by = Deadline.after(timeout_s, self._clock)
         while True:
@@ -192,7 +193,7 @@ class Bus:
         if self._vigilance is None:
             return None
         with self._changed:
-            noticed = self._vigilance.doubt(self._clock.now_s(), sent)
+            noticed = self._vigilance.doubt(self._clock.now_s(), sent) or self._streams.trouble()
         return noticed or (self._reflex.doubt() if self._reflex is not None else None)
 
     def caution(self, twist: Twist) -> Caution:

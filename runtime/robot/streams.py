@@ -1,14 +1,13 @@
 """The robot's sensor streams: filed as they come, decoded where they are used and nowhere else."""
 
-import math
 import threading
 from collections.abc import Callable
 from typing import Any
 
 from runtime.clock import Clock, Deadline
+from runtime.core.motion.safety import Halt
 from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import SensorError
-from runtime.log import say
 from runtime.record import Record, unrecorded
 from runtime.robot import laser, wire, wire_senses
 from runtime.robot.bounds import check_bytes, check_size
@@ -20,6 +19,7 @@ from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.steady import SteadyOdometry
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
+from runtime.robot.troubles import Troubles
 from runtime.robot.vigilance import Vigilance
 
 __all__ = ["ConsumedFrame", "SensorStreams", "StreamHealth", "WireMessage"]
@@ -62,7 +62,6 @@ class SensorStreams:
         self._info = CameraInfo(config.topics.camera_info, self._count)
         self._lockstep, self._steady = lockstep, SteadyOdometry()
         self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
-        self._told: set[str] = set()  # topics of which it was said that nothing comes of them
         self._frame_without_mount_s: float | None = None
         self._seen_frame = False
         self._labels: dict[str, Any] = {}  # newest message on `detections`
@@ -77,6 +76,7 @@ class SensorStreams:
         if topics.scan:
             self.topics["scan"] = topics.scan
         self._health = {topic: StreamHealth() for topic in self.topics.values()}
+        self._troubles = Troubles(self.topics, clock.now_s())
 
     # -- in the bus's threads ------------------------------------------------------------------
 
@@ -94,8 +94,7 @@ class SensorStreams:
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
             except SensorError as error:
-                health.bad += 1
-                health.last_error = str(error)
+                self._count(topic, error)
                 return
             if stream == "depth":
                 self._depth = raw
@@ -125,8 +124,7 @@ class SensorStreams:
             try:
                 check_bytes(payload, topic)
             except SensorError as error:
-                health.bad += 1
-                health.last_error = str(error)
+                self._count(topic, error)
                 return
             self._record("wire", WireMessage(topic, wire.TF_MESSAGE, payload))
         self._transforms.file(topic, payload)
@@ -156,9 +154,10 @@ class SensorStreams:
             if self._info.read() is not None:
                 match = self._rings.take()
                 if match is not None:
+                    self._troubles.matched()
                     return match
-            elif self._rings.peek() is not None:
-                until_s = min(until_s, self._await_camera_info())
+            elif self._lockstep and self._rings.peek() is not None:
+                until_s = min(until_s, self._info.awaited_until_s(self._clock.now_s()))
             if interrupted() or by.passed():
                 return None
             self._clock.wait(self._changed, until_s)
@@ -188,8 +187,8 @@ class SensorStreams:
                 check_size(image.shape, topic, intrinsics, topics.camera_info)
             except SensorError as error:
                 self._count(topic, error)
-                if not self._seen_frame:
-                    self._is_hopeless(topic, error)
+                if self._lockstep and not self._seen_frame:
+                    raise
                 return None
         mount = None
         if self._camera.mount == "tf":
@@ -197,6 +196,8 @@ class SensorStreams:
             if mount is None:
                 return None
         self._seen_frame = True
+        with self._changed:
+            self._troubles.seen()
         pose = interpolate(before, after, match.stamp_ns)
         scan = self._scan(match.stamp_ns, self._scans)
         return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount, scan)
@@ -239,6 +240,11 @@ class SensorStreams:
         match = self._rings.peek() if self._info.intrinsics is not None else None
         return match.arrival_s if match is not None else None
 
+    def trouble(self) -> Halt | None:
+        """What is wrong with what comes, as a reason to stand. Holding `changed`."""
+        seeing = self._info.intrinsics is not None
+        return self._troubles.halt(self._clock.now_s(), self._health, self._rings, seeing)
+
     def labels(self, stamp_ns: int, by: Deadline) -> dict[str, Any] | None:
         """The message on `detections` of that stamp; None when it does not come in time."""
         with self._changed:
@@ -256,23 +262,6 @@ class SensorStreams:
             return {topic: StreamHealth(**vars(h)) for topic, h in self._health.items()}
 
     # -- inside --------------------------------------------------------------------------------
-
-    def _await_camera_info(self) -> float:
-        """Images wait for their intrinsics: until when?"""
-        try:
-            return self._info.awaited_until_s(self._clock.now_s())
-        except SensorError as error:
-            self._is_hopeless(self._config.topics.camera_info, error)
-        return math.inf
-
-    def _is_hopeless(self, topic: str, error: SensorError) -> None:
-        """What does not mend itself ends a run in lockstep. On a robot it is said, once, and waited
-        for whoever mends it."""
-        if self._lockstep:
-            raise error
-        if topic not in self._told:
-            self._told.add(topic)
-            say(str(error))
 
     def _scan(self, stamp_ns: int, scans: Scans) -> Scan | None:
         """What a laser met about the time of an image; None where there is none, or none that can
@@ -306,8 +295,8 @@ class SensorStreams:
             self._count(TF, error)
             now_s = self._clock.now_s()
             since_s = self._frame_without_mount_s = self._frame_without_mount_s or now_s
-            if not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
-                self._is_hopeless(TF, error)
+            if self._lockstep and not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
+                raise
             return None
 
     def _placed(self, depth: RawMessage) -> Mount:
@@ -321,9 +310,9 @@ class SensorStreams:
         try:
             pose = self._pose(raw)
         except SensorError as error:
-            health.bad += 1
-            health.last_error = str(error)
+            self._count(self._odom_topic, error)
             return False
+        self._troubles.over(self._odom_topic)
         self._newest = pose, raw.arrival_s
         if self._lockstep or self._steady.takes(pose.value, arrival_s):
             return True
@@ -338,6 +327,7 @@ class SensorStreams:
         with self._changed:
             self._health.setdefault(topic, StreamHealth()).bad += 1
             self._health[topic].last_error = str(error)
+            self._troubles.note(topic, error, self._clock.now_s())
 
 
 def _recorded_as(stream: str, config: BusConfig) -> str:

@@ -52,8 +52,8 @@ class Rings:
     """
 
     def __init__(self, tolerance_ns: int, odometry_gap_ns: int, lockstep: bool) -> None:
-        self._tolerance_ns = 0 if lockstep else tolerance_ns
-        self._gap_ns = odometry_gap_ns
+        self.tolerance_ns = 0 if lockstep else tolerance_ns
+        self.odometry_gap_ns = odometry_gap_ns
         self._lockstep = lockstep
         self.color: deque[RawMessage] = deque(maxlen=None if lockstep else IMAGES_KEPT)
         self.depth: deque[RawMessage] = deque(maxlen=None if lockstep else IMAGES_KEPT)
@@ -95,7 +95,7 @@ class Rings:
             depth = min(
                 self.depth, key=lambda raw: abs(raw.stamp_ns - color.stamp_ns), default=None
             )
-            if depth is None or abs(depth.stamp_ns - color.stamp_ns) > self._tolerance_ns:
+            if depth is None or abs(depth.stamp_ns - color.stamp_ns) > self.tolerance_ns:
                 continue
             sides = self.around(depth.stamp_ns)
             if sides is not None:
@@ -120,7 +120,7 @@ class Rings:
             key=lambda raw: raw.stamp_ns,
             default=None,
         )
-        if after is None or after.stamp_ns - before.stamp_ns > self._gap_ns:
+        if after is None or after.stamp_ns - before.stamp_ns > self.odometry_gap_ns:
             return None
         return before, after
 

@@ -1,0 +1,119 @@
+"""What is wrong with a robot's streams, as a reason to stand that names topic, what came, and the
+remedy. Whoever holds the base tells it: `rfnav/state`, the log and the journal have it alike. No
+clock, no lock: times are arguments, monotonic seconds."""
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Final
+
+from runtime.core.motion.safety import Halt, HaltKind
+from runtime.errors import SensorError
+from runtime.robot.messages import StreamHealth
+from runtime.robot.sync import Rings
+from runtime.robot.transforms import TF
+
+PATIENCE_S: Final = 1.0  # bad messages without a good one between them: before that, damage
+SILENCE_S: Final = 5.0
+UNMATCHED_S: Final = 2.0  # images and odometry come, and no set of them belongs together
+
+
+class Troubles:
+    """Of one robot in real time. `topics`: by stream; what is no color, depth, camera_info, odom
+    or tf may be missing or bad without anybody's standing still for it."""
+
+    def __init__(self, topics: Mapping[str, str], began_s: float) -> None:
+        self._topics, self._began_s = topics, began_s
+        images = (topics[stream] for stream in ("color", "depth", "camera_info"))
+        self._kinds = dict.fromkeys((*images, TF), HaltKind.FRAME)
+        self._kinds[topics["odom"]] = HaltKind.ODOMETRY
+        self._noted: dict[str, tuple[str, float]] = {}  # by topic: the newest; since when
+        self._unmatched_s: float | None = None  # since when
+
+    def note(self, topic: str, error: SensorError, now_s: float) -> None:
+        """Something of a topic cannot be used."""
+        if topic in self._kinds:
+            _, since_s = self._noted.get(topic, ("", now_s))
+            self._noted[topic] = str(error), since_s
+
+    def over(self, *topics: str) -> None:
+        """What was wrong with them is so no more."""
+        for topic in topics:
+            self._noted.pop(topic, None)
+
+    def seen(self) -> None:
+        """A frame could be used: nothing is wrong with what it is made of."""
+        self.over(*(topic for topic, kind in self._kinds.items() if kind is HaltKind.FRAME))
+
+    def matched(self) -> None:
+        """A set of messages that belong together was taken."""
+        self._unmatched_s = None
+
+    def halt(
+        self, now_s: float, health: Mapping[str, StreamHealth], rings: Rings, seeing: bool
+    ) -> Halt | None:
+        """Why nothing may be driven now. `seeing`: the camera's intrinsics are known."""
+        return (
+            self._silence(now_s, health, seeing)
+            or self._badness(now_s)
+            or self._apartness(now_s, rings, seeing)
+        )
+
+    def _silence(
+        self, now_s: float, health: Mapping[str, StreamHealth], seeing: bool
+    ) -> Halt | None:
+        """Topics on which nothing comes, all in one line."""
+        silent = []
+        for stream in ("color", "depth", "camera_info", "odom"):
+            topic = self._topics[stream]
+            last_s = health[topic].arrival_s
+            once = stream == "camera_info" and (seeing or last_s is not None)  # suffices
+            if not once and now_s - (self._began_s if last_s is None else last_s) >= SILENCE_S:
+                silent.append(topic)
+        if not silent:
+            return None
+        what = f"{', '.join(silent)}: nothing received in {SILENCE_S:g} s"
+        remedy = "publish it, or set bus.topics and bus.prefix to where it is"
+        return Halt(self._kinds[silent[0]], f"{what}: {remedy}")
+
+    def _badness(self, now_s: float) -> Halt | None:
+        """What was wrong for the longest time."""
+        since = [(since_s, topic) for topic, (_, since_s) in self._noted.items()]
+        if not since or now_s - min(since)[0] < PATIENCE_S:
+            return None
+        topic = min(since)[1]
+        return Halt(self._kinds[topic], self._noted[topic][0])
+
+    def _apartness(self, now_s: float, rings: Rings, seeing: bool) -> Halt | None:
+        """Messages that do not belong together by their stamps."""
+        all_come = rings.color and rings.depth and rings.odom
+        if not (seeing and all_come) or rings.peek() is not None:
+            self._unmatched_s = None
+        elif self._unmatched_s is None:
+            self._unmatched_s = now_s
+        elif now_s - self._unmatched_s >= UNMATCHED_S:
+            return Halt(HaltKind.FRAME, _apart(rings, self._topics))
+        return None
+
+
+def _apart(rings: Rings, topics: Mapping[str, str]) -> str:
+    """Why the messages that wait are no set."""
+    color, depth, odom = (topics[stream] for stream in ("color", "depth", "odom"))
+    depth_ns = rings.depth[-1].stamp_ns
+    nearest_ns = min((one.stamp_ns - depth_ns for one in rings.color), key=abs)
+    most_s = rings.tolerance_ns / 1e9
+    if abs(nearest_ns) > rings.tolerance_ns:
+        remedy = f"stamp both as one moment, {most_s:g} s apart at most"
+        return f"{color} is {_off(nearest_ns)} {depth} by its stamps: {remedy}"
+    late_ns, early_ns = (end.stamp_ns - depth_ns for end in (rings.odom[-1], rings.odom[0]))
+    gap_ns = max((b.stamp_ns - a.stamp_ns for a, b in pairwise(rings.odom)), default=0)
+    most_ns = rings.odometry_gap_ns
+    if gap_ns > most_ns and -2 * gap_ns <= late_ns and early_ns <= 0:
+        remedy = f"publish it at {2e9 / most_ns:g} Hz or more"
+        return f"{odom} comes {gap_ns / 1e9:.2f} s apart, at most {most_ns / 1e9:g} s: {remedy}"
+    off_ns = early_ns if early_ns > 0 else late_ns
+    remedy = "synchronise the clocks of the base and the camera's computer"
+    return f"{odom} is {_off(off_ns)} {depth} by its stamps: {remedy}"
+
+
+def _off(apart_ns: int) -> str:
+    return f"{abs(apart_ns) / 1e9:.2f} s {'behind' if apart_ns < 0 else 'ahead of'}"
