@@ -1,6 +1,7 @@
 /* What one depth image shows of the floor plan: for each azimuth the nearest obstacle, the farthest
  * floor, where it drops and the nearest hole of the image, for each cell how many points of either.
  * See runtime/core/mapping/grid.py. */
+#include "sampled.h"
 #include "windows.h"
 #include <math.h>
 #include <stdlib.h>
@@ -50,8 +51,7 @@ typedef struct {
 static void project(const Arrays *arrays, const Numbers *n, const View *view, Py_ssize_t row)
 {
     const Py_ssize_t stride = (Py_ssize_t)n->stride, width = view->box.right - view->box.left;
-    const float *restrict depth =
-        GRID_ROW(arrays->depth, float, stride / 2 + row * stride) + stride / 2;
+    const float *restrict depth = sampled_row(&arrays->depth, stride, row);
     const float *restrict forward = GRID_ROW(arrays->forward, float, row);
     const float *restrict left = GRID_ROW(arrays->left, float, row);
     const float *restrict up = GRID_ROW(arrays->up, float, row);
@@ -330,12 +330,9 @@ static int in_range(const Grid *groups, Py_ssize_t count)
 
 static const char *problem_of(const Arrays *a, const Numbers *n)
 {
-    const Py_ssize_t stride = n->stride >= 1.0 && n->stride < 1e6 ? (Py_ssize_t)n->stride : 0;
-    if (!stride)
-        return "stride: less than a pixel";
-    if ((a->depth.rows - stride / 2 + stride - 1) / stride != a->up.rows ||
-        (a->depth.cols - stride / 2 + stride - 1) / stride != a->up.cols)
-        return "depth_m: another image than that of the rays";
+    const char *problem = sampling_problem(&a->depth, &a->up, n->stride);
+    if (problem)
+        return problem;
     if (a->groups.cols != a->up.cols || (a->groups.rows != 1 && a->groups.rows != a->up.rows) ||
         a->range.rows != 3 || !in_range(&a->groups, a->range.cols))
         return "groups: not one of the azimuths for each pixel, or for each column";

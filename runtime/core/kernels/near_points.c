@@ -1,6 +1,6 @@
 /* What stands near the body, and where near it the floor is missing, of one depth image: the points
  * of its pixels by cell of a small grid around the base. See runtime/core/mapping/near_points.py. */
-#include "arguments.h"
+#include "sampled.h"
 #include <math.h>
 #include <stdlib.h>
 
@@ -52,8 +52,7 @@ static void add(const Around *around, const Numbers *n, int kind, float x, float
 static void project(const Arrays *arrays, const Numbers *n, const Around *around, Py_ssize_t row)
 {
     const Py_ssize_t stride = (Py_ssize_t)n->stride;
-    const float *restrict depth =
-        GRID_ROW(arrays->depth, float, stride / 2 + row * stride) + stride / 2;
+    const float *restrict depth = sampled_row(&arrays->depth, stride, row);
     const float *restrict forward = GRID_ROW(arrays->forward, float, row);
     const float *restrict left = GRID_ROW(arrays->left, float, row);
     const float *restrict up = GRID_ROW(arrays->up, float, row);
@@ -117,12 +116,9 @@ static Py_ssize_t collect(const Arrays *arrays, const Numbers *n, const Around *
 
 static const char *problem_of(const Arrays *a, const Numbers *n)
 {
-    const Py_ssize_t stride = n->stride >= 1.0 && n->stride < 1e6 ? (Py_ssize_t)n->stride : 0;
-    if (!stride)
-        return "stride: less than a pixel";
-    if ((a->depth.rows - stride / 2 + stride - 1) / stride != a->up.rows ||
-        (a->depth.cols - stride / 2 + stride - 1) / stride != a->up.cols)
-        return "depth_m: another image than that of the rays";
+    const char *problem = sampling_problem(&a->depth, &a->up, n->stride);
+    if (problem)
+        return problem;
     if (a->found.cols != COLUMNS)
         return "found: not four columns";
     if (!(n->cell_m > 0.0 && n->ahead_m > 0.0 && n->aside_m > 0.0 && n->behind_m >= 0.0 &&
