@@ -17,6 +17,7 @@ from runtime.robot.json_text import parse_json
 # How many wait, by kind. What overtakes comes first: a cancel is never behind a goal.
 WAITING: Final = {"cancel": 16, "status": 16, "goal": 4}
 CANCELLED: Final = "it was cancelled before it began"
+ENDS: Final = "rfnav ends"
 
 
 class Request:
@@ -91,17 +92,22 @@ class Requests:
     ) -> None:
         self._changed, self._key, self._answered = changed, key, answered
         self._waiting: dict[str, deque[_Waiting]] = {kind: deque() for kind in WAITING}
+        self._closed = False
 
     def file(self, kind: str, topic: str, query: Any) -> None:
         """Have a query wait; one too many is answered at once."""
         waiting = _Waiting(kind, self._key(topic), query, partial(self._answered, kind))
+        why = ""
         with self._changed:
-            room = len(self._waiting[kind]) < WAITING[kind]
-            if room:
+            if self._closed:
+                why = ENDS
+            elif len(self._waiting[kind]) >= WAITING[kind]:
+                why = f"busy: {WAITING[kind]} {kind} requests wait already"
+            else:
                 self._waiting[kind].append(waiting)
                 self._changed.notify_all()
-        if not room:
-            waiting.refuse(f"busy: {WAITING[kind]} {kind} requests wait already")
+        if why:
+            waiting.refuse(why)
 
     def wait(self) -> bool:
         """Whether any does. Holding `changed`."""
@@ -124,13 +130,14 @@ class Requests:
                 waiting.refuse(str(error))
 
     def close(self) -> None:
-        """Nobody answers any more."""
+        """What waits is refused, and so is what still comes."""
         with self._changed:
+            self._closed = True
             left = [one for queue in self._waiting.values() for one in queue]
             for queue in self._waiting.values():
                 queue.clear()
         for one in left:
-            one.query.drop()
+            one.refuse(ENDS)
 
     def _drop_goals(self) -> list[_Waiting]:
         goals = self._waiting["goal"]

@@ -4,7 +4,7 @@ import json
 import threading
 from typing import Any
 
-from runtime.robot.requests import CANCELLED, WAITING, Request, Requests
+from runtime.robot.requests import CANCELLED, ENDS, WAITING, Request, Requests
 
 
 class Asker:
@@ -112,9 +112,11 @@ def test_the_first_answer_counts():
     assert [answer["accepted"] for answer in asker.answers] == [True]
 
 
-def test_who_waits_at_the_end_is_let_go():
+def test_who_waits_at_the_end_is_told_so_and_so_is_who_comes_then():
     requests = waiting()
     askers = [file(requests, kind) for kind in WAITING]
     requests.close()
-    assert all(asker.dropped and not asker.answers for asker in askers)
+    askers.append(file(requests, "goal"))
+    assert all(asker.dropped for asker in askers)
+    assert {asker.answers[0]["error"] for asker in askers} == {ENDS}
     assert not requests.wait()
