@@ -106,6 +106,8 @@ class Guard:
         self._broken: Halt | None = None
         self._broken_s = -math.inf
         self._turned_s = -math.inf
+        self._overrun: Halt | None = None  # the last, and when it was over
+        self._overran_s = -math.inf
         self._standing: HaltKind | None = None
         self._before: HaltKind | None = None  # as it stood when `check` was called last
         self.halts: Counter[HaltKind] = Counter()
@@ -134,8 +136,8 @@ class Guard:
         stopped, what was planned before it is not driven on."""
         stood_s, self._turned_s = now_s - self._turned_s, now_s
         if OVERRUN_S < stood_s < math.inf:
-            self._broken = Halt(HaltKind.OVERRUN, f"control stood still for {stood_s:.1f} s")
-            self._broken_s = now_s
+            self._overrun = Halt(HaltKind.OVERRUN, f"control stood still for {stood_s:.1f} s")
+            self._broken, self._broken_s, self._overran_s = self._overrun, now_s, now_s
 
     def check(
         self,
@@ -152,6 +154,8 @@ class Guard:
         when the frame was that the plan was made of. `base`: what the base itself says; `body`:
         what it has met; `doubt`: what was noticed of the robot's senses, or is asked by hand. Only
         a robot that is driving is halted, as far as the counts go."""
+        if doubt is not None and now_s - self._overran_s < OVERRUN_S:
+            doubt = self._overrun  # what grew old meanwhile is due to that
         withheld = base or doubt
         if withheld is not None:
             self._broken, self._broken_s = withheld, now_s

@@ -103,6 +103,20 @@ def test_after_control_stood_still_only_a_later_plan_is_driven():
     assert guard.halts == {"overrun": 1}
 
 
+def test_what_grew_old_while_control_stood_still_is_told_as_that():
+    guard, old = Guard(CFG), Halt(HaltKind.FRAME, "the newest depth image is old")
+    guard.turn(10.0)
+    now_s = 11.0
+    guard.turn(now_s)
+    told = []
+    for n in range(6):
+        later_s = now_s + n * OVERRUN_S / 4
+        guard.turn(later_s)
+        told.append(guard.check(later_s, at(0, later_s), 10.9, 10.2, doubt=old).kind)
+    assert told == ["overrun"] * 4 + ["frame"] * 2
+    assert guard.halts == {"overrun": 1, "frame": 1}
+
+
 def test_turns_that_come_in_time_are_no_overrun():
     guard = Guard(CFG)
     for n in range(50):
