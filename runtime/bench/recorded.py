@@ -6,7 +6,7 @@ from pathlib import Path
 
 from runtime.bench.synthetic import Published
 from runtime.errors import RecordingError
-from runtime.recording.messages import LOOP, color_topic, slashed
+from runtime.recording.messages import LOOP, color_topic, depth_topic, slashed
 from runtime.recording.reader import messages
 from runtime.robot.session import TopicsConfig
 from runtime.robot.transforms import TF, TF_STATIC
@@ -23,12 +23,22 @@ def goal_of(path: Path) -> str:
 
 
 def topics_of(topics: TopicsConfig) -> dict[str, str]:
-    """Where what is in a recording is published: colour is compressed in it."""
+    """Where what is in a recording is published: colour is compressed in it, depth is not."""
     odometry = topics.pose or topics.odom
-    names = (topics.depth, topics.camera_info, odometry, TF, TF_STATIC)
-    return {slashed(name): name for name in names} | {
-        color_topic(topics): color_topic(topics).lstrip("/")
-    }
+    images = (color_topic(topics), depth_topic(topics))
+    names = (topics.camera_info, odometry, TF, TF_STATIC)
+    return {slashed(name): name for name in names} | {name: name.lstrip("/") for name in images}
+
+
+def camera_of(topics: TopicsConfig) -> tuple[str, ...]:
+    """Settings that read a recording's images, whatever the camera's own came as."""
+    return (
+        f"bus.topics.color={color_topic(topics).lstrip('/')}",
+        f"bus.topics.depth={depth_topic(topics).lstrip('/')}",
+        "bus.compressed=[]",
+        "camera.depth_unit_m=0.0",
+        "camera.depth_nothing_m=0.0",
+    )
 
 
 def drive(path: Path, topics: TopicsConfig, seconds: float) -> Iterator[Published]:

@@ -11,7 +11,6 @@ from runtime import config as configuration
 from runtime.bench import measure, recorded, synthetic, verdict
 from runtime.bench.checkout import checkout
 from runtime.bench.measure import BenchError, Measured, Subject
-from runtime.recording.messages import color_topic
 from runtime.tracing.budgets import read_budgets
 
 SECONDS = 60.0  # of a drive that nobody recorded
@@ -76,8 +75,7 @@ def bench_command(
     topics, hz = config.bus.topics, config.realtime.control_hz
     if file is not None:
         goal = goal or recorded.goal_of(file)
-        compressed = recorded.topics_of(topics)[color_topic(topics)]
-        arguments += ["--set", f"bus.topics.color={compressed}"]
+        arguments += itertools.chain.from_iterable(("--set", s) for s in recorded.camera_of(topics))
 
     goals = (goal,) if goal else GOALS
     if against is not None:

@@ -70,7 +70,7 @@ def recording(
     told = "configuration", {"values": values, "lockstep": lockstep, "harness": harness}
     directory, minutes = options.directory, options.minutes
     files = Ring(directory, minutes, about) if minutes else WholeDrive(directory, about)
-    recorder = Recorder(files, Encoder(config.bus.topics, config.camera, colour), told)
+    recorder = Recorder(files, Encoder(config.bus, config.camera, colour), told)
     try:
         yield recorder
     except BaseException as error:

@@ -94,6 +94,7 @@ class Observation:
     intrinsics: Intrinsics
     mount: Mount | None = None  # at that stamp, where somebody reports it
     scan: Scan | None = None  # of about that time, where there is a laser
+    solid_m: F32 | None = None  # depth without flying pixels, where that is known already
 
 
 @dataclass(frozen=True)

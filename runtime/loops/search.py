@@ -293,7 +293,8 @@ class Search:
     def prepared(self, obs: Observation) -> Observation:
         """An image as all that comes after takes it: without flying pixels, and with where the
         camera was."""
-        obs = replace(obs, depth_m=solid(obs.depth_m))
+        depth_m = obs.solid_m if obs.solid_m is not None else solid(obs.depth_m)
+        obs = replace(obs, depth_m=depth_m, solid_m=None)
         camera = self.config.camera
         if obs.mount is not None and camera.mount == "tf":
             return obs

@@ -17,7 +17,7 @@ from runtime.errors import SensorError
 from runtime.recording.exact import as_json, exact
 from runtime.recording.pictures import Picture, compressed, drawn, transforms
 from runtime.robot import wire, wire_senses
-from runtime.robot.session import TopicsConfig
+from runtime.robot.session import PACKED, BusConfig, TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig, peek_frame
@@ -39,10 +39,14 @@ class Draft(NamedTuple):
 class Encoder:
     """Values by kind -> messages. `colour`: whether images of it are written at all."""
 
-    topics: TopicsConfig
+    bus: BusConfig
     camera: CameraConfig
     colour: bool
     map_frame: str = "odom"  # as odometry calls it
+
+    @property
+    def topics(self) -> TopicsConfig:
+        return self.bus.topics
 
     def drafts(self, kind: str, value: Any) -> Iterator[Draft]:
         """The messages of one value, in the order in which they are to be written."""
@@ -76,8 +80,8 @@ class Encoder:
         if self.colour:
             topic, payload = color_topic(self.topics), self._color(match.color, obs.rgb)
             yield Draft(topic, wire.COMPRESSED_IMAGE, match.color.stamp_ns, payload)
-        depth = _compact(match.depth, self.topics.depth, obs.depth_m)
-        yield Draft(slashed(self.topics.depth), wire.IMAGE, match.stamp_ns, depth)
+        depth = _compact(obs.depth_m, match.stamp_ns, camera)
+        yield Draft(depth_topic(self.topics), wire.IMAGE, match.stamp_ns, depth)
         told = {
             "stamp_ns": obs.stamp_ns,
             "color_stamp_ns": match.color.stamp_ns,
@@ -92,7 +96,7 @@ class Encoder:
 
     def _color(self, color: RawMessage, rgb: U8) -> bytes:
         """A colour image as it came where that was compressed, else as a JPEG."""
-        if self.topics.color.endswith("/compressed"):
+        if self.bus.is_packed("color"):
             return color.payload
         frame = peek_frame(color.payload, self.topics.color)
         return compressed(rgb, color.stamp_ns, frame)
@@ -113,15 +117,19 @@ def color_topic(topics: TopicsConfig) -> str:
     return topic if topic.endswith("/compressed") else f"{topic}/compressed"
 
 
-def _compact(depth: RawMessage, topic: str, depth_m: F32) -> bytes:
-    """A depth image without loss: metres that are whole millimetres take half the room as such."""
-    if len(depth.payload) < 3 * depth_m.size:
-        return depth.payload  # 16UC1
+def depth_topic(topics: TopicsConfig) -> str:
+    """Where a recording has depth images, which are always raw."""
+    topic = slashed(topics.depth)
+    end = next((end for end in PACKED["depth"] if topic.endswith(end)), "")
+    return topic.removesuffix(end)
+
+
+def _compact(depth_m: F32, stamp_ns: int, frame: str) -> bytes:
+    """A depth image as it was used, whatever it came as, without loss: metres that are whole
+    millimetres take half the room as such."""
     mm = np.rint(depth_m * np.float32(1000))
-    if mm.max(initial=0) >= 65535 or not np.array_equal(mm / np.float32(1000), depth_m):
-        return depth.payload
-    frame = peek_frame(depth.payload, topic)
-    return wire.encode_depth(depth_m, depth.stamp_ns, frame, "16UC1")
+    whole = mm.max(initial=0) < 65535 and np.array_equal(mm / np.float32(1000), depth_m)
+    return wire.encode_depth(depth_m, stamp_ns, frame, "16UC1" if whole else "32FC1")
 
 
 def _ours(kind: str, value: object, stamp_ns: int | None = None) -> Draft:

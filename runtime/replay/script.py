@@ -18,9 +18,9 @@ from runtime.config import Config, known_keys, load
 from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import RecordingError, SensorError
 from runtime.recording.exact import read
-from runtime.recording.messages import LOOP, color_topic, slashed
+from runtime.recording.messages import LOOP, color_topic, depth_topic
 from runtime.recording.reader import Recorded, Recording
-from runtime.robot import wire
+from runtime.robot.images.reading import decode_color, decode_depth
 
 OUTPUTS: Final = ("question", "decision", "command", "plan", "rest")
 """What the loop's thread makes of what it is given."""
@@ -104,7 +104,7 @@ class Script:
     def turns(self) -> Iterator[Turn]:
         """One after the other, each when all of it was read."""
         topics = self.config().bus.topics
-        images = {color_topic(topics): "color", slashed(topics.depth): "depth"}
+        images = {color_topic(topics): "color", depth_topic(topics): "depth"}
         turn, number = Turn(0, "", 0.0), 0
         seen: dict[str, Recorded] = {}
         for message in self._messages:
@@ -144,10 +144,10 @@ def observed(turn: Turn) -> Observation:
     mount = read(told["mount"], Mount) if told["mount"] is not None else None
     size = intrinsics.height, intrinsics.width
     try:
-        depth_m = wire.decode_depth(turn.depth, "depth").value
+        depth_m = decode_depth(turn.depth, "depth").value
         rgb = np.zeros((*size, 3), np.uint8)
         if turn.color:
-            rgb = wire.decode_compressed_color(turn.color, "colour").value
+            rgb = decode_color(turn.color, "colour", packed=True).value
     except SensorError as error:
         raise RecordingError(f"frame {turn.number}: {error}") from error
     pose = read(told["pose"], Pose)

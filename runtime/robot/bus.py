@@ -61,7 +61,8 @@ class Bus:
         reflex: NavigateConfig | None = None,
     ) -> None:
         self._config, self._brake = config, Handbrake()
-        self._vigilance = None if lockstep else Vigilance(safety, bool(config.topics.pose))
+        kinds = bool(config.topics.pose), config.is_packed("depth")
+        self._vigilance = None if lockstep else Vigilance(safety, *kinds)
         self._record = record
         self._clock = clock
         self._lockstep = lockstep

@@ -2,6 +2,7 @@
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -13,7 +14,7 @@ from runtime.errors import SensorError
 from runtime.robot.session import SensesConfig
 from runtime.robot.sync import RawMessage, Rings, interpolate
 from runtime.robot.wire import Stamped
-from runtime.robot.wire_senses import Beams
+from runtime.robot.wire_senses import Beams, decode_scan
 
 BESIDE_NS: Final = 250_000_000  # between a scan and the image that it is taken with
 FOREIGN_NS: Final = 2_000_000_000  # farther apart than that are clocks, not scans
@@ -82,6 +83,35 @@ class Scans:
             if raw.stamp_ns < stamp_ns - BESIDE_NS:
                 self._kept.clear()
         return None
+
+
+class ScanStream:
+    """The scans of one laser, for the map and for the reflex. `placed`: a frame on the base's at a
+    time, (4, 4), where tf tells; None: the laser is where the keys say. Nothing is locked."""
+
+    def __init__(
+        self, config: SensesConfig, topic: str, placed: Callable[[str, int], F64] | None
+    ) -> None:
+        self._config, self._topic, self._placed = config, topic, placed
+        self._kept = {"map": Scans(), "reflex": Scans()}
+
+    def file(self, raw: RawMessage) -> None:
+        for scans in self._kept.values():
+            scans.file(raw)
+
+    def take(self, by: str, stamp_ns: int, rings: Rings) -> ScanMatch | None:
+        """What is new to the map or the reflex about that time; see `Scans.take`."""
+        return self._kept[by].take(stamp_ns, rings)
+
+    def read(self, found: ScanMatch, pose: Callable[[RawMessage], Stamped[Pose]]) -> Scan:
+        """A scan in the map. SensorError for one that cannot be read or placed."""
+        told = decode_scan(found.scan.payload, self._topic)
+        if self._placed is None:
+            mount = as_configured(self._config)
+        else:
+            frame = told.value.frame
+            mount = as_placed(self._placed(frame, told.stamp_ns), frame)
+        return in_map(told, mount, pose(found.before), pose(found.after))
 
 
 def in_map(

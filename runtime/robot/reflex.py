@@ -1,8 +1,8 @@
 """The reflex: every depth image as it comes, before any colour is there to match it and before any
 map knows of it, is held against the way that the body is about to sweep.
 
-A thread of its own decodes the newest image and finds what stands near (`core/mapping`); the
-control loop asks in every turn what of its command that allows.
+A thread of its own decodes the newest image, which its frame is then spared, and finds what stands
+near (`core/mapping`); the control loop asks in every turn what of its command that allows.
 """
 
 import math
@@ -15,7 +15,6 @@ from runtime.clock import Clock
 from runtime.core.mapping.floor_plane import mount_by_floor
 from runtime.core.mapping.near_memory import Nearby, NearMemory
 from runtime.core.mapping.near_points import near_points
-from runtime.core.mapping.solid_depth import solid
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.courses import STILL
 from runtime.core.motion.reflex import cautioned, sure_mps
@@ -24,7 +23,7 @@ from runtime.core.motion.velocity_policy import FRESH_S
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
-from runtime.robot import wire
+from runtime.robot.images.camera_images import DepthImage
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import FIXED, CameraConfig
 
@@ -67,6 +66,8 @@ class DepthStreams(Protocol):
     """The sensor streams, as far as depth is concerned; see `SensorStreams`."""
 
     def newest_depth(self) -> RawMessage | None: ...
+
+    def depth(self, raw: RawMessage) -> DepthImage: ...
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None: ...
 
@@ -184,18 +185,20 @@ class Reflex:
     def _look(self, image: RawMessage) -> None:
         """What an image shows near by. One that is damaged is counted where it is matched."""
         try:
-            depth_m = wire.decode_depth(image.payload, self._topic).value
+            depth = self._streams.depth(image)
             lens = self._streams.lens(image)
         except SensorError:
             return
-        pose = self._pose_at(image.stamp_ns)
-        self._unplaced_s = image.arrival_s if pose is None else -math.inf
-        if lens is None or pose is None:
+        if lens is None:
             return
         intrinsics, mount = lens
-        if depth_m.shape != (intrinsics.height, intrinsics.width):
+        if depth.depth_m.shape != (intrinsics.height, intrinsics.width):
             return
-        depth_m = solid(depth_m)
+        depth_m = depth.solid()  # now: the frame of this image may take it, as soon as it comes
+        pose = self._pose_at(image.stamp_ns)
+        self._unplaced_s = image.arrival_s if pose is None else -math.inf
+        if pose is None:
+            return
         if not depth_m.any():
             self._blank_s = image.arrival_s
             return

@@ -20,6 +20,8 @@ CANCEL = "rfnav/cancel"
 STATUS = "rfnav/status"
 STOP = "rfnav/stop"
 RELEASE = "rfnav/release"
+PACKED: Final = {"color": ("/compressed",), "depth": ("/compressed", "/compressedDepth")}
+"""What the topics of such images end in, as image_transport has it."""
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
@@ -34,9 +36,12 @@ class TopicsConfig:
     somebody publishes on them; "" is not listened to."""
 
     color: str = key(
-        "camera/color/image_raw", "Colour images; one that ends in /compressed is compressed."
+        "camera/color/image_raw", "Colour images; those of /compressed are compressed."
     )
-    depth: str = key("camera/depth/image_raw", "Depth images, aligned with colour.")
+    depth: str = key(
+        "camera/depth/image_raw",
+        "Depth images, aligned with colour; those of /compressedDepth are compressed.",
+    )
     camera_info: str = key("camera/color/camera_info", "The camera's intrinsics.")
     odom: str = key("odom", "nav_msgs/Odometry of the base.")
     pose: str = key("", "geometry_msgs/PoseStamped of a SLAM, used in place of odom when set.")
@@ -74,6 +79,11 @@ class BusConfig:
         "Twist", '"TwistStamped" is what newer ROS 2 bases want.'
     )
     cmd_vel_frame: str = key("base_link", "Frame of a TwistStamped.")
+    compressed: tuple[str, ...] = key(
+        (),
+        'Of "color" and "depth", what comes as CompressedImage although its topic\'s name does not '
+        "end in /compressed or /compressedDepth.",
+    )
     topics: TopicsConfig = field(default_factory=TopicsConfig)
     tls: TlsConfig = field(default_factory=TlsConfig)
 
@@ -88,6 +98,11 @@ class BusConfig:
     def secured(self) -> bool:
         """Whether certificates are used."""
         return any(endpoint.startswith("tls/") for _, endpoint in self.endpoints)
+
+    def is_packed(self, stream: str) -> bool:
+        """Whether color or depth comes as CompressedImage."""
+        topic: str = getattr(self.topics, stream)
+        return stream in self.compressed or topic.endswith(PACKED[stream])
 
     def key(self, topic: str) -> str:
         """Zenoh key of a topic, in the ros2dds dialect."""

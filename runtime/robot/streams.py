@@ -6,14 +6,16 @@ from typing import Any
 
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.safety import Halt
-from runtime.core.types import Intrinsics, Mount, Observation, Pose, Scan
+from runtime.core.types import F64, Intrinsics, Mount, Observation, Pose, Scan
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
-from runtime.robot import laser, wire, wire_senses
+from runtime.robot import wire, wire_senses
 from runtime.robot.bounds import check_bytes, check_size
 from runtime.robot.camera_info import SENSOR_TIMEOUT_S, CameraInfo
+from runtime.robot.images.camera_images import CameraImages, DepthImage
+from runtime.robot.images.plausible import UnitWatch
 from runtime.robot.labels import read_labels
-from runtime.robot.laser import LaserMount, Scans
+from runtime.robot.laser import ScanStream
 from runtime.robot.messages import ConsumedFrame, StreamHealth, WireMessage
 from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.steady import SteadyOdometry
@@ -50,7 +52,6 @@ class SensorStreams:
         vigilance: Vigilance | None = None,
     ) -> None:
         self._config, self._vigilance = config, vigilance
-        self._senses, self._scans, self._near_scans = senses, Scans(), Scans()
         self._record = record
         self._clock = clock
         self._changed = changed
@@ -59,6 +60,9 @@ class SensorStreams:
         self._placing = threading.Lock()  # two threads ask where the camera is
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
+        self._images = CameraImages(config, camera)
+        told = lockstep or camera.depth_unit_m > 0
+        self._unit = None if told else UnitWatch(config.topics.depth)
         self._info = CameraInfo(config.topics.camera_info, self._count)
         self._lockstep, self._steady = lockstep, SteadyOdometry()
         self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
@@ -66,6 +70,8 @@ class SensorStreams:
         self._seen_frame = False
         self._labels: dict[str, Any] = {}  # newest message on `detections`
         topics = config.topics
+        placed = self._placed if camera.mount == "tf" else None
+        self._laser = ScanStream(senses, topics.scan, placed)
         self._odom_topic = topics.pose or topics.odom
         self.topics = {
             "color": topics.color,
@@ -105,8 +111,7 @@ class SensorStreams:
                 self._changed.notify_all()
                 return
             if stream == "scan":
-                self._scans.file(raw)
-                self._near_scans.file(raw)
+                self._laser.file(raw)
                 return
             if stream == "camera_info":
                 self._info.file(raw)
@@ -169,38 +174,38 @@ class SensorStreams:
         assert intrinsics is not None  # wait_for_match returns no match before
         before = self._pose(match.before)
         after = before if match.after is match.before else self._pose(match.after)
-        compressed = topics.color.endswith("/compressed")
-        decode_color = wire.decode_compressed_color if compressed else wire.decode_color
         topic = topics.color
         try:
-            rgb = decode_color(match.color.payload, topic).value
+            rgb = self._images.color(match.color)
             topic = topics.depth
-            depth = wire.decode_depth(match.depth.payload, topic).value
-            if not depth.any():
+            depth = self._images.depth(match.depth)
+            if not depth.depth_m.any():
                 with self._changed:
                     self._health[topic].blank += 1
         except SensorError as error:
             self._count(topic, error)
             return None
-        for topic, image in ((topics.depth, depth), (topics.color, rgb)):
-            try:
+        mount = self._mount(match) if self._camera.mount == "tf" else self._camera
+        if mount is None:
+            return None
+        try:
+            for topic, image in ((topics.color, rgb), (topics.depth, depth.depth_m)):
                 check_size(image.shape, topic, intrinsics, topics.camera_info)
-            except SensorError as error:
-                self._count(topic, error)
-                if self._lockstep and not self._seen_frame:
-                    raise
-                return None
-        mount = None
-        if self._camera.mount == "tf":
-            mount = self._mount(match)
-            if mount is None:
-                return None
+            if self._unit is not None:
+                self._unit.check(depth.depth_m, depth.unit_m, intrinsics, mount)
+        except SensorError as error:
+            self._count(topic, error)
+            if self._lockstep and not self._seen_frame:
+                raise
+            return None
         self._seen_frame = True
         with self._changed:
             self._troubles.seen()
         pose = interpolate(before, after, match.stamp_ns)
-        scan = self._scan(match.stamp_ns, self._scans)
-        return Observation(match.stamp_ns, rgb, depth, pose, intrinsics, mount, scan)
+        scan = self._scan("map", match.stamp_ns)
+        told = mount if self._camera.mount == "tf" else None
+        seen = rgb, depth.depth_m, pose, intrinsics, told, scan
+        return Observation(match.stamp_ns, *seen, depth.solid_m)
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -210,6 +215,14 @@ class SensorStreams:
     def newest_depth(self) -> RawMessage | None:
         """The depth image that came last; None before the first. Holding `changed`."""
         return self._depth
+
+    def depth(self, raw: RawMessage) -> DepthImage:
+        """A depth image, decoded; SensorError for one that cannot be."""
+        image = self._images.depth(raw)
+        if self._vigilance is not None:
+            with self._changed:
+                self._vigilance.looked(image.depth_m, raw.arrival_s)
+        return image
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
         """Where the base was, by the odometry on both sides; `alone`: or by the newest, where that
@@ -228,12 +241,12 @@ class SensorStreams:
         intrinsics = self._info.intrinsics
         if intrinsics is None:
             return None
-        return intrinsics, self._placed(depth) if self._camera.mount == "tf" else None
+        return intrinsics, self._mounted(depth) if self._camera.mount == "tf" else None
 
     def near_scan(self, stamp_ns: int) -> Scan | None:
         """What a laser met about the time of a depth image that nobody has matched; None where
         there is nothing new."""
-        return self._scan(stamp_ns, self._near_scans)
+        return self._scan("reflex", stamp_ns)
 
     def waiting_arrival_s(self) -> float | None:
         """When the matched frame that waits had arrived; None when none does. Holding `changed`."""
@@ -263,34 +276,25 @@ class SensorStreams:
 
     # -- inside --------------------------------------------------------------------------------
 
-    def _scan(self, stamp_ns: int, scans: Scans) -> Scan | None:
+    def _scan(self, by: str, stamp_ns: int) -> Scan | None:
         """What a laser met about the time of an image; None where there is none, or none that can
         be read and placed."""
-        topic = self._config.topics.scan
         try:
             with self._changed:
-                found = scans.take(stamp_ns, self._rings)
-            if found is None:
-                return None
-            before, after = self._pose(found.before), self._pose(found.after)
-            told = wire_senses.decode_scan(found.scan.payload, topic)
-            mount = self._laser(told.value.frame, told.stamp_ns)
-            return laser.in_map(told, mount, before, after)
+                found = self._laser.take(by, stamp_ns, self._rings)
+            return self._laser.read(found, self._pose) if found is not None else None
         except SensorError as error:
-            self._count(topic, error)
+            self._count(self._config.topics.scan, error)
             return None
 
-    def _laser(self, frame: str, stamp_ns: int) -> LaserMount:
-        if self._camera.mount != "tf":
-            return laser.as_configured(self._senses)
+    def _placed(self, frame: str, stamp_ns: int) -> F64:
         with self._placing:
-            placed = self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
-        return laser.as_placed(placed, frame)
+            return self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
 
     def _mount(self, match: Match) -> Mount | None:
         """By tf; None when it does not say."""
         try:
-            return self._placed(match.depth)
+            return self._mounted(match.depth)
         except SensorError as error:
             self._count(TF, error)
             now_s = self._clock.now_s()
@@ -299,7 +303,7 @@ class SensorStreams:
                 raise
             return None
 
-    def _placed(self, depth: RawMessage) -> Mount:
+    def _mounted(self, depth: RawMessage) -> Mount:
         frame = self._camera.frame or peek_frame(depth.payload, self._config.topics.depth)
         with self._placing:
             return self._transforms.mount(self._camera.base_frame, frame, depth.stamp_ns)

@@ -6,13 +6,18 @@ from typing import Final
 import zenoh
 
 from runtime.errors import ConfigError
-from runtime.robot.session import BusConfig
+from runtime.robot.session import PACKED, BusConfig
 
 NEEDED: Final = ("color", "depth", "camera_info", "odom", "cmd_vel")  # by each robot, one topic
 
 
+PACKINGS: Final = ("compressed", "compressedDepth", "theora", "ffmpeg", "zstd", "draco")
+"""What image_transport's topics end in; of those few are read."""
+
+
 def check_topics(config: BusConfig) -> None:
-    """ConfigError for a topic that is none, is needed and not there, or is used for two things."""
+    """ConfigError for a topic that is none, is needed and not there, is used for two things, or has
+    images that cannot be read."""
     used: dict[str, str] = {}
     for one in fields(config.topics):
         topic = getattr(config.topics, one.name)
@@ -29,3 +34,17 @@ def check_topics(config: BusConfig) -> None:
             raise ConfigError(f'{name}: {wrong}; must be like "{example}"') from error
         if (other := used.setdefault(topic.strip("/"), name)) != name:
             raise ConfigError(f"{name}: {topic} is {other} too: two things, two topics")
+    _check_images(config)
+
+
+def _check_images(config: BusConfig) -> None:
+    for stream, ends in PACKED.items():
+        topic: str = getattr(config.topics, stream)
+        last = topic.rpartition("/")[2]
+        if last in PACKINGS and f"/{last}" not in ends:
+            rather = topic.removesuffix(last) + ends[-1][1:]
+            raise ConfigError(
+                f'bus.topics.{stream}: {last} is not read; must be the raw image, or "{rather}"'
+            )
+    if strange := [name for name in config.compressed if name not in PACKED]:
+        raise ConfigError(f'bus.compressed: "{strange[0]}" is none of "color" and "depth"')

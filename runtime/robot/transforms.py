@@ -43,6 +43,19 @@ class CameraConfig(Mount):
     frame: str = key(
         "", "The camera's optical frame in tf; \"\": the depth image's.", research="camera_frame"
     )
+    depth_unit_m: float = key(
+        0.0,
+        "What one step of a depth image is; 0: 1 mm where it has 16 bits, 1 m where it has floats.",
+        "m",
+        within=(0.0, 1.0),
+    )
+    depth_nothing_m: float = key(
+        0.0,
+        "Depth that reads so much or more is nothing, as simulated cameras have it that give their "
+        "farthest where nothing is near; 0: no such number.",
+        "m",
+        within=(0.0, 100.0),
+    )
 
     @property
     def by_tf(self) -> tuple[str, str] | None:

@@ -87,12 +87,17 @@ class _Odometry:
 
 class Vigilance:
     """Of one robot in real time. `doubt` says what the base is held for. `slam`: odometry is told
-    as PoseStamped. `unstamped`: topics of which the stamps stand still, of which `tell` is told."""
+    as PoseStamped. `packed`: depth is compressed; what it shows is told by `looked`. `unstamped`:
+    topics of which the stamps stand still, of which `tell` is told."""
 
     def __init__(
-        self, config: SafetyConfig, slam: bool = False, tell: Callable[[str], None] = say
+        self,
+        config: SafetyConfig,
+        slam: bool = False,
+        packed: bool = False,
+        tell: Callable[[str], None] = say,
     ) -> None:
-        self._config, self._slam, self._tell = config, slam, tell
+        self._config, self._slam, self._packed, self._tell = config, slam, packed, tell
         self._ages = {name: StampAge() for name in ("odom", "depth", "color")}
         self._late: dict[str, tuple[float, float]] = {}  # by stream: how late, when it came
         self._noted: dict[HaltKind, tuple[Halt, float]] = {}  # until when
@@ -138,14 +143,19 @@ class Vigilance:
                 self._tell(f"{what}; let the driver fill in header.stamp")
 
     def _looked(self, payload: bytes, content: bytes, now_s: float) -> None:
-        sight = _sight(payload)
         if content == self._depth.content:
             self._depth.again += 1
         else:
             here = self._last.value if self._last else None
-            # An image without a difference in it is no place: nothing in range, or too near.
-            even = sight.size == 0 or float(sight.min()) == float(sight.max())
-            self._depth = _Depth(content, now_s, None if even else here)
+            self._depth = _Depth(content, now_s, here)
+        if not self._packed:
+            self._saw(_sight(payload), now_s)
+
+    def _saw(self, sight: F32, now_s: float) -> None:
+        """What the newest depth image shows."""
+        # One without a difference in it is no place: nothing in range, or too near.
+        if sight.size == 0 or float(sight.min()) == float(sight.max()):
+            self._depth.pose = None
         told = self._odometry
         if told.sight is None:
             told.sight = sight
@@ -192,6 +202,14 @@ class Vigilance:
 
     def _note(self, halt: Halt, now_s: float) -> None:
         self._noted[halt.kind] = halt, now_s + NOTED_S
+
+    # -- in the thread that decodes ---------------------------------------------------------------
+
+    def looked(self, depth_m: F32, arrival_s: float) -> None:
+        """What a depth image shows that came compressed, of those that somebody decodes."""
+        if self._packed:
+            readings = depth_m.ravel()
+            self._saw(readings[:: max(1, readings.size // SAMPLES)], arrival_s)
 
     # -- in the control thread -------------------------------------------------------------------
 

@@ -1,4 +1,5 @@
-"""Bytes <-> values: ROS 2 messages in CDR, as `zenoh-bridge-ros2dds` and `rmw_zenoh` carry them.
+"""Bytes <-> values: ROS 2 messages in CDR, as `zenoh-bridge-ros2dds` and `rmw_zenoh` carry them;
+images are read in `images/`.
 
 Decoders take the topic's name only to put it into errors; whatever bytes come, nothing but
 SensorError leaves this module. Stamps are int nanoseconds, lengths metres, angles radians.
@@ -10,7 +11,6 @@ import struct
 from dataclasses import dataclass
 from typing import Any, Final, Generic, TypeVar
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from rosbags.serde import SerdeError
@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
-from runtime.robot.bounds import FARTHEST_M, MOST_PIXELS, all_within, check_camera
+from runtime.robot.bounds import FARTHEST_M, all_within, check_camera
 from runtime.robot.json_text import parse_json
 
 STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
@@ -68,49 +68,6 @@ def peek_stamp(payload: bytes, topic: str) -> int:
 
 
 # -- decoding ------------------------------------------------------------------------------------
-
-
-def decode_color(payload: bytes, topic: str) -> Stamped[U8]:
-    """Image (rgb8, bgr8) -> (H, W, 3) RGB."""
-    message = decode(payload, IMAGE, topic)
-    if message.encoding not in ("rgb8", "bgr8"):
-        raise SensorError(f"{topic}: encoding {message.encoding!r}: publish rgb8 or bgr8")
-    pixels = _pixels(message, np.dtype(np.uint8), 3, topic).reshape(message.height, -1, 3)
-    if message.encoding == "bgr8":
-        pixels = pixels[:, :, ::-1]
-    return Stamped(header_stamp(message, topic), np.ascontiguousarray(pixels))
-
-
-def decode_compressed_color(payload: bytes, topic: str) -> Stamped[U8]:
-    """CompressedImage (JPEG, PNG, ...) -> (H, W, 3) RGB."""
-    message = decode(payload, COMPRESSED_IMAGE, topic)
-    stamp_ns = header_stamp(message, topic)
-    try:
-        bgr = cv2.imdecode(np.frombuffer(message.data, np.uint8), cv2.IMREAD_COLOR)
-    except cv2.error:
-        bgr = None
-    if bgr is None:
-        raise SensorError(
-            f"{topic}: {len(message.data)} bytes of format {message.format!r} are not an image"
-        )
-    rgb: U8 = np.asarray(cv2.cvtColor(bgr, cv2.COLOR_BGR2RGB), np.uint8)
-    return Stamped(stamp_ns, rgb)
-
-
-def decode_depth(payload: bytes, topic: str) -> Stamped[F32]:
-    """Image (16UC1 mm, 32FC1 m) -> (H, W) m along the optical axis; 0 where there is no reading."""
-    message = decode(payload, IMAGE, topic)
-    if message.encoding in ("16UC1", "mono16"):
-        depth = _pixels(message, np.dtype(np.uint16), 1, topic).astype(np.float32) / 1000
-        depth[depth >= 65.535] = 0  # what fills 16 bits where nothing is
-    elif message.encoding == "32FC1":
-        depth = _pixels(message, np.dtype(np.float32), 1, topic).astype(np.float32)
-    else:
-        raise SensorError(
-            f"{topic}: encoding {message.encoding!r}: publish 16UC1 (mm) or 32FC1 (m)"
-        )
-    valid = np.isfinite(depth) & (depth > 0)
-    return Stamped(header_stamp(message, topic), np.where(valid, depth, np.float32(0)))
 
 
 def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
@@ -255,23 +212,6 @@ def decode(payload: bytes, kind: str, topic: str) -> Any:
 def encode(message: Any) -> bytes:
     """A message made of `STORE`'s types -> CDR."""
     return bytes(STORE.serialize_cdr(message, message.__msgtype__))
-
-
-def _pixels(message: Any, dtype: np.dtype[Any], channels: int, topic: str) -> NDArray[Any]:
-    """The rows of an Image without their padding: (H, W * channels), native byte order."""
-    height, width, step = int(message.height), int(message.width), int(message.step)
-    row = width * channels * dtype.itemsize
-    if not height or not width or height * width > MOST_PIXELS:
-        raise SensorError(f"{topic}: an image of {width}x{height} pixels")
-    if step < row or len(message.data) < height * step:
-        raise SensorError(
-            f"{topic}: {width}x{height} {message.encoding} needs step >= {row} and "
-            f"{height} rows of it, got step {step} and {len(message.data)} bytes"
-        )
-    lines = np.ascontiguousarray(message.data[: height * step]).reshape(height, step)[:, :row]
-    wire_type = dtype.newbyteorder(">" if message.is_bigendian else "<")
-    values: NDArray[Any] = np.ascontiguousarray(lines).view(wire_type)
-    return values.astype(dtype, copy=False)
 
 
 def _encode_image(pixels: NDArray[Any], stamp_ns: int, frame: str, encoding: str) -> bytes:

@@ -22,8 +22,9 @@ SILENCE_S = 0.2  # without a message, after which it is looked again
 
 class RobotDouble:
     """`sending` names the streams that are alive, "bumper" and "battery" among them where it has
-    those; `blind`: the camera goes on without depth; `bend` alters the place that odometry tells.
-    While a `hand` has the sticks the base obeys nobody else."""
+    those; `blind`: the camera goes on without depth; `bend` alters the place that odometry tells,
+    `filmed` the messages of color, depth and camera_info, of which b"" is none. While a `hand` has
+    the sticks the base obeys nobody else."""
 
     def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
         self.home, self.topics = home, config.topics
@@ -31,6 +32,7 @@ class RobotDouble:
         self.sending, self.blind = {"odom", "frames"}, False
         self.bend: Callable[[Pose], Pose] = lambda pose: pose
         self.clock_ns = 0  # what its clock says beyond the machine's
+        self.filmed: Callable[[str, bytes], bytes] = lambda stream, payload: payload
         self.twist, self.told_s = Twist(), -math.inf
         self.hand: Twist | None = None
         self.touching, self.percent = False, 80.0
@@ -149,8 +151,11 @@ class RobotDouble:
                 continue
             stamp = time.time_ns() + self.clock_ns
             obs = self.home.observe()
-            info = wire.encode_camera_info(obs.intrinsics, stamp)
-            self.session.put(self.topics.camera_info, info)
-            if not self.blind:
-                self.session.put(self.topics.depth, wire.encode_depth(obs.depth_m, stamp))
-            self.session.put(self.topics.color, wire.encode_color(obs.rgb, stamp))
+            told = {
+                "camera_info": wire.encode_camera_info(obs.intrinsics, stamp),
+                "depth": b"" if self.blind else wire.encode_depth(obs.depth_m, stamp),
+                "color": wire.encode_color(obs.rgb, stamp),
+            }
+            for stream, payload in told.items():
+                if payload and (sent := self.filmed(stream, payload)):
+                    self.session.put(getattr(self.topics, stream), sent)

@@ -36,5 +36,6 @@ PyObject *kernel_cosine(PyObject *module, PyObject *const *args, Py_ssize_t coun
 PyObject *kernel_add_where(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shortened(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_sharpness(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_unpack_rvl(PyObject *module, PyObject *const *args, Py_ssize_t count);
 
 #endif

@@ -32,6 +32,7 @@ static PyMethodDef methods[] = {
     {"add_where", (PyCFunction)(void (*)(void))kernel_add_where, METH_FASTCALL, NULL},
     {"shortened", (PyCFunction)(void (*)(void))kernel_shortened, METH_FASTCALL, NULL},
     {"sharpness", (PyCFunction)(void (*)(void))kernel_sharpness, METH_FASTCALL, NULL},
+    {"unpack_rvl", (PyCFunction)(void (*)(void))kernel_unpack_rvl, METH_FASTCALL, NULL},
     {NULL, NULL, 0, NULL},
 };
 

@@ -12,6 +12,7 @@ from hil_sim.simulation.protocol import PROTOCOLS, Ending, GoalSighting, protoco
 from runtime import config
 from runtime.errors import ConfigError
 from runtime.robot import wire
+from runtime.robot.images.reading import decode_depth
 
 
 def test_robothor_needs_the_target_in_view_and_near() -> None:
@@ -83,6 +84,6 @@ def test_what_is_wrong_is_named(arguments: tuple[object, ...], says: str) -> Non
 def test_depth_in_whole_millimetres_is_what_16_bits_hold() -> None:
     depth_m = np.random.default_rng(0).uniform(0.0, 8.0, (30, 40)).astype(np.float32)
     sensed = replace(PROTOCOLS["hm3d"], whole_mm=True).sensed(depth_m)
-    told = wire.decode_depth(wire.encode_depth(sensed, 0, encoding="16UC1"), "depth")
+    told = decode_depth(wire.encode_depth(sensed, 0, encoding="16UC1"), "depth")
     assert np.array_equal(told.value, sensed)
     assert np.abs(sensed - PROTOCOLS["hm3d"].sensed(depth_m)).max() <= 0.00051

@@ -8,7 +8,7 @@ from runtime import navigate
 from runtime.bench import synthetic
 from runtime.core.types import Mount, Observation
 from runtime.core.world import World
-from runtime.robot import wire
+from runtime.robot.images.reading import decode_depth
 from runtime.robot.session import TopicsConfig
 
 TOPICS, MOUNT = TopicsConfig(), Mount(0.0, 0.0, 0.88, 0.0)
@@ -21,7 +21,7 @@ def test_messages_come_in_their_order_at_their_rates_and_can_be_decoded():
     assert len(by_topic[TOPICS.odom]) == 1 / synthetic.ODOMETRY_S
     for topic in (TOPICS.color, TOPICS.depth, TOPICS.camera_info):
         assert len(by_topic[topic]) == round(1 / synthetic.FRAME_S)
-    depth = wire.decode_depth(by_topic[TOPICS.depth][0].payload, TOPICS.depth)
+    depth = decode_depth(by_topic[TOPICS.depth][0].payload, TOPICS.depth)
     assert depth.stamp_ns == by_topic[TOPICS.depth][0].at_ns
     assert 0.3 < np.median(depth.value) < 4.0
 

@@ -22,7 +22,8 @@ from runtime.recording.pictures import Picture
 from runtime.recording.reader import messages
 from runtime.recording.recorder import Recorder, held_bytes
 from runtime.robot import wire
-from runtime.robot.session import TopicsConfig
+from runtime.robot.images.reading import decode_color, decode_depth
+from runtime.robot.session import BusConfig, TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
 from runtime.robot.sync import Match, RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -31,8 +32,8 @@ DEPTH, COLOR = "/camera/depth/image_raw", "/camera/color/image_raw/compressed"
 FIRST = "configuration", {"values": {}, "lockstep": False}
 
 
-def begun(tmp_path: Path, colour: bool = True, topics: TopicsConfig | None = None) -> Recorder:
-    encoder = Encoder(topics or TopicsConfig(), CameraConfig(), colour)
+def begun(tmp_path: Path, colour: bool = True, bus: BusConfig | None = None) -> Recorder:
+    encoder = Encoder(bus or BusConfig(), CameraConfig(), colour)
     return Recorder(WholeDrive(tmp_path, {}), encoder, FIRST)
 
 
@@ -43,7 +44,7 @@ def frame(depth_m: np.ndarray, encoding: str = "32FC1") -> ConsumedFrame:
     color = RawMessage(7, wire.encode_color(rgb, 7, "lens"), 0.5)
     depth = RawMessage(8, wire.encode_depth(depth_m, 8, "lens", encoding), 0.6)
     odometry = RawMessage(8, b"", 0.4)
-    decoded = wire.decode_depth(depth.payload, "depth").value
+    decoded = decode_depth(depth.payload, "depth").value
     pose, lens = Pose(1 / 3, 0.2, 0.1), Intrinsics(50.0, 50.0, width / 2, height / 2, width, height)
     match = Match(color, depth, odometry, odometry)
     return ConsumedFrame(match, Observation(8, rgb, decoded, pose, lens), 0.7)
@@ -78,7 +79,7 @@ def test_depth_is_without_loss_and_small_where_it_can_be(tmp_path: Path, whole_m
     recorder("frame", told)
     recorder.close()
     (image,) = read(tmp_path)[DEPTH]
-    assert np.array_equal(wire.decode_depth(image.payload, "d").value, told.observation.depth_m)
+    assert np.array_equal(decode_depth(image.payload, "d").value, told.observation.depth_m)
     assert (len(image.payload) < 3 * depth_m.size) == whole_mm
 
 
@@ -92,7 +93,7 @@ def test_a_frame_has_its_images_before_it(tmp_path: Path):
     about = json.loads(found["/loop/frame"][0].payload)
     assert about["pose"] == {"x_m": 1 / 3, "y_m": 0.2, "yaw_rad": 0.1}
     assert (about["stamp_ns"], about["color_stamp_ns"], about["now_s"]) == (8, 7, 0.7)
-    rgb = wire.decode_compressed_color(found[COLOR][0].payload, COLOR).value
+    rgb = decode_color(found[COLOR][0].payload, COLOR, packed=True).value
     assert np.abs(rgb.astype(int) - told.observation.rgb).mean() < 8
     base, camera = wire.decode_transforms(found["/loop/tf"][0].payload, "tf")
     assert (base.parent, base.child, camera.parent, camera.child) == (
@@ -102,8 +103,8 @@ def test_a_frame_has_its_images_before_it(tmp_path: Path):
 
 
 def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
-    topics = TopicsConfig(color="cam/compressed")
-    recorder, told = begun(tmp_path, topics=topics), frame(np.ones((24, 32), np.float32))
+    bus = BusConfig(topics=TopicsConfig(color="cam/compressed"))
+    recorder, told = begun(tmp_path, bus=bus), frame(np.ones((24, 32), np.float32))
     jpeg = cv2.imencode(".jpg", told.observation.rgb)[1].tobytes()
     object.__setattr__(told.match, "color", RawMessage(7, jpeg, 0.5))
     recorder("frame", told)
@@ -259,7 +260,7 @@ def test_a_disk_that_is_full_when_a_ring_goes_on_is_no_mistake_of_ours(
 ):
     monkeypatch.setattr(drive_files, "SHORTEST_S", 0.0)
     ring = drive_files.Ring(tmp_path / "ring", 1e-4, {})
-    recorder = Recorder(ring, Encoder(TopicsConfig(), CameraConfig(), True), FIRST)
+    recorder = Recorder(ring, Encoder(BusConfig(), CameraConfig(), True), FIRST)
 
     def full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -288,7 +289,7 @@ def test_only_a_halt_on_the_road_is_a_fault(tmp_path: Path):
             self.faults += 1
 
     files = Files(tmp_path, {})
-    recorder = Recorder(files, Encoder(TopicsConfig(), CameraConfig(), True), FIRST)
+    recorder = Recorder(files, Encoder(BusConfig(), CameraConfig(), True), FIRST)
     for kind, driving in (("odometry", False), ("", True), ("frame", True)):
         recorder("halt", {"kind": kind, "reason": "", "driving": driving})
     recorder("fault", "the runtime fell over")

@@ -15,6 +15,8 @@ from runtime.core.motion.safety import Halt, HaltKind
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
+from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.images.reading import decode_depth
 from runtime.robot.reflex import POSE_S, Reflex, SweptBody
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -33,7 +35,7 @@ class Streams:
 
     def __init__(self) -> None:
         self.changed = threading.Condition()
-        self.depth: RawMessage | None = None
+        self.newest: RawMessage | None = None
         self.pose: Pose | None = HERE
         self.alone = False  # the odometry after the image does not come
         self.mount: Mount | SensorError | None = None
@@ -43,7 +45,10 @@ class Streams:
         self._count = 0
 
     def newest_depth(self):
-        return self.depth
+        return self.newest
+
+    def depth(self, raw):
+        return DepthImage(decode_depth(raw.payload, "depth").value, 1.0)
 
     def pose_at(self, stamp_ns, alone=False):
         return None if self.alone and not alone else self.pose
@@ -62,7 +67,7 @@ class Streams:
     def send(self, payload):
         with self.changed:
             self._count += 1
-            self.depth = RawMessage(self._count, payload, self.clock.now_s())
+            self.newest = RawMessage(self._count, payload, self.clock.now_s())
             self.changed.notify_all()
 
 
@@ -188,7 +193,7 @@ def test_an_image_that_is_late_by_its_stamp_is_as_old_as_that():
     with timed(streams) as (made, clock):
         with streams.changed:
             late = wire.encode_depth(FREE_VIEW, 2)
-            streams.depth = RawMessage(2, late, clock.now_s() - 0.7)  # as vigilance dates it
+            streams.newest = RawMessage(2, late, clock.now_s() - 0.7)  # as vigilance dates it
             streams.changed.notify_all()
         until(lambda: made.doubt() is not None)
         assert "is 0.7 s old" in made.doubt().reason

@@ -121,7 +121,7 @@ def test_intrinsics_that_came_once_suffice():
             "K is zero", HaltKind.FRAME,
         ),
         (
-            "camera_info", DEPTH,
+            "camera_info", COLOR,
             wire.encode_camera_info(Intrinsics(20.0, 20.0, 16.0, 12.0, 32, 24), 0),
             "image is 16x12 but camera/color/camera_info describes 32x24", HaltKind.FRAME,
         ),

@@ -2,7 +2,6 @@
 
 import math
 import re
-import struct
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -10,8 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
-from other_half import compressed_color, slam_pose, stamped_twist, tf
+from other_half import slam_pose, stamped_twist, tf
 
 from runtime.core.types import Intrinsics, Pose
 from runtime.errors import SensorError
@@ -19,7 +17,6 @@ from runtime.robot import wire
 from runtime.robot.bounds import check_size
 
 STAMPS = st.integers(0, (2**31 - 1) * 10**9 + 999_999_999)
-SIZES = st.tuples(st.integers(1, 9), st.integers(1, 9))
 POSES = st.builds(
     Pose,
     st.floats(-1e4, 1e4),
@@ -28,9 +25,6 @@ POSES = st.builds(
 )
 DECODERS: list[Callable[[bytes, str], object]] = [
     wire.peek_stamp,
-    wire.decode_color,
-    wire.decode_compressed_color,
-    wire.decode_depth,
     wire.decode_camera_info,
     wire.decode_odometry,
     wire.decode_pose,
@@ -40,9 +34,6 @@ DECODERS: list[Callable[[bytes, str], object]] = [
 ]
 INTRINSICS = Intrinsics(388.2, 388.2, 320.0, 240.0, 640, 480)
 SAMPLES = [
-    wire.encode_color(np.zeros((3, 4, 3), np.uint8), 1),
-    compressed_color(np.zeros((3, 4, 3), np.uint8), 1),
-    wire.encode_depth(np.ones((3, 4), np.float32), 1),
     wire.encode_camera_info(INTRINSICS, 1),
     wire.encode_odometry(Pose(1, 2, 0.5), 1),
     slam_pose(Pose(1, 2, 0.5), 1),
@@ -50,55 +41,6 @@ SAMPLES = [
     wire.encode_json({"a": 1}),
     wire.encode_twist(0.1, 0.2),
 ]
-
-
-@given(
-    SIZES.flatmap(lambda s: hnp.arrays(np.uint8, (*s, 3))),
-    STAMPS,
-    st.sampled_from(["rgb8", "bgr8"]),
-)
-def test_colour_round_trip(rgb: np.ndarray, stamp_ns: int, encoding: str) -> None:
-    payload = wire.encode_color(rgb, stamp_ns, encoding=encoding)
-    got = wire.decode_color(payload, "color")
-    assert got.stamp_ns == stamp_ns == wire.peek_stamp(payload, "color")
-    np.testing.assert_array_equal(got.value, rgb)
-
-
-@given(
-    SIZES.flatmap(lambda s: hnp.arrays(np.float32, s, elements=st.floats(0, 60, width=32))), STAMPS
-)
-def test_depth_round_trip_in_both_units(depth: np.ndarray, stamp_ns: int) -> None:
-    got = wire.decode_depth(wire.encode_depth(depth, stamp_ns), "depth")
-    np.testing.assert_array_equal(got.value, depth)
-    assert got.value.dtype == np.float32
-    got = wire.decode_depth(wire.encode_depth(depth, stamp_ns, encoding="16UC1"), "depth")
-    np.testing.assert_allclose(got.value, depth, atol=0.00051)
-    assert got.stamp_ns == stamp_ns
-
-
-def test_depth_without_a_reading_is_zero() -> None:
-    raw = np.array([[np.nan, np.inf, -1.0, 2.0]], np.float32)
-    for encoding in ("32FC1", "16UC1"):
-        got = wire.decode_depth(wire.encode_depth(raw, 0, encoding=encoding), "depth")
-        assert got.value.tolist() == [[0, 0, 0, 2]]
-
-
-def _raw_image(encoding: str, big: int, step: int, size: tuple[int, int], data: bytes) -> bytes:
-    width, height = size
-    message = wire._T[wire.IMAGE](
-        wire.header(7, "c"), height, width, encoding, big, step, np.frombuffer(data, np.uint8)
-    )
-    return wire.encode(message)
-
-
-def test_rows_may_be_padded_and_words_big_endian() -> None:
-    data = struct.pack(">HHxx", 1000, 2500) + struct.pack(">HHxx", 65535, 65534)
-    got = wire.decode_depth(_raw_image("16UC1", 1, 6, (2, 2), data), "depth")
-    np.testing.assert_allclose(got.value, [[1.0, 2.5], [0.0, 65.534]])
-    got = wire.decode_depth(_raw_image("32FC1", 1, 4, (1, 1), struct.pack(">f", 1.5)), "depth")
-    assert got.value.tolist() == [[1.5]]
-    colour = wire.decode_color(_raw_image("bgr8", 0, 4, (1, 2), b"\1\2\3x\4\5\6x"), "color")
-    assert colour.value.tolist() == [[[3, 2, 1]], [[6, 5, 4]]]
 
 
 @given(POSES, STAMPS)
@@ -133,13 +75,6 @@ def test_twist_round_trip(forward: float, turn: float) -> None:
     assert wire.decode_twist(wire.encode_twist(forward, turn), "cmd_vel") == (forward, turn)
 
 
-def test_compressed_colour_comes_back_as_rgb() -> None:
-    rgb = np.full((16, 16, 3), (200, 100, 20), np.uint8)
-    got = wire.decode_compressed_color(compressed_color(rgb, 9), "color/compressed")
-    assert got.stamp_ns == 9
-    np.testing.assert_allclose(got.value.astype(int), rgb, atol=6)
-
-
 def test_a_camera_without_intrinsics_is_named_with_the_remedy() -> None:
     payload = wire.encode_camera_info(Intrinsics(0, 0, 0, 0, 640, 480), 0)
     with pytest.raises(SensorError) as caught:
@@ -165,11 +100,6 @@ def test_sizes_that_contradict_are_both_named() -> None:
 @pytest.mark.parametrize(
     ("payload", "decode", "wanted"),
     [
-        (_raw_image("yuv422", 0, 4, (2, 1), b"1234"), wire.decode_color, "publish rgb8 or bgr8"),
-        (_raw_image("rgb8", 0, 6, (2, 1), b"123456"), wire.decode_depth, "publish 16UC1"),
-        (_raw_image("rgb8", 0, 5, (2, 1), b"123456"), wire.decode_color, "needs step >= 6"),
-        (_raw_image("rgb8", 0, 6, (2, 2), b"123456"), wire.decode_color, "got step 6 and 6 bytes"),
-        (_raw_image("rgb8", 0, 6, (0, 2), b""), wire.decode_color, "0x2 pixels"),
         (wire.encode_odometry(Pose(math.nan, 0, 0), 0), wire.decode_odometry, "finite"),
         (wire.encode_twist(math.inf, 0), wire.decode_twist, "not finite"),
     ],

@@ -1,0 +1,172 @@
+"""Bytes that come over the bus: messages, requests."""
+
+import io
+import json
+import struct
+import threading
+from collections.abc import Callable
+from contextlib import redirect_stderr
+
+import numpy as np
+from answers import REFUSALS, refused, refused_in_a_line
+from manual_clock import ManualClock
+from other_half import battery_state, flag, hazards, laser_scan, slam_pose, tf
+from rover_bytes import rover_bytes
+
+from runtime.clock import Deadline
+from runtime.config import load
+from runtime.core.types import Intrinsics, Pose
+from runtime.errors import RfNavError, SensorError
+from runtime.loops.goal_request import STRICT, Terms, cancel_reason
+from runtime.robot import wire
+from runtime.robot.body_senses import BodySenses
+from runtime.robot.requests import WAITING, Requests
+from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
+from runtime.robot.streams import SensorStreams
+from runtime.robot.transforms import TF, CameraConfig
+
+S = 10**9
+
+# -- messages --------------------------------------------------------------------------------------
+
+RGB, DEPTH = np.zeros((12, 16, 3), np.uint8), np.full((12, 16), 2.0, np.float32)
+CAMERA = Intrinsics(20.0, 20.0, 8.0, 6.0, 16, 12)
+STREAMS = {
+    "color": [wire.encode_color(RGB, 5 * S), wire.encode_color(RGB, 5 * S, encoding="bgr8")],
+    "depth": [wire.encode_depth(DEPTH, 5 * S), wire.encode_depth(DEPTH, 5 * S, encoding="16UC1")],
+    "camera_info": [wire.encode_camera_info(CAMERA, 5 * S)],
+    "odom": [wire.encode_odometry(Pose(1.0, 2.0, 0.5), 5 * S)],
+    "scan": [laser_scan([1.0, 2.0, 3.0], 5 * S)],
+}
+SENSES = {
+    "teleop": [wire.encode_twist(0.1, 0.2), wire.encode_twist_stamped(0.1, 0.2, 5 * S)],
+    "battery": [battery_state(0.5, 5 * S)],
+    "bumper": [flag(True)],
+    "cliff": [
+        b"\0\1\0\0" + struct.pack("<iII4sB3xffff", 5, 0, 3, b"cl\0\0", 1, 0.1, 0.0, 0.3, 0.05)
+    ],
+    "hazards": [hazards([("bump_left", 1), ("cliff_left", 2)], 5 * S)],
+}
+OPTICAL = (-0.5, 0.5, -0.5, 0.5)
+OTHERS: dict[Callable[[bytes, str], object], list[bytes]] = {
+    wire.decode_pose: [slam_pose(Pose(1.0, 2.0, 0.5), 5 * S)],
+    wire.decode_transforms: [tf(("base_link", "camera", (0.1, 0.0, 0.8), OPTICAL), stamp_ns=5 * S)],
+    wire.decode_json: [wire.encode_json({"boxes": [[0, 0, 4, 4]], "names": ["bed"]})],
+    wire.decode_twist: [wire.encode_twist(0.1, 0.2)],
+    wire.peek_stamp: [],
+}
+LABELS = {"stamp_ns": 5, "boxes": [[0, 0, 4, 4]], "names": ["bed"], "scores": [0.5], "room": None}
+
+
+def messages(data: bytes) -> None:
+    """A CDR message: the first byte says what it is taken for."""
+    if not data:
+        return
+    number, payload = data[0], data[1:]
+    names = [*STREAMS, *SENSES, "tf", "labels"]
+    decoders = list(OTHERS)
+    if number < len(names):
+        _file(names[number], payload)
+    else:
+        with refused_in_a_line(SensorError):
+            decoders[number % len(decoders)](payload, "topic")
+
+
+def _file(name: str, payload: bytes) -> None:
+    """As a bus does, which then looks for a frame."""
+    clock, changed = ManualClock(1.0), threading.Condition()
+    camera = CameraConfig(mount="tf", frame="camera")
+    if name in SENSES:
+        body = BodySenses(TopicsConfig(), SensesConfig(), clock)
+        body.file(name, f"robot/{name}", payload)
+        body.felt()
+        return
+    streams = SensorStreams(BusConfig(), clock, changed, False, camera)
+    streams.file_transforms(TF, OTHERS[wire.decode_transforms][0])
+    for other, (first, *_) in STREAMS.items():
+        streams.file(other, payload if other == name else first)
+    if name == "tf":
+        streams.file_transforms(TF, payload)
+    elif name == "labels":
+        streams.file_labels("detections", payload)
+    with redirect_stderr(io.StringIO()), changed:
+        match = streams.wait_for_match(Deadline.after(0.0, clock), lambda: True)
+    with redirect_stderr(io.StringIO()):
+        obs = streams.observe(match) if match is not None else None
+    if obs is None:
+        REFUSALS.append(f"{name}: no frame")
+    else:
+        assert np.isfinite((obs.pose.x_m, obs.pose.y_m, obs.pose.yaw_rad)).all()
+        assert np.isfinite(obs.depth_m).all()
+
+
+def numbered() -> list[bytes]:
+    told = [*STREAMS.values(), *SENSES.values(), OTHERS[wire.decode_transforms]]
+    told.append([wire.encode_json(LABELS)])
+    first = [bytes((n,)) + seed for n, seeds in enumerate(told) for seed in seeds]
+    count = len(OTHERS)
+    start = -(-len(told) // count) * count
+    more = [bytes((start + n,)) + seed for n, seeds in enumerate(OTHERS.values()) for seed in seeds]
+    return first + more
+
+
+def mavlink(data: bytes) -> None:
+    """What comes over a MAVLink link."""
+    rover = rover_bytes(data)
+    if not rover.heard or rover.inbox.bad:
+        REFUSALS.append("mavlink: nothing of a rover, or broken messages")
+
+
+# -- requests --------------------------------------------------------------------------------------
+
+
+class _Asker:
+    """A query."""
+
+    def __init__(self, data: bytes) -> None:
+        self.payload, self._data, self.answers = self, data, 0
+
+    def to_bytes(self) -> bytes:
+        return self._data
+
+    def reply(self, key: str, answer: str) -> None:
+        json.loads(answer)
+        self.answers += 1
+
+    def drop(self) -> None:
+        pass
+
+
+def request(data: bytes) -> None:
+    """A query: goal, cancel or status; under a harness or not. It is answered whatever it says."""
+    if not data:
+        return
+    number, asker = data[0], _Asker(data[1:])
+    requests = Requests(threading.Condition(), lambda topic: topic)
+    kind = list(WAITING)[number % len(WAITING)]
+    requests.file(kind, kind, asker)
+    taken = requests.take()
+    if taken is not None:
+        terms = Terms(harness=True) if number > 127 else STRICT
+        answer: dict[str, object] = {"accepted": True}
+        cancel_reason(taken.body)
+        try:
+            if kind == "goal":
+                load(None, terms.read(taken.body).settings)
+        except RfNavError as error:
+            refused(str(error))
+            answer = {"accepted": False, "error": str(error)}
+        taken.reply(answer)
+    assert asker.answers == 1
+
+
+GOALS = [
+    {"goal": "bed"},
+    {"goal": "bed", "episode": "e1", "settings": ["goal.keep_map=true", "panel.experts=['o2f']"]},
+    {
+        "goal": "bed",
+        "log_dir": "x/y",
+        "settings": ["control.max_speed_mps=0.3", "bus.mode=peer"],
+    },
+    {"reason": "enough"},
+]
