@@ -64,8 +64,7 @@ class Bus:
         kinds = bool(config.topics.pose), config.is_packed("depth")
         self._vigilance = None if lockstep else Vigilance(safety, *kinds)
         self._record = record
-        self._clock = clock
-        self._lockstep = lockstep
+        self._clock, self._lockstep = clock, lockstep
         self._changed = threading.Condition()
         self._requests = Requests(self._changed, config.key, self._answered)
         self._streams = SensorStreams(

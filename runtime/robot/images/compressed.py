@@ -64,7 +64,10 @@ def _size(data: NDArray[np.uint8], told: str) -> tuple[int, int]:
     if start.startswith(_PNG) and len(start) == 26 and start[12:16] == b"IHDR":
         width, height = struct.unpack(">II", start[16:24])
         return height, width
-    if start.startswith(_JPEG) and (size := _jpeg_size(np.ascontiguousarray(data).data)) is not None:
+    if (
+        start.startswith(_JPEG)
+        and (size := _jpeg_size(np.ascontiguousarray(data).data)) is not None
+    ):
         return size
     raise SensorError(f"{told}: {len(data)} bytes are no JPEG or PNG: publish one of those")
 

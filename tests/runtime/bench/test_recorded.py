@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from runtime.bench.recorded import drive, goal_of
+from runtime.bench.recorded import camera_of, drive, goal_of
+from runtime.config import load
 from runtime.core.types import Pose
 from runtime.errors import RecordingError
 from runtime.recording.mcap_file import McapFile
 from runtime.recording.pictures import compressed
 from runtime.robot import wire
 from runtime.robot.session import TopicsConfig
+from runtime.robot.transforms import CameraConfig
 
 TOPICS = TopicsConfig()
 S = 10**9
@@ -42,6 +44,15 @@ def test_what_came_of_the_robot_is_played_and_what_it_was_told_is_not(tmp_path: 
     assert [m.topic for m in played] == ["odom", "camera/color/image_raw/compressed"] * 5
     assert [m.at_ns for m in played[::2]] == [n * S for n in range(5)]
     assert wire.decode_odometry(played[4].payload, "odom").value == Pose(2.0, 0.0, 0.0)
+
+
+def test_its_images_are_read_as_a_recording_has_them_and_not_as_the_camera_sent_them():
+    topics = TopicsConfig(color="oak/rgb", depth="d/compressedDepth")
+    before = ["bus.compressed=['color']", "camera.depth_unit_m=0.0001", "bus.topics.color=oak/rgb"]
+    config = load(None, [*before, *camera_of(topics)])
+    assert (config.bus.topics.color, config.bus.topics.depth) == ("oak/rgb/compressed", "d")
+    assert (config.bus.is_packed("color"), config.bus.is_packed("depth")) == (True, False)
+    assert config.camera == CameraConfig()
 
 
 def test_only_as_much_as_was_asked_for(tmp_path: Path):

@@ -94,6 +94,8 @@ def test_what_flies_is_dropped_before_anything_looks(tmp_path: Path) -> None:
         assert (clean.depth_m[10:-10, 90:100] == 1.0).all()
         assert (clean.depth_m[10:-10, 103:] == 4.0).all()
         assert clean.mount == search.config.camera
+        known = np.full_like(obs.depth_m, 3.0)  # as the reflex has it
+        assert search.prepared(replace(obs, solid_m=known)).depth_m is known
 
 
 def test_a_closer_look_is_offered_where_the_table_is(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from types import FrameType
 import cv2
 import numpy as np
 import pytest
+from camera_messages import compressed_depth, compressed_image, png
 
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Brief, Detections, FrontierBrief, Intrinsics, Observation, Pose
@@ -26,7 +27,7 @@ from runtime.robot.images.reading import decode_color, decode_depth
 from runtime.robot.session import BusConfig, TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
 from runtime.robot.sync import Match, RawMessage
-from runtime.robot.transforms import CameraConfig
+from runtime.robot.transforms import CameraConfig, peek_frame
 
 DEPTH, COLOR = "/camera/depth/image_raw", "/camera/color/image_raw/compressed"
 FIRST = "configuration", {"values": {}, "lockstep": False}
@@ -110,6 +111,18 @@ def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
     recorder("frame", told)
     recorder.close()
     assert [m.payload for m in read(tmp_path)["/cam/compressed"]] == [jpeg]
+
+
+def test_depth_is_recorded_as_it_was_used_whatever_it_came_as(tmp_path: Path):
+    topics = TopicsConfig(depth="cam/depth/compressedDepth")
+    recorder, told = begun(tmp_path, bus=BusConfig(topics=topics)), frame(np.ones((24, 32)))
+    tenths = compressed_image(*compressed_depth(png(np.full((24, 32), 10_000, np.uint16))), 8)
+    object.__setattr__(told.match, "depth", RawMessage(8, tenths, 0.6))
+    recorder("frame", told)
+    recorder.close()
+    (image,) = read(tmp_path)["/cam/depth"]
+    assert peek_frame(image.payload, "d") == "camera"
+    assert np.array_equal(decode_depth(image.payload, "d").value, told.observation.depth_m)
 
 
 def test_damaged_odometry_is_kept_and_ends_nothing(tmp_path: Path):

@@ -4,12 +4,14 @@ import threading
 
 import numpy as np
 import pytest
+from camera_messages import compressed_depth, compressed_image, png
 from manual_clock import ManualClock
 from other_half import laser_scan, tf
 
 from runtime.clock import Deadline
 from runtime.core.types import Intrinsics, Observation, Pose
 from runtime.robot import wire
+from runtime.robot.images import camera_images
 from runtime.robot.session import BusConfig
 from runtime.robot.steady import STEADY_S
 from runtime.robot.streams import SensorStreams
@@ -24,9 +26,10 @@ DEPTH, ODOM = "camera/depth/image_raw", "odom"
 class Camera:
     """The streams, and what is put into them."""
 
-    def __init__(self, camera: CameraConfig = FIXED) -> None:
+    def __init__(self, camera: CameraConfig = FIXED, bus: BusConfig | None = None) -> None:
         self.clock, self.changed = ManualClock(1.0), threading.Condition()
-        self.streams = SensorStreams(BusConfig(), self.clock, self.changed, False, camera)
+        told = bus or BusConfig()
+        self.streams = SensorStreams(told, self.clock, self.changed, False, camera)
         self.streams.file("camera_info", wire.encode_camera_info(K, 0))
 
     def show(self, depth: bytes, at_s: float, pose: Pose = HERE) -> Observation | None:
@@ -159,3 +162,70 @@ def test_where_tf_is_read_it_says_where_the_laser_is():
     camera.streams.file_transforms("tf_static", told)
     scans(camera, 5.2)
     assert camera.show(depth(2.0, 5.2), 5.2).scan.at_xy == (0.2, 0.0)
+
+
+def test_a_frame_takes_the_depth_that_the_reflex_has_decoded(monkeypatch: pytest.MonkeyPatch):
+    camera, decoded = Camera(), []
+    real = camera_images.read_depth
+    monkeypatch.setattr(
+        camera_images, "read_depth", lambda *args: decoded.append(args) or real(*args)
+    )
+    camera.streams.file("depth", depth(2.0, 5.0))
+    with camera.changed:
+        newest = camera.streams.newest_depth()
+    image = camera.streams.depth(newest)
+    clean = image.solid()
+    stamp_ns = 5 * S
+    camera.streams.file("color", wire.encode_color(np.zeros((12, 16, 3), np.uint8), stamp_ns))
+    camera.streams.file("odom", wire.encode_odometry(HERE, stamp_ns))
+    with camera.changed:
+        match = camera.streams.wait_for_match(Deadline.after(0.0, camera.clock), lambda: True)
+    obs = camera.streams.observe(match)
+    assert obs.depth_m is image.depth_m
+    assert obs.solid_m is clean
+    assert len(decoded) == 1
+    alone = camera.show(depth(2.5, 5.2), 5.2)  # nobody drives: the reflex has not looked
+    assert alone.solid_m is None
+    assert (alone.depth_m == 2.5).all()
+
+
+def test_depth_that_comes_packed_in_another_unit_is_read_as_configured():
+    tenths = np.full((12, 16), 20_000, np.uint16)
+    bus = BusConfig(compressed=("depth",))
+    camera = Camera(CameraConfig(depth_unit_m=0.0001), bus)
+    packed = compressed_image(*compressed_depth(png(tenths)), stamp_ns=5 * S)
+    obs = camera.show(packed, 5.0)
+    assert (obs.depth_m == 2.0).all()
+
+
+@pytest.mark.parametrize(("lockstep", "frames"), [(False, 0), (True, 1)])
+def test_a_unit_that_cannot_be_is_refused_but_under_a_harness(lockstep: bool, frames: int):
+    camera = Camera()
+    camera.streams = SensorStreams(BusConfig(), camera.clock, camera.changed, lockstep, FIXED)
+    camera.streams.file("camera_info", wire.encode_camera_info(K, 0))
+    stamp_ns = 5 * S
+    camera.streams.file("color", wire.encode_color(np.zeros((12, 16, 3), np.uint8), stamp_ns))
+    camera.streams.file("depth", depth(30.0, 5.0))
+    camera.streams.file("odom", wire.encode_odometry(HERE, stamp_ns))
+    with camera.changed:
+        match = camera.streams.wait_for_match(Deadline.after(0.0, camera.clock), lambda: True)
+    assert (camera.streams.observe(match) is not None) == frames
+    error = camera.streams.health()[DEPTH].last_error
+    assert ("set camera.depth_unit_m" in error) == (not lockstep)
+
+
+def test_intrinsics_may_change_with_the_size_of_the_images():
+    camera = Camera()
+    assert camera.show(depth(2.0, 5.0), 5.0) is not None
+    half = Intrinsics(10.0, 10.0, 4.0, 6.0, 8, 12)
+    camera.streams.file("camera_info", wire.encode_camera_info(half, 5 * S))
+    assert camera.show(depth(2.0, 5.2), 5.2) is None  # of the size before
+    stamp_ns = round(5.4 * S)
+    camera.streams.file("color", wire.encode_color(np.zeros((12, 8, 3), np.uint8), stamp_ns))
+    camera.streams.file("depth", wire.encode_depth(np.full((12, 8), 2.0, np.float32), stamp_ns))
+    camera.streams.file("odom", wire.encode_odometry(HERE, stamp_ns))
+    with camera.changed:
+        match = camera.streams.wait_for_match(Deadline.after(0.0, camera.clock), lambda: True)
+    obs = camera.streams.observe(match)
+    assert obs.intrinsics == half
+    assert obs.depth_m.shape == (12, 8)

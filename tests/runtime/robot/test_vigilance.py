@@ -27,10 +27,12 @@ NOISE = np.random.default_rng(5)
 
 
 class Robot:
-    """Three streams; the base goes along x at 0.3 m/s unless a test holds what it tells."""
+    """Three streams; the base goes along x at 0.3 m/s unless a test holds what it tells. `packed`:
+    depth is compressed, of which no two images are the same bytes."""
 
-    def __init__(self, cfg: SafetyConfig | None = None) -> None:
-        self.vigilance = Vigilance(cfg or SafetyConfig())
+    def __init__(self, cfg: SafetyConfig | None = None, packed: bool = False) -> None:
+        self.vigilance, self.packed = Vigilance(cfg or SafetyConfig(), packed=packed), packed
+        self.seen_m: float | None = None  # depth's own bytes tell that, if not what is there
         self.now_s = 50.0
         self.frozen: set[str] = set()
         self.delay_s = {"odom": 0.0, "depth": 0.05, "color": 0.05}
@@ -48,15 +50,22 @@ class Robot:
             payload = wire.encode_odometry(here, stamp_ns)
         elif stream == "depth":
             row = np.linspace(2.0, 9.0, 64) - here.x_m
-            payload = wire.encode_depth(np.tile(row, (48, 1)).astype(np.float32), stamp_ns)
+            image = np.tile(row, (48, 1)).astype(np.float32)
+            if self.seen_m is not None:
+                image = np.full_like(image, self.seen_m)
+            payload = wire.encode_depth(image, stamp_ns)
+            if self.packed:
+                payload = payload[:12] + NOISE.bytes(3000)
         else:
-            image = NOISE.integers(0, 255, (48, 64, 3), dtype=np.uint8)
-            payload = wire.encode_color(image, stamp_ns)
+            rgb = NOISE.integers(0, 255, (48, 64, 3), dtype=np.uint8)
+            payload = wire.encode_color(rgb, stamp_ns)
         if stream in self.frozen:
             payload = payload[:12] + self.kept.get(stream, payload)[12:]
         self.kept[stream] = payload
         raw = RawMessage(stamp_ns, payload, self.now_s)
         self.dated[stream] = self.vigilance.take(stream, raw, stream).arrival_s
+        if stream == "depth":
+            self.vigilance.looked(image, self.now_s)
 
     def live(self, seconds: float, images: bool = True) -> str:
         """Odometry 20 times a second, images 10 times; why the base was held last, "" if it is
@@ -140,6 +149,32 @@ def test_an_image_without_a_difference_in_it_is_no_frozen_camera():
     robot.live(1.0)
     blank = wire.encode_depth(np.zeros((48, 64), np.float32), 0)
     robot.kept["depth"], robot.frozen = blank, {"depth"}
+    assert robot.live(3.0) == ""
+
+
+def test_compressed_depth_is_judged_by_what_it_shows_and_not_by_its_bytes():
+    robot = Robot(packed=True)
+    robot.live(2.0)
+    assert set(robot.halts) == {""}
+    robot.frozen.add("odom")  # the base is told to move, and the camera sees that it does
+    assert robot.live(2.0).startswith("odometry: odometry repeats itself for ")
+    blocked = Robot(packed=True)
+    blocked.live(1.0)
+    blocked.at = lambda s: Pose(0.3, 0.0, 0.0)  # told to move, it does not
+    blocked.frozen.add("odom")
+    assert blocked.live(3.0) == ""
+
+
+def test_compressed_depth_that_repeats_itself_is_noticed_unless_nothing_is_in_it():
+    robot = Robot(packed=True)
+    robot.live(1.0)
+    robot.frozen.add("depth")
+    assert robot.live(2.0).startswith("frame: depth repeats itself for ")
+    robot.frozen.clear()
+    assert robot.live(1.0) == ""
+    robot.seen_m = 0.0
+    robot.live(0.2)
+    robot.frozen.add("depth")
     assert robot.live(3.0) == ""
 
 
