@@ -270,9 +270,10 @@ def _parsed(setting: str) -> dict[str, Any]:
 
 def _check(config: Config) -> None:
     """What the types do not say."""
-    for name, known in known_keys().items():
-        if wrong := known.wrong(known.value(config)):
-            raise ConfigError(f"{name}: {wrong}")
+    keys = known_keys().items()
+    found = {name: known.wrong(known.value(config)) for name, known in keys}
+    if wrong := [f"{name}: {what}" for name, what in found.items() if what]:
+        raise ConfigError("; ".join(wrong))
     cloud_config.check(config.cloud)
     session.check(config.bus)
     base_config.check(config.base)

@@ -179,4 +179,4 @@ class Changes:
 def _wording(standing: RunStanding) -> str:
     """The cause, without its numbers where it is one that holds the base."""
     held = standing.state is RunState.HELD
-    return re.sub(r"\d+", "", standing.cause) if held else standing.cause
+    return re.sub(r"\d+(\.\d+)?", "", standing.cause) if held else standing.cause

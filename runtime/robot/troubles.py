@@ -14,6 +14,7 @@ from runtime.robot.transforms import TF
 
 PATIENCE_S: Final = 1.0  # bad messages without a good one between them: before that, damage
 SILENCE_S: Final = 5.0
+FAR_NS: Final = 500_000_000  # so far apart are clocks, not images
 UNMATCHED_S: Final = 2.0  # images and odometry come, and no set of them belongs together
 
 
@@ -97,23 +98,27 @@ class Troubles:
 
 def _apart(rings: Rings, topics: Mapping[str, str]) -> str:
     """Why the messages that wait are no set."""
-    color, depth, odom = (topics[stream] for stream in ("color", "depth", "odom"))
-    depth_ns = rings.depth[-1].stamp_ns
-    nearest_ns = min((one.stamp_ns - depth_ns for one in rings.color), key=abs)
-    most_s = rings.tolerance_ns / 1e9
-    if abs(nearest_ns) > rings.tolerance_ns:
-        remedy = f"stamp both as one moment, {most_s:g} s apart at most"
-        return f"{color} is {_off(nearest_ns)} {depth} by its stamps: {remedy}"
+    pairs = ((one.stamp_ns - two.stamp_ns, two) for one in rings.color for two in rings.depth)
+    apart_ns, depth = min(pairs, key=lambda pair: (abs(pair[0]), -pair[1].stamp_ns))
+    if abs(apart_ns) <= rings.tolerance_ns:
+        return _odometry_apart(rings, topics, depth.stamp_ns)
+    if abs(apart_ns) > FAR_NS:  # the nearest are the end of one ring and the beginning of another
+        apart_ns = rings.color[-1].stamp_ns - rings.depth[-1].stamp_ns
+    what = f"{topics['color']} is {_off(apart_ns)} {topics['depth']} by its stamps"
+    return f"{what}: stamp both as one moment, {rings.tolerance_ns / 1e9:g} s apart at most"
+
+
+def _odometry_apart(rings: Rings, topics: Mapping[str, str], depth_ns: int) -> str:
     late_ns, early_ns = (end.stamp_ns - depth_ns for end in (rings.odom[-1], rings.odom[0]))
     gap_ns = max((b.stamp_ns - a.stamp_ns for a, b in pairwise(rings.odom)), default=0)
     most_ns = rings.odometry_gap_ns
     if gap_ns > most_ns and -2 * gap_ns <= late_ns and early_ns <= 0:
-        remedy = f"publish it at {2e9 / most_ns:g} Hz or more"
-        return f"{odom} comes {gap_ns / 1e9:.2f} s apart, at most {most_ns / 1e9:g} s: {remedy}"
-    off_ns = early_ns if early_ns > 0 else late_ns
-    remedy = "synchronise the clocks of the base and the camera's computer"
-    return f"{odom} is {_off(off_ns)} {depth} by its stamps: {remedy}"
+        what = f"{topics['odom']} comes {gap_ns / 1e9:.2f} s apart, at most {most_ns / 1e9:g} s"
+        return f"{what}: publish it at {2e9 / most_ns:g} Hz or more"
+    off = _off(early_ns if early_ns > 0 else late_ns)
+    what = f"{topics['odom']} is {off} {topics['depth']} by its stamps"
+    return f"{what}: synchronise the clocks of the base and the camera's computer"
 
 
 def _off(apart_ns: int) -> str:
-    return f"{abs(apart_ns) / 1e9:.2f} s {'behind' if apart_ns < 0 else 'ahead of'}"
+    return f"{abs(apart_ns) / 1e9:.2g} s {'behind' if apart_ns < 0 else 'ahead of'}"

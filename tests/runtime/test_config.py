@@ -72,6 +72,15 @@ def test_a_mistake_is_one_line_that_names_the_key(setting: str, message: str):
     assert "\n" not in str(caught.value)
 
 
+def test_all_values_that_cannot_be_are_told_at_once():
+    with pytest.raises(ConfigError) as caught:
+        load(None, ["camera.z_m=-0.4", "camera.pitch_rad=-90", "robot.radius_m=0.2"])
+    assert str(caught.value) == (
+        "camera.z_m: is -0.4, must be 0.02 to 3 m; "
+        "camera.pitch_rad: is -90.0, must be -1.6 to 1.6 rad; -90 degrees are -1.57 rad"
+    )
+
+
 def test_files_that_cannot_be_used_are_named(tmp_path: Path):
     with pytest.raises(ConfigError, match=r"nowhere\.toml: cannot be read"):
         load(tmp_path / "nowhere.toml")
