@@ -40,6 +40,7 @@ REMOVED = {
     "models.detector_kind": "the contract is read from the file",
     "models.detector_classes": "name the classes when the file is taken in, with `rfnav models "
     "import FILE --as NAME --classes FILE`",
+    "bus.topics.detections": "publish labels on rfnav/labels",
 }
 """What has no successor, and what to do instead."""
 
@@ -248,7 +249,6 @@ GONE = {
         "bus.topics.state": "STATE",
         "bus.topics.decision": "DECISION",
         "bus.topics.feedback": "FEEDBACK",
-        "bus.topics.detections": "DETECTIONS",
         "bus.topics.goal": "GOAL",
         "bus.topics.cancel": "CANCEL",
         "bus.topics.status": "STATUS",

@@ -39,13 +39,16 @@ REST_M, REST_SHARE = 0.003, 0.003  # of what it tells, what is the same (half th
 LOOK_S: Final = 0.1  # how often it is looked whether somebody is there
 LARGEST: Final = 1 << 16  # bytes of a message
 FIFO_PRIORITY: Final = 21  # just above the control loop's
+ZID: Final = "{zid}"  # in a token of the orders: where the session's id goes
+ATTACHMENT: Final = struct.Struct("<qqB16s")  # number, ns since 1970, bytes of the gid, the gid
 
 
 @dataclass(frozen=True)
 class Orders:
     """What a runtime has its guard do. `session`: Zenoh's settings; `zero`: a message for
     `cmd_vel`, in hexadecimal; `odom`, `teleop`: keys, "" where there is none; `child`: odometry
-    names a child frame (it is no PoseStamped)."""
+    names a child frame (it is no PoseStamped); `gid`: of whoever says zero, in hexadecimal, where
+    messages have an attachment, else ""; `tokens`: of liveliness, with `ZID` in them."""
 
     session: dict[str, Any]
     cmd_vel: str
@@ -53,6 +56,8 @@ class Orders:
     odom: str
     teleop: str
     child: bool
+    gid: str
+    tokens: list[str]
 
     def told(self) -> bytes:
         return json.dumps(asdict(self)).encode()
@@ -108,6 +113,7 @@ class Brake:
             config.insert_json5(name, json.dumps(value))
         self._lock, self._rest, self._hand_s = threading.Lock(), Rest(), -math.inf
         self._child, self._zero = orders.child, bytes.fromhex(orders.zero)
+        self._gid, self._sent = bytes.fromhex(orders.gid), 0
         self._session: Any = zenoh.open(config)
         self._cmd_vel = self._session.declare_publisher(
             orders.cmd_vel,
@@ -119,6 +125,11 @@ class Brake:
             self._session.declare_subscriber(orders.odom, self._moved)
         if orders.teleop:
             self._session.declare_subscriber(orders.teleop, self._spoken)
+        zid = str(self._session.zid())
+        self._tokens = [
+            self._session.liveliness().declare_token(token.replace(ZID, zid))
+            for token in orders.tokens
+        ]
 
     def _moved(self, sample: zenoh.Sample) -> None:
         with suppress(struct.error, IndexError):
@@ -145,8 +156,10 @@ class Brake:
         with self._lock:
             hand = time.monotonic() - self._hand_s <= HAND_S
         if not hand:
+            self._sent += 1
+            told = ATTACHMENT.pack(self._sent, time.time_ns(), len(self._gid), self._gid)
             with suppress(zenoh.ZError):  # the next one may go out
-                self._cmd_vel.put(self._zero)
+                self._cmd_vel.put(self._zero, attachment=told if self._gid else None)
 
     def close(self) -> None:
         with suppress(zenoh.ZError):

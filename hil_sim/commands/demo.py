@@ -57,6 +57,8 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
 @click.option("--base", type=click.Choice(["ros2", "mavlink"]), default="ros2",
               show_default=True, help="The base's wire; mavlink: to a stand-in.")  # fmt: skip
+@click.option("--dialect", type=click.Choice(["ros2dds", "rmw_zenoh"]), default="ros2dds",
+              show_default=True, help="How the robot speaks ROS 2 over Zenoh.")  # fmt: skip
 @click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
@@ -151,6 +153,7 @@ def _runtime(
         ),
         command or rfnav_command(mode),
         odometry=wire is None,
+        spoken=given["dialect"],
     )
 
 

@@ -20,6 +20,7 @@ import zenoh
 from numpy.typing import NDArray
 
 from hil_sim.driving.child import end, last_line, spawn
+from hil_sim.driving.robot_wire import RobotWire, Spoken
 from runtime.core.types import Action, Intrinsics, Pose, SearchState, Twist
 from runtime.errors import RfNavError, SensorError
 from runtime.robot import wire
@@ -27,7 +28,7 @@ from runtime.robot.json_text import parse_json
 from runtime.robot.session import (
     ACTION,
     DECISION,
-    DETECTIONS,
+    LABELS,
     OWN_TOPICS,
     STATE,
     BusConfig,
@@ -76,8 +77,8 @@ def rfnav_command(mode: Sequence[str] = ("--lockstep",)) -> list[str]:
 class Runtime:
     """The runtime under test: spawned at once, ready when entered, always killed on `close`.
 
-    `settings` are `--set` values; the harness adds where the bus is and the default topics. Without
-    `odometry` the runtime has it by another wire.
+    `settings` are `--set` values; the harness adds where the bus is, its dialect and the default
+    topics. Without `odometry` the runtime has it by another wire.
     HarnessError carries the child's own last line when it ends by itself.
     """
 
@@ -89,13 +90,14 @@ class Runtime:
         command: Sequence[str] | None = None,
         answer_s: float = ANSWER_S,
         odometry: bool = True,
+        spoken: Spoken = "ros2dds",
     ) -> None:
         endpoint = f"tcp/127.0.0.1:{free_port()}"
-        bus = BusConfig(listen=(endpoint,))
+        bus, self._wire = BusConfig(listen=(endpoint,)), RobotWire(spoken)
         arguments = list(command if command is not None else rfnav_command())
         if config is not None:
             arguments += ["--config", str(config)]
-        for setting in (*settings, *_bus_settings(endpoint)):
+        for setting in (*settings, *_bus_settings(endpoint), *self._wire.settings):
             arguments += ["--set", setting]
         self._bus, self._awaited = bus, [n for n in REQUIRED if odometry or n != "odom"]
         self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
@@ -170,7 +172,7 @@ class Runtime:
             if now_s >= send_s:
                 send_s = now_s + RESEND_S
                 for name, payload in observation.items():
-                    self._publish[name].put(payload)
+                    self._publish[name].put(payload, attachment=self._wire.attachment())
             try:
                 topic, value = self._heard.get(timeout=POLL_S)
             except queue.Empty:
@@ -187,15 +189,16 @@ class Runtime:
         raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
 
     def publish(self, stream: str, payload: bytes) -> None:
-        """One message of "color", "depth", "camera_info", "odom" or "detections", or on another
+        """One message of "color", "depth", "camera_info", "odom" or "labels", or on another
         topic by its name. While the link is down it is lost."""
         if self._session.is_closed():
             return
         publisher = self._publish.get(stream)
+        goes_along = self._wire.attachment()
         if publisher is not None:
-            publisher.put(payload)
+            publisher.put(payload, attachment=goes_along)
         else:
-            self._session.put(stream, payload)
+            self._session.put(self._wire.key(stream), payload, attachment=goes_along)
 
     def hear(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """What was said since, as ("state" | "decision" | ..., message)."""
@@ -246,7 +249,7 @@ class Runtime:
         bus = self._bus
 
         def hear(sample: zenoh.Sample) -> None:
-            topic = str(sample.key_expr)
+            topic = self._wire.topic(str(sample.key_expr))
             if topic not in (ACTION, STATE, DECISION):
                 return
             try:
@@ -259,14 +262,15 @@ class Runtime:
                 speeds = wire.decode_twist(sample.payload.to_bytes(), bus.topics.cmd_vel)
                 self._command = Twist(*speeds)
 
-        self._declared.append(self._session.declare_subscriber(bus.key(bus.topics.cmd_vel), obey))
+        cmd_vel, reports = self._wire.key(bus.topics.cmd_vel), self._wire.key("rfnav/*")
+        self._declared.append(self._session.declare_subscriber(cmd_vel, obey))
         # One subscriber for all three, so that they come in the order they were sent.
-        self._declared.append(self._session.declare_subscriber("rfnav/*", hear))
+        self._declared.append(self._session.declare_subscriber(reports, hear))
         self._publish: dict[str, Any] = {}
         keys = {name: getattr(bus.topics, name) for name in REQUIRED}
-        for name, topic in {**keys, "detections": DETECTIONS}.items():
+        for name, topic in {**keys, "labels": LABELS}.items():
             self._publish[name] = self._session.declare_publisher(
-                bus.key(topic),
+                self._wire.key(topic),
                 congestion_control=zenoh.CongestionControl.BLOCK,
                 express=True,
             )
@@ -299,7 +303,7 @@ def _encoded(
     labels: dict[str, Any] | None,
 ) -> dict[str, bytes]:
     """An observation's messages by stream, in the order in which they are sent."""
-    said = {"detections": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
+    said = {"labels": wire.encode_json({"stamp_ns": stamp_ns, **labels})} if labels else {}
     return {
         **said,
         "camera_info": wire.encode_camera_info(intrinsics, stamp_ns),

@@ -282,7 +282,7 @@ def _publish(run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sigh
         runtime.publish(SCAN, encode_scan(scanner(pose), stamp_ns))
     if run.how.labels:
         labels = true_labels(run.home.scene, pose, sight.segmentation, sight.true_depth_m)
-        runtime.publish("detections", wire.encode_json({"stamp_ns": stamp_ns, **labels}))
+        runtime.publish("labels", wire.encode_json({"stamp_ns": stamp_ns, **labels}))
     runtime.publish("camera_info", wire.encode_camera_info(protocol.intrinsics, stamp_ns))
     runtime.publish("depth", wire.encode_depth(sensed.depth_m, stamp_ns))
     runtime.publish("color", wire.encode_color(sensed.rgb, stamp_ns))

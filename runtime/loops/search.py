@@ -44,7 +44,7 @@ class LabelBus(Protocol):
     """The bus, as far as labels come over it."""
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
-        """The message on `detections` of that stamp; None when it does not come in time."""
+        """The message on `labels` of that stamp; None when it does not come in time."""
 
 
 class SearchModels(Protocol):

@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any, Final, Self
 
 import zenoh
-from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.caution import FREE, Caution
@@ -18,16 +17,23 @@ from runtime.core.motion.contact import Felt
 from runtime.core.motion.safety import Halt, SafetyConfig
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose, Twist
+from runtime.errors import SensorError
+from runtime.log import say
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
+from runtime.robot.action_server import ActionServer
+from runtime.robot.action_types import ActionType
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.body_senses import BodySenses
+from runtime.robot.dialects.choice import spoken
 from runtime.robot.handbrake import Handbrake, serve_handbrake
+from runtime.robot.heard_topics import LABELS_TOPIC, TF_TOPICS, heard_topics
 from runtime.robot.publications import Publications
 from runtime.robot.reflex import Reflex, swept
 from runtime.robot.requests import WAITING, Request, Requests
+from runtime.robot.ros_node import RosNode
 from runtime.robot.session import (
-    DETECTIONS,
+    LABELS,
     OWN_TOPICS,
     BusConfig,
     SensesConfig,
@@ -35,7 +41,7 @@ from runtime.robot.session import (
     open_session,
 )
 from runtime.robot.streams import SENSES, ConsumedFrame, SensorStreams, StreamHealth
-from runtime.robot.transforms import FIXED, TF, TF_STATIC, CameraConfig
+from runtime.robot.transforms import FIXED, CameraConfig
 from runtime.robot.vigilance import Vigilance
 
 __all__ = ["Bus", "BusConfig", "Request", "StreamHealth", "TopicsConfig"]
@@ -77,21 +83,14 @@ class Bus:
         self._delivered_s: float | None = None  # when the newest one handed over had arrived
         self._session: Any = open_session(config)
         self._declared: list[Any] = []
-        self._out = Publications(self._session, config, lockstep, record)
-        for stream, topic in self._streams.topics.items():
-            if stream == "odom" and not odometry:
-                continue
-            self._subscribe(topic, partial(self._streams.file, stream))
-        for sense, topic in self._body.topics.items():
-            self._listen(sense, topic)
-        if camera.mount == "tf":
-            for topic in (TF, TF_STATIC):
-                self._subscribe(topic, partial(self._streams.file_transforms, topic), past=True)
-        self._subscribe(DETECTIONS, partial(self._streams.file_labels, DETECTIONS))
+        self._strangers: set[str] = set()  # topics on which something of another type came
+        self._node = RosNode(self._session, spoken(config), self._strange)
+        self._out = Publications(self._node, config, lockstep, record)
+        self._listen(odometry, camera.mount == "tf")
         for kind in WAITING:
             self._serve(kind, OWN_TOPICS[kind])
         if not lockstep:
-            brake = self._session, config, self._brake, lambda: self.on_urgent()
+            brake = self._session, self._node, config, self._brake, lambda: self.on_urgent()
             self._declared.extend(serve_handbrake(*brake))
 
     def __enter__(self) -> Self:
@@ -163,7 +162,7 @@ class Bus:
                 self._clock.wait(self._changed, by.at_s)
 
     def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, Any] | None:
-        """The message on `detections` of that stamp; None when it does not come in time."""
+        """The message on `labels` of that stamp; None when it does not come in time."""
         found = self._streams.labels(stamp_ns, Deadline.after(timeout_s, self._clock))
         self._record("heard", {"name": "labels", "value": found})
         return found
@@ -248,12 +247,16 @@ class Bus:
     def publish_decision(self, decision: Mapping[str, object]) -> None:
         self._out.report("decision", decision)
 
+    def offer(self, name: str, action: ActionType) -> ActionServer:
+        """Serve an action; who waits on the bus is woken when something waits to be answered."""
+        return ActionServer(self._node, name, action, self._wake)
+
     def close(self) -> None:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""
         if self._reflex is not None:
             self._reflex.close()
         self._requests.close()
-        self._out.undeclare()
+        self._node.close()
         declared, self._declared = self._declared, []
         for entity in declared:
             entity.undeclare()
@@ -269,27 +272,27 @@ class Bus:
         reflex.start()
         return reflex
 
-    def _subscribe(self, topic: str, file: Callable[[bytes], None], past: bool = False) -> None:
-        """`past`: also what was published before, where the publisher keeps it."""
+    def _listen(self, odometry: bool, transforms: bool) -> None:
+        heard, streams = heard_topics(self._config), self._streams
+        for stream in streams.topics:
+            if stream != "odom" or odometry:
+                self._node.subscribe(heard[stream], _unnamed(partial(streams.file, stream)))
+        for sense in self._body.topics:
+            self._node.subscribe(heard[sense], partial(self._body.file, sense))
+        for topic in TF_TOPICS if transforms else ():
+            self._node.subscribe(topic, _unnamed(partial(streams.file_transforms, topic.name)))
+        self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
 
-        def receive(sample: zenoh.Sample) -> None:
-            file(sample.payload.to_bytes())
+    def _wake(self) -> None:
+        with self._changed:
+            self._changed.notify_all()
 
-        name = self._config.key(topic)
-        if past:
-            history = HistoryConfig(detect_late_publishers=True)
-            subscriber = declare_advanced_subscriber(self._session, name, receive, history=history)
-        else:
-            subscriber = self._session.declare_subscriber(name, receive)
-        self._declared.append(subscriber)
-
-    def _listen(self, sense: str, topic: str) -> None:
-        """For what the body feels: on one topic, or on all that a wildcard stands for."""
-
-        def receive(sample: zenoh.Sample) -> None:
-            self._body.file(sense, str(sample.key_expr), sample.payload.to_bytes())
-
-        self._declared.append(self._session.declare_subscriber(self._config.key(topic), receive))
+    def _strange(self, topic: str, error: SensorError) -> None:
+        """A message of another type than is read there: told of once, for it goes on coming."""
+        self._streams.count_bad(topic, error)
+        if topic not in self._strangers:
+            self._strangers.add(topic)
+            say(str(error))
 
     def _answered(self, kind: str) -> None:
         if kind == "cancel":
@@ -303,3 +306,8 @@ class Bus:
             self._requests.file(kind, topic, query)
 
         self._declared.append(self._session.declare_queryable(self._config.key(topic), receive))
+
+
+def _unnamed(file: Callable[[bytes], None]) -> Callable[[str, bytes], None]:
+    """For who knows the topic's name already."""
+    return lambda name, payload: file(payload)

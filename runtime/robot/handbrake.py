@@ -10,7 +10,9 @@ import zenoh
 from runtime.core.motion.safety import Halt, HaltKind
 from runtime.errors import SensorError
 from runtime.robot import wire_senses
+from runtime.robot.heard_topics import heard_topics
 from runtime.robot.requests import Request
+from runtime.robot.ros_node import RosNode
 from runtime.robot.session import RELEASE, STOP, BusConfig
 
 WAITS = Halt(HaltKind.CANCEL, "a cancel waits to be answered")
@@ -58,15 +60,14 @@ class Handbrake:
 
 
 def serve_handbrake(
-    session: Any, config: BusConfig, brake: Handbrake, urgent: Callable[[], None]
+    session: Any, node: RosNode, config: BusConfig, brake: Handbrake, urgent: Callable[[], None]
 ) -> list[Any]:
-    """Listen for a button, a stop and its release; what was declared. Each is answered where it is
-    heard; `urgent` is called after a stop."""
+    """Listen for a button, a stop and its release; what was declared of the latter. Each is
+    answered where it is heard; `urgent` is called after a stop."""
 
-    def press(sample: zenoh.Sample) -> None:
-        topic = str(sample.key_expr)
+    def press(topic: str, payload: bytes) -> None:
         try:
-            pressed = wire_senses.decode_flag(sample.payload.to_bytes(), topic)
+            pressed = wire_senses.decode_flag(payload, topic)
         except SensorError:
             pressed = True  # whoever says anything there does not mean that all is well
         brake.button(topic, pressed)
@@ -85,10 +86,10 @@ def serve_handbrake(
             told["error"] = why
         Request("release", {}, query, config.key(RELEASE)).reply(told)
 
-    declared = [
+    button = heard_topics(config).get("stop")
+    if button is not None:
+        node.subscribe(button, press)
+    return [
         session.declare_queryable(config.key(STOP), stop),
         session.declare_queryable(config.key(RELEASE), release),
     ]
-    if topic := config.topics.stop:
-        declared.append(session.declare_subscriber(config.key(topic), press))
-    return declared

@@ -1,6 +1,8 @@
 """The runtime's side of its watchdog (`runtime/guard.py`): starts it, tells it of every turn of the
 control loop, and starts another when it is gone."""
 
+import itertools
+import secrets
 import socket
 import subprocess
 import sys
@@ -15,6 +17,11 @@ from runtime import guard
 from runtime.errors import BusError
 from runtime.log import say
 from runtime.robot import wire
+from runtime.robot.dialects.choice import spoken
+from runtime.robot.dialects.dialect import Role
+from runtime.robot.dialects.rmw_zenoh import GID_BYTES
+from runtime.robot.heard_topics import heard_topics
+from runtime.robot.publications import cmd_vel_topic
 from runtime.robot.session import BusConfig, session_settings
 
 END_S: Final = 2.0  # how long a guard may take to end, or one that waits somewhere to answer
@@ -23,6 +30,7 @@ AGAIN_S: Final = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0)
 SETTLED_S: Final = 60.0  # one that was there for so long was a good one: what comes counts anew
 LINK_BYTES: Final = 16_384  # holds the turns of about two seconds
 UNREAD: Final = 20  # turns in a row that a full link did not take: who should read them hangs
+GUARD_NODE: Final = "rfnav_guard"  # what others call it
 
 
 class Pulse:
@@ -198,13 +206,27 @@ def orders(config: BusConfig) -> guard.Orders:
     settings = session_settings(config)
     doors = [end for name, end in config.endpoints if name == "bus.listen"]
     settings["listen/endpoints"] = [] if config.connect else [_beside(end) for end in doors]
+    dialect, heard, cmd_vel = (
+        spoken(config, GUARD_NODE),
+        heard_topics(config),
+        cmd_vel_topic(config),
+    )
+    gid = secrets.token_bytes(GID_BYTES)
+    numbers = itertools.count(1)
+    tokens = (
+        *dialect.node_tokens(guard.ZID),
+        *dialect.tokens(guard.ZID, numbers, Role.PUBLISHER, cmd_vel),
+        *dialect.tokens(guard.ZID, numbers, Role.SUBSCRIPTION, heard["odom"]),
+    )
     return guard.Orders(
         settings,
-        config.key(topics.cmd_vel),
+        dialect.publishes_on(cmd_vel),
         zero.hex(),
-        config.key(topics.pose or topics.odom),
-        config.key(topics.teleop) if topics.teleop else "",
+        dialect.publishes_on(heard["odom"]),
+        dialect.listens_on(heard["teleop"]) if topics.teleop else "",
         not topics.pose,
+        gid.hex() if dialect.attachment(1, 0, gid) else "",
+        list(tokens),
     )
 
 

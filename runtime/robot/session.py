@@ -14,7 +14,7 @@ ACTION = "rfnav/action"  # our own names on the bus, the same on every robot
 STATE = "rfnav/state"
 DECISION = "rfnav/decision"
 FEEDBACK = "rfnav/feedback"
-DETECTIONS = "rfnav/detections"  # read when `research.detector_source` is "topic"
+LABELS = "rfnav/labels"  # read when `research.detector_source` is "topic"
 GOAL = "rfnav/goal"
 CANCEL = "rfnav/cancel"
 STATUS = "rfnav/status"
@@ -25,7 +25,7 @@ PACKED: Final = {"color": ("/compressed",), "depth": ("/compressed", "/compresse
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
-    "detections": DETECTIONS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
+    "labels": LABELS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
     "stop": STOP, "release": RELEASE,
 }  # fmt: skip
 
@@ -74,6 +74,15 @@ class BusConfig:
         'Endpoints to listen on; where none to connect to is given either, "tcp/127.0.0.1:7447". '
         "Beyond this computer both are tls/HOST:PORT, with [bus.tls].",
     )
+    dialect: Literal["ros2dds", "rmw_zenoh"] = key(
+        "ros2dds",
+        'How ROS 2 is spoken: "ros2dds" behind zenoh-bridge-ros2dds, "rmw_zenoh" with nodes whose '
+        "RMW that is.",
+    )
+    distro: Literal["humble", "jazzy", "kilted", "lyrical"] = key(
+        "jazzy", "The ROS 2 distribution of those nodes."
+    )
+    domain: int = key(0, "Their ROS_DOMAIN_ID.", within=(0, 232))
     prefix: str = key("", "The robot's ROS namespace.")
     cmd_vel_type: Literal["Twist", "TwistStamped"] = key(
         "Twist", '"TwistStamped" is what newer ROS 2 bases want.'
@@ -105,7 +114,7 @@ class BusConfig:
         return stream in self.compressed or topic.endswith(PACKED[stream])
 
     def key(self, topic: str) -> str:
-        """Zenoh key of a topic, in the ros2dds dialect."""
+        """Zenoh key of our own requests, whatever the dialect."""
         return "/".join(part for part in (self.prefix.strip("/"), topic.strip("/")) if part)
 
 

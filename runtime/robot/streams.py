@@ -56,19 +56,19 @@ class SensorStreams:
         self._clock = clock
         self._changed = changed
         self._camera = camera
-        self._transforms = Transforms(lambda error: self._count(TF, error))
+        self._transforms = Transforms(lambda error: self.count_bad(TF, error))
         self._placing = threading.Lock()  # two threads ask where the camera is
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._images = CameraImages(config, camera)
         told = lockstep or camera.depth_unit_m > 0
         self._unit = None if told else UnitWatch(config.topics.depth)
-        self._info = CameraInfo(config.topics.camera_info, self._count)
+        self._info = CameraInfo(config.topics.camera_info, self.count_bad)
         self._lockstep, self._steady = lockstep, SteadyOdometry()
         self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
         self._frame_without_mount_s: float | None = None
         self._seen_frame = False
-        self._labels: dict[str, Any] = {}  # newest message on `detections`
+        self._labels: dict[str, Any] = {}  # newest message on `labels`
         topics = config.topics
         placed = self._placed if camera.mount == "tf" else None
         self._laser = ScanStream(senses, topics.scan, placed)
@@ -100,7 +100,7 @@ class SensorStreams:
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
             except SensorError as error:
-                self._count(topic, error)
+                self.count_bad(topic, error)
                 return
             if stream == "depth":
                 self._depth = raw
@@ -129,7 +129,7 @@ class SensorStreams:
             try:
                 check_bytes(payload, topic)
             except SensorError as error:
-                self._count(topic, error)
+                self.count_bad(topic, error)
                 return
             self._record("wire", WireMessage(topic, wire.TF_MESSAGE, payload))
         self._transforms.file(topic, payload)
@@ -142,12 +142,19 @@ class SensorStreams:
             labels = wire.decode_json(payload, topic)
             read_labels(labels, (), ())
         except SensorError as error:
-            self._count(topic, error)
+            self.count_bad(topic, error)
             return
         with self._changed:
             self._health[topic].received += 1
             self._labels = labels
             self._changed.notify_all()
+
+    def count_bad(self, topic: str, error: SensorError) -> None:
+        """A message that is none; any thread may say so."""
+        with self._changed:
+            self._health.setdefault(topic, StreamHealth()).bad += 1
+            self._health[topic].last_error = str(error)
+            self._troubles.note(topic, error, self._clock.now_s())
 
     # -- what is asked -------------------------------------------------------------------------
 
@@ -183,7 +190,7 @@ class SensorStreams:
                 with self._changed:
                     self._health[topic].blank += 1
         except SensorError as error:
-            self._count(topic, error)
+            self.count_bad(topic, error)
             return None
         mount = self._mount(match) if self._camera.mount == "tf" else self._camera
         if mount is None:
@@ -194,7 +201,7 @@ class SensorStreams:
             if self._unit is not None:
                 self._unit.check(depth.depth_m, depth.unit_m, intrinsics, mount)
         except SensorError as error:
-            self._count(topic, error)
+            self.count_bad(topic, error)
             if self._lockstep and not self._seen_frame:
                 raise
             return None
@@ -259,7 +266,7 @@ class SensorStreams:
         return self._troubles.halt(self._clock.now_s(), self._health, self._rings, seeing)
 
     def labels(self, stamp_ns: int, by: Deadline) -> dict[str, Any] | None:
-        """The message on `detections` of that stamp; None when it does not come in time."""
+        """The message on `labels` of that stamp; None when it does not come in time."""
         with self._changed:
             while self._labels.get("stamp_ns") != stamp_ns and not by.passed():
                 self._clock.wait(self._changed, by.at_s)
@@ -284,7 +291,7 @@ class SensorStreams:
                 found = self._laser.take(by, stamp_ns, self._rings)
             return self._laser.read(found, self._pose) if found is not None else None
         except SensorError as error:
-            self._count(self._config.topics.scan, error)
+            self.count_bad(self._config.topics.scan, error)
             return None
 
     def _placed(self, frame: str, stamp_ns: int) -> F64:
@@ -296,7 +303,7 @@ class SensorStreams:
         try:
             return self._mounted(match.depth)
         except SensorError as error:
-            self._count(TF, error)
+            self.count_bad(TF, error)
             now_s = self._clock.now_s()
             since_s = self._frame_without_mount_s = self._frame_without_mount_s or now_s
             if self._lockstep and not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
@@ -314,7 +321,7 @@ class SensorStreams:
         try:
             pose = self._pose(raw)
         except SensorError as error:
-            self._count(self._odom_topic, error)
+            self.count_bad(self._odom_topic, error)
             return False
         self._troubles.over(self._odom_topic)
         self._newest = pose, raw.arrival_s
@@ -326,12 +333,6 @@ class SensorStreams:
     def _pose(self, raw: RawMessage) -> wire.Stamped[Pose]:
         decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
         return decode(raw.payload, self._odom_topic)
-
-    def _count(self, topic: str, error: SensorError) -> None:
-        with self._changed:
-            self._health.setdefault(topic, StreamHealth()).bad += 1
-            self._health[topic].last_error = str(error)
-            self._troubles.note(topic, error, self._clock.now_s())
 
 
 def _recorded_as(stream: str, config: BusConfig) -> str:

@@ -66,6 +66,8 @@ class Troubles:
         silent = []
         for stream in ("color", "depth", "camera_info", "odom"):
             topic = self._topics[stream]
+            if topic in self._noted:
+                continue  # something comes, of another type
             last_s = health[topic].arrival_s
             once = stream == "camera_info" and (seeing or last_s is not None)  # suffices
             if not once and now_s - (self._began_s if last_s is None else last_s) >= SILENCE_S:

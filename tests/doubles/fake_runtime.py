@@ -60,8 +60,8 @@ def main() -> None:
         open_session(BusConfig(connect=connect)) as session,
     ):
         session.declare_subscriber(
-            "rfnav/detections",
-            lambda s: heard.append(wire.decode_json(s.payload.to_bytes(), "rfnav/detections")),
+            "rfnav/labels",
+            lambda s: heard.append(wire.decode_json(s.payload.to_bytes(), "rfnav/labels")),
         )
         while True:
             obs = bus.next(0.2)

@@ -11,6 +11,7 @@ from typing import Any
 import zenoh
 from other_half import flag
 
+from hil_sim.driving.robot_wire import RobotWire, Spoken
 from runtime.core.types import Pose, Twist
 from runtime.robot import wire, wire_senses
 from runtime.robot.session import DECISION, FEEDBACK, STATE, BusConfig, open_session
@@ -26,8 +27,15 @@ class RobotDouble:
     `filmed` the messages of color, depth and camera_info, of which b"" is none. While a `hand` has
     the sticks the base obeys nobody else."""
 
-    def __init__(self, home: Any, config: BusConfig, odom_hz: float = 20.0, fps: float = 4.0):
-        self.home, self.topics = home, config.topics
+    def __init__(
+        self,
+        home: Any,
+        config: BusConfig,
+        odom_hz: float = 20.0,
+        fps: float = 4.0,
+        spoken: Spoken = "ros2dds",
+    ):
+        self.home, self.topics, self.wire = home, config.topics, RobotWire(spoken)
         self.session: Any = open_session(config)
         self.sending, self.blind = {"odom", "frames"}, False
         self.bend: Callable[[Pose], Pose] = lambda pose: pose
@@ -45,10 +53,10 @@ class RobotDouble:
         self._odom_s, self._frame_s = 1 / odom_hz, 1 / fps
         topics = self.topics
         self._declared = [
-            self.session.declare_subscriber(topics.cmd_vel, self._obey),
-            self.session.declare_subscriber(STATE, self._hear(self.states, STATE)),
-            self.session.declare_subscriber(DECISION, self._hear(self.decisions, DECISION)),
-            self.session.declare_subscriber(FEEDBACK, self._hear(self.feedback, FEEDBACK)),
+            self._listen(topics.cmd_vel, self._obey),
+            self._listen(STATE, self._hear(self.states, STATE)),
+            self._listen(DECISION, self._hear(self.decisions, DECISION)),
+            self._listen(FEEDBACK, self._hear(self.feedback, FEEDBACK)),
         ]
         self._threads = [threading.Thread(target=f) for f in (self._drive, self._film)]
 
@@ -89,6 +97,12 @@ class RobotDouble:
     def state(self) -> dict[str, Any]:
         return self.states[-1] if self.states else {}
 
+    def _listen(self, topic: str, hear: Callable[[zenoh.Sample], None]) -> Any:
+        return self.session.declare_subscriber(self.wire.key(topic), hear)
+
+    def _put(self, topic: str, payload: bytes) -> None:
+        self.session.put(self.wire.key(topic), payload, attachment=self.wire.attachment())
+
     def _hear(self, heard: list, topic: str) -> Callable[[zenoh.Sample], None]:
         def receive(sample: zenoh.Sample) -> None:
             with self.changed:
@@ -120,17 +134,17 @@ class RobotDouble:
             if now_s - said_s >= self._odom_s and "odom" in self.sending:
                 said_s = now_s
                 pose, stamp = self.bend(self.home.pose), time.time_ns() + self.clock_ns
-                self.session.put(self.topics.odom, wire.encode_odometry(pose, stamp))
+                self._put(self.topics.odom, wire.encode_odometry(pose, stamp))
 
     def _tell_of_the_body(self) -> None:
         if self.hand is not None:
             told = wire.encode_twist(self.hand.v_mps, self.hand.w_radps)
-            self.session.put(self.topics.teleop, told)
+            self._put(self.topics.teleop, told)
         if "bumper" in self.sending:
-            self.session.put(self.topics.bumper, flag(self.touching))
+            self._put(self.topics.bumper, flag(self.touching))
         if "battery" in self.sending:
             charge = wire_senses.encode_battery(self.percent, time.time_ns())
-            self.session.put(self.topics.battery, charge)
+            self._put(self.topics.battery, charge)
 
     def _move(self, twist: Twist, dt: float) -> None:
         p = self.home.pose
@@ -158,4 +172,4 @@ class RobotDouble:
             }
             for stream, payload in told.items():
                 if payload and (sent := self.filmed(stream, payload)):
-                    self.session.put(getattr(self.topics, stream), sent)
+                    self._put(getattr(self.topics, stream), sent)

@@ -12,6 +12,7 @@ from places import DOUBLES, ROOT
 from robot_double import RobotDouble
 
 from hil_sim.driving.link import free_port
+from hil_sim.driving.robot_wire import Spoken
 from runtime.robot.session import BusConfig
 
 PROCESS = """
@@ -50,13 +51,17 @@ program.main()
 
 @contextmanager
 def process(
-    home: Apartment, frames: int, *settings: str, env: Mapping[str, str] = os.environ
+    home: Apartment,
+    frames: int,
+    *settings: str,
+    env: Mapping[str, str] = os.environ,
+    spoken: Spoken = "ros2dds",
 ) -> Iterator[tuple[subprocess.Popen[str], RobotDouble]]:
     """`rfnav run` with models that fail after so many frames."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    robot = RobotDouble(home, BusConfig(listen=(endpoint,)))
+    robot = RobotDouble(home, BusConfig(listen=(endpoint,)), spoken=spoken)
     code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)
-    given = [*settings, f"bus.connect=['{endpoint}']"]
+    given = [*settings, f"bus.connect=['{endpoint}']", *robot.wire.settings]
     arguments = [part for setting in given for part in ("--set", setting)]
     child = subprocess.Popen(
         [sys.executable, "-c", code, "run", "--harness", *arguments],

@@ -3,7 +3,7 @@ file and by atheris in scripts/fuzz. Each entry is given bytes, and may raise no
 
 import json
 
-from answers import REFUSALS, EntryPoint
+from answers import REFUSALS, EntryPoint, refused
 from drawn import ROOMS, WALLS, door, xml
 from file_entries import (
     MODELS,
@@ -33,6 +33,7 @@ from file_entries import (
 from image_entries import images, pictures
 from places import TESTS
 from robot_entries import GOALS, mavlink, messages, numbered, request
+from ros_entry import ros, seeds
 from rover_bytes import SEEDS
 
 __all__ = ["ENTRY_POINTS", "REFUSALS"]
@@ -44,6 +45,7 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "requests": EntryPoint(
         [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 128) for body in GOALS], request
     ),
+    "ros": EntryPoint(seeds(), lambda data: ros(data, refused)),
     "configuration": EntryPoint(TEXTS, configuration),
     "scenes": EntryPoint(((TESTS / "refs" / "flat.json").read_bytes(),), scene),
     "manifest": EntryPoint((MODELS,), manifest),

@@ -88,7 +88,7 @@ def _file(name: str, payload: bytes) -> None:
     if name == "tf":
         streams.file_transforms(TF, payload)
     elif name == "labels":
-        streams.file_labels("detections", payload)
+        streams.file_labels("labels", payload)
     with redirect_stderr(io.StringIO()), changed:
         match = streams.wait_for_match(Deadline.after(0.0, clock), lambda: True)
     with redirect_stderr(io.StringIO()):

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -21,6 +22,7 @@ from hypothesis import strategies as st
 from other_half import slam_pose
 
 from hil_sim.driving.link import free_port
+from hil_sim.driving.robot_wire import RobotWire
 from runtime import guard
 from runtime.core.types import Pose
 from runtime.guard import BLIND_S, LEAST_S, LONGEST_S, REST_S, SILENCE_S, Rest, place
@@ -268,3 +270,39 @@ def test_what_the_guard_is_told_is_of_the_bus_and_it_listens_nowhere():
     assert not told.child
     zero = wire.decode(bytes.fromhex(told.zero), wire.TWIST_STAMPED, "cmd_vel")
     assert zero.twist.linear.x == zero.twist.angular.z == zero.header.stamp.sec == 0
+
+
+def test_zero_is_commanded_as_nodes_of_rmw_zenoh_read_it():
+    """With what goes along with it, and by somebody whom they see."""
+    robot, endpoint = RobotWire("rmw_zenoh"), f"tcp/127.0.0.1:{free_port()}"
+    session: Any = open_session(BusConfig(listen=(endpoint,)))
+    zeros: list[tuple[Any, ...]] = []
+
+    def obey(sample: Any) -> None:
+        assert wire.decode_twist(sample.payload.to_bytes(), "cmd_vel") == (0.0, 0.0)
+        zeros.append(struct.unpack("<qqB16s", sample.attachment.to_bytes()))
+
+    session.declare_subscriber(robot.key("cmd_vel"), obey)
+    seen: list[str] = []
+    session.liveliness().declare_subscriber(
+        "@ros2_lv/0/**", lambda sample: seen.append(str(sample.key_expr))
+    )
+    base = SimpleNamespace(bus=BusConfig(connect=(endpoint,), dialect="rmw_zenoh"))
+    with guarded(base) as (link, _):  # type: ignore[arg-type]
+        link.send(guard.MOVING)
+        until(lambda: len(zeros) > 3)
+        link.send(guard.BYE)
+    numbers = [number for number, *_ in zeros]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    assert len({(length, gid) for *_, length, gid in zeros}) == 1
+    assert zeros[0][2] == 16
+    kinds = {key.split("/")[5]: key for key in seen}
+    assert set(kinds) == {"NN", "MP", "MS"}
+    assert "/rfnav_guard/%cmd_vel/geometry_msgs::msg::dds_::Twist_/" in kinds["MP"]
+    assert "{" not in kinds["MP"]
+    session.close()
+
+
+def test_behind_the_bridge_nothing_goes_along_with_zero():
+    told = guard.Orders.read(orders(BusConfig()).told())
+    assert (told.gid, told.tokens) == ("", [])

@@ -1,0 +1,1 @@
+"""How ROS 2 is spoken over Zenoh: one module a dialect, and what both have in common."""
