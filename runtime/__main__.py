@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.log import say
 from runtime.loops.control_loop import ControlLoop
+from runtime.loops.drawings import Drawings
 from runtime.loops.goal_request import Terms
 from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
@@ -46,6 +47,7 @@ from runtime.tracing.tracer import Tracer
 
 MAVLINK_UNGUARDED = "guard: none on MAVLink: the vehicle's own time-out ends what is not commanded"
 WORKERS_NICE = 5
+DRAWINGS_NICE = 15
 MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
 
 
@@ -179,9 +181,11 @@ def _drive(
             load = partial(LoadedModels, config, clock, book)
             with loaded(load, MODELS_NICE, ending) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
-                loop = RealTime(*parts, record, terms=terms)
-                garbage.begin()
-                loop.run(ending)
+                drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
+                with closing(Drawings(*drawn)) as drawer:
+                    loop = RealTime(*parts, record, terms=terms, drawer=drawer)
+                    garbage.begin()
+                    loop.run(ending)
         finally:
             control.close()
 

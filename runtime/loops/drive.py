@@ -17,6 +17,7 @@ from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Surveyed
+from runtime.loops.drawings import Drawer
 from runtime.loops.feedback import Feedback
 from runtime.loops.plans import Plan
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
@@ -45,6 +46,7 @@ class Means:
     shedding: Shedding
     battery: Battery
     when_low: str  # what becomes of a search: see `BatteryConfig`
+    drawer: Drawer
 
 
 @dataclass
@@ -179,7 +181,8 @@ class Drive:
             self.led_s, self.led_by = frame_s, kind
         self.feedback.led_s += frame_s - self.led_s
         self.fresh, self.led_s, self.left_ns = obs, frame_s, obs.stamp_ns
-        self._perceive(obs, frame_s, led=True)
+        world = self._perceive(obs, frame_s, led=True)
+        self.means.drawer.note(world, None)
         self.plan(None, frame_s, self.report | {"mode": mode, "reason": reason})
         self.tell(SearchState.SEARCHING, reason)
 
@@ -217,6 +220,7 @@ class Drive:
             if look.of.asker is not search:
                 continue
             search.place(look.of.obs, look.detections, look.of.outline, means.models, ahead)
+            means.drawer.seen(look.of.obs.stamp_ns, look.detections, search.order.names)
             search.seconds["detect"] = search.seconds.get("detect", 0.0) + look.took_s
             means.tracer.book(Stage.SEEN, means.clock.now_s() - look.of.frame_s)
 
@@ -286,6 +290,7 @@ class Drive:
         told = {"seconds": dict(search.seconds), "models": means.models.health()}
         lacks = {"shed": means.shedding.in_words(), "unstamped": means.bus.unstamped()}
         self.report = report | {"goal": search.goal.text, **lacks, **told}
+        means.drawer.note(world, command)
         if command.ended is not None:
             return command
         self.plan(command, frame_s, self.report)

@@ -20,6 +20,7 @@ from runtime.experts.hindsight import Hindsight
 from runtime.log import say
 from runtime.loops.decision_worker import DecisionWorker
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
+from runtime.loops.drawings import Drawer, NoDrawings
 from runtime.loops.drive import Drive, Means
 from runtime.loops.feedback import Feedback
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
@@ -58,8 +59,10 @@ class RealTime:
         worker: Decisions | None = None,
         detector: LoopDetector | None = None,
         terms: Terms = STRICT,
+        drawer: Drawer | None = None,
     ) -> None:
         self._record, self._terms = record, terms
+        self._drawer = drawer or NoDrawings()
         self._bus, self._control, self._models = bus, control, models
         self._configure, self._clock = configure, clock
         self._drive: Drive | None = None
@@ -218,6 +221,7 @@ class RealTime:
             self._shedding,
             self._battery,
             self._when_low,
+            self._drawer,
         )
 
     def _look(self, surveyed: Surveyed) -> Detections | None:

@@ -26,12 +26,14 @@ from runtime.robot.action_types import ActionType
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.dialects.choice import spoken
+from runtime.robot.dialects.dialect import RosTopic
+from runtime.robot.frame_names import FrameNames
 from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.heard_topics import LABELS_TOPIC, TF_TOPICS, heard_topics
 from runtime.robot.publications import Publications
 from runtime.robot.reflex import Reflex, swept
 from runtime.robot.requests import WAITING, Request, Requests
-from runtime.robot.ros_node import RosNode
+from runtime.robot.ros_node import Publisher, RosNode, Sending
 from runtime.robot.session import (
     LABELS,
     OWN_TOPICS,
@@ -84,6 +86,7 @@ class Bus:
         self._session: Any = open_session(config)
         self._declared: list[Any] = []
         self._strangers: set[str] = set()  # topics on which something of another type came
+        self._frames = FrameNames()
         self._node = RosNode(self._session, spoken(config), self._strange)
         self._out = Publications(self._node, config, lockstep, record)
         self._listen(odometry, camera.mount == "tf")
@@ -251,6 +254,14 @@ class Bus:
         """Serve an action; who waits on the bus is woken when something waits to be answered."""
         return ActionServer(self._node, name, action, self._wake)
 
+    def publisher(self, topic: RosTopic) -> Publisher:
+        """One more topic, that others go before; undeclared with the bus."""
+        return self._node.publisher(topic, Sending())
+
+    def frame_of(self, stream: str, otherwise: str) -> str:
+        """The frame that the newest message of "odom" or "color" names; any thread may ask."""
+        return self._frames.of(stream, otherwise)
+
     def close(self) -> None:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""
         if self._reflex is not None:
@@ -276,12 +287,22 @@ class Bus:
         heard, streams = heard_topics(self._config), self._streams
         for stream in streams.topics:
             if stream != "odom" or odometry:
-                self._node.subscribe(heard[stream], _unnamed(partial(streams.file, stream)))
+                self._node.subscribe(heard[stream], self._filed(stream))
         for sense in self._body.topics:
             self._node.subscribe(heard[sense], partial(self._body.file, sense))
         for topic in TF_TOPICS if transforms else ():
             self._node.subscribe(topic, _unnamed(partial(streams.file_transforms, topic.name)))
         self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
+
+    def _filed(self, stream: str) -> Callable[[str, bytes], None]:
+        framed = stream in ("odom", "color")
+
+        def receive(name: str, payload: bytes) -> None:
+            if framed:
+                self._frames.note(stream, payload)
+            self._streams.file(stream, payload)
+
+        return receive
 
     def _wake(self) -> None:
         with self._changed:

@@ -22,6 +22,7 @@ STOP = "rfnav/stop"
 RELEASE = "rfnav/release"
 PACKED: Final = {"color": ("/compressed",), "depth": ("/compressed", "/compressedDepth")}
 """What the topics of such images end in, as image_transport has it."""
+DRAWN: Final = ("map", "path", "frontiers", "objects", "detections", "diagnostics")
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
@@ -93,6 +94,9 @@ class BusConfig:
         'Of "color" and "depth", what comes as CompressedImage although its topic\'s name does not '
         "end in /compressed or /compressedDepth.",
     )
+    draws: tuple[str, ...] = key(
+        DRAWN, "What is published for others to draw; [] for nothing of it."
+    )
     topics: TopicsConfig = field(default_factory=TopicsConfig)
     tls: TlsConfig = field(default_factory=TlsConfig)
 
@@ -140,6 +144,9 @@ def check(config: BusConfig, files: bool = False) -> None:
     for certificates that are not there."""
     if config.mode == "client" and not config.connect:
         raise ConfigError('bus.connect: a client needs a router, e.g. ["tcp/127.0.0.1:7447"]')
+    for name in config.draws:
+        if name not in DRAWN:
+            raise ConfigError(f"bus.draws: {name}: must be of {', '.join(DRAWN)}")
     for name, endpoint in config.endpoints:
         check_endpoint(name, endpoint, config.tls)
     if files and config.secured:

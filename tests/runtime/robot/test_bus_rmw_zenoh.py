@@ -101,6 +101,8 @@ def test_a_frame_is_made_of_what_the_robot_sends(robot: Robot):
         observation = until(frame)
         np.testing.assert_array_equal(observation.rgb, RGB)
         assert observation.pose.x_m == 1
+        assert bus.frame_of("odom", "?") == "odom"
+        assert bus.frame_of("color", "?") == "lens"
         assert bus.health()["camera/color/image_raw"].received >= 1
 
 

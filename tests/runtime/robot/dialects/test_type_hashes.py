@@ -3,8 +3,9 @@ documentation shows of `ros2 action info --verbose`."""
 
 import pytest
 
-from runtime.robot import wire, wire_senses
+from runtime.robot import drawn_messages, wire, wire_senses
 from runtime.robot.action_types import CANCEL, STATUS, ActionType
+from runtime.robot.diagnostics import DIAGNOSTICS
 from runtime.robot.dialects.type_hashes import NO_HASH, service_hash, type_hash
 
 KNOWN = {
@@ -21,6 +22,12 @@ KNOWN = {
     wire_senses.BATTERY_STATE: "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
     wire_senses.RANGE: "b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",
     wire_senses.BOOL: "feb91e995ff9ebd09c0cb3d2aed18b11077585839fb5db80193b62d74528f6c9",
+    drawn_messages.OCCUPANCY_GRID: (
+        "8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7"
+    ),
+    drawn_messages.PATH: "1957a5bb3cee5da65c4e52e52b65a93df227efce4c20f8458b36e73066ca334b",
+    drawn_messages.MARKERS: "86cb8800b6fb05b5eff1abd7a56f62a5641d3ae9a1c29e78e67e704f1d067dcf",
+    DIAGNOSTICS: "5a8a36efb05fb25070fa0fb3810290c0e6cd4862b54a8fb975a1ee8dc55a333e",
     STATUS: "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
 }
 ROTATE = ActionType.define(
@@ -51,5 +58,6 @@ def test_the_parts_of_an_action_have_theirs():
 
 def test_types_that_no_distribution_brings_have_hashes_and_humble_has_none():
     assert type_hash(wire_senses.HAZARDS, "jazzy").startswith("RIHS01_")
+    assert type_hash(drawn_messages.DETECTIONS, "lyrical").startswith("RIHS01_")
     assert type_hash(wire.IMAGE, "humble") == NO_HASH
     assert service_hash(CANCEL, "humble") == NO_HASH
