@@ -38,7 +38,7 @@ from runtime.record import Record
 from runtime.robot.base import Base
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.bus import Bus
-from runtime.robot.exposure import exposed
+from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
 from runtime.robot.pulse import Pulse
 from runtime.tracing.budgets import Budgets, read_budgets
@@ -142,7 +142,7 @@ def run(
 def _precautions(config: configuration.Config) -> None:
     """What others may reach. A key that is none is told before anything is written: what stands in
     its place may be the key itself."""
-    for line in exposed(config.bus, config.base):
+    for line in (*exposed(config.bus, config.base), *doubtful(config.bus)):
         click.echo(f"rfnav: {line}", err=True)
     if config.cloud.enabled:
         read_key(config.cloud)

@@ -8,7 +8,7 @@ from runtime.config import load
 from runtime.experts.cloud_config import read_key
 from runtime.perception.configured_models import check_models
 from runtime.robot import session
-from runtime.robot.exposure import exposed
+from runtime.robot.exposure import doubtful, exposed
 
 
 @click.command("check", epilog="Example:  rfnav check --config robot.toml")
@@ -20,7 +20,7 @@ def check_command(path: Path) -> None:
     check_models(config.models)
     cloud = config.cloud
     session.check(config.bus, files=True)
-    for line in exposed(config.bus, config.base):
+    for line in (*exposed(config.bus, config.base), *doubtful(config.bus)):
         click.echo(f"{path}: {line}")
     if cloud.enabled and cloud.key_file:  # a credential is there only under systemd
         read_key(cloud)

@@ -4,7 +4,7 @@ import pytest
 
 from runtime.robot.base_config import BaseConfig
 from runtime.robot.endpoints import TlsConfig
-from runtime.robot.exposure import exposed
+from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.session import BusConfig
 
 
@@ -35,3 +35,12 @@ def test_mavlink_over_a_network_is_told(link: str, told: bool) -> None:
     assert bool(lines) is told
     assert all(line.startswith(f"base.link: {link}: MAVLink knows neither") for line in lines)
     assert exposed(BusConfig(), BaseConfig(kind="ros2", link=link)) == ()
+
+
+def test_a_peer_of_a_router_that_relays_to_clients_alone_is_told_so():
+    connect = ("tcp/127.0.0.1:7447",)
+    (line,) = doubtful(BusConfig(dialect="rmw_zenoh", connect=connect))
+    assert line.startswith('bus.mode: "peer": a router of rmw_zenoh (tcp/127.0.0.1:7447?) ')
+    assert doubtful(BusConfig(dialect="rmw_zenoh", mode="client", connect=connect)) == ()
+    assert doubtful(BusConfig(connect=connect)) == ()
+    assert doubtful(BusConfig(dialect="rmw_zenoh")) == ()
