@@ -111,10 +111,10 @@ class _Trail:
         self.poses.append((0.0, pose))
 
     def back(self, most_m: float) -> tuple[float, Pose | None]:
-        """How far back there is a way, `most_m` at most, and the pose there; None for no way."""
-        end_m = self.poses[-1][0] if self.poses else 0.0
-        ways = ((end_m - at_m, pose) for at_m, pose in self.poses)
-        way_m, pose = next(((m, pose) for m, pose in ways if m <= most_m), (0.0, None))
+        """How far back there is a way, `most_m` at most, and the pose there; None for no way. After
+        `follow`."""
+        ways = ((self.poses[-1][0] - at_m, pose) for at_m, pose in self.poses)
+        way_m, pose = next((m, pose) for m, pose in ways if m <= most_m)
         return way_m, pose if way_m > 0 else None
 
 

@@ -84,8 +84,6 @@ class UdpLink:
                 return b""
             data, self._from = self._socket.recvfrom(65536)
             return data if self._follows(self._from) else b""
-        except ConnectionRefusedError:
-            return b""  # of what was sent: nobody listens there yet
         except (OSError, ValueError) as error:
             raise BaseError(f"{self._address}: is gone: {_reason(error)}") from error
 

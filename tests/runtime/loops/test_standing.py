@@ -7,14 +7,16 @@ import pytest
 
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.courses import STILL
-from runtime.core.motion.safety import Halt, HaltKind
-from runtime.core.types import SearchState
+from runtime.core.motion.safety import Halt, HaltKind, Odometry
+from runtime.core.types import Pose, SearchState, Twist
 from runtime.loops.standing import (
     KEPT,
+    Change,
     Changes,
     Occasion,
     RunStanding,
     RunState,
+    forbids,
     late_told,
     stands,
     told_state,
@@ -113,3 +115,78 @@ def test_lateness_in_milliseconds():
     assert late_told(()) == {}
     told = late_told([0.001] * 99 + [0.1])["tick_late_ms"]
     assert told == {"p50": 1.0, "p99": pytest.approx(1.99), "max": 100.0, "ticks": 100}
+
+
+def test_all_of_the_state_is_told():
+    base = replace(WELL, held="not armed", battery_percent=40.0)
+    odometry = Odometry(Pose(1.23456, -2.34567, 0.98764), 77, 5.0)
+    caution = Caution(HaltKind.OBSTACLE, "something 0.50 m ahead", 0.125)
+    standing = RunStanding(RunState.HELD, "base: base: not armed")
+    twist = Twist(0.123456, -0.654321)
+    assert told_state(SEARCHING, standing, HALT, twist, odometry, base, caution) == {
+        "state": SEARCHING,
+        "runtime": {"state": RunState.HELD, "cause": "base: base: not armed"},
+        "halt": "no odometry for 0.4 s",
+        "v_mps": 0.1235,
+        "w_radps": -0.6543,
+        "pose": [1.2346, -2.3457, 0.9876],
+        "odom_stamp_ns": 77,
+        "base": vars(base),
+        "caution": {
+            "kind": HaltKind.OBSTACLE, "reason": "something 0.50 m ahead", "most_mps": 0.125,
+        },
+    }  # fmt: skip
+
+
+def test_what_is_not_known_is_told_as_such():
+    told = told_state(READY, RunStanding(RunState.READY), None, STILL, None, WELL, FREE)
+    assert (told["halt"], told["pose"], told["odom_stamp_ns"]) == ("", None, None)
+
+
+def test_a_standing_in_words():
+    assert RunStanding(RunState.READY).in_words() == "ready"
+    assert RunStanding(RunState.FAULT, "a bug").in_words() == "fault: a bug"
+
+
+@pytest.mark.parametrize("rung", ["embedding", "none"])
+def test_a_rung_without_a_language_model_is_degraded(rung):
+    known = "", None, WELL, None, SEARCHING
+    assert stands(*known, {"rung": rung}, True) == RunStanding(RunState.DEGRADED, f"rung: {rung}")
+    assert stands(*known, {}, True, "no guard") == RunStanding(RunState.DEGRADED, "no guard")
+
+
+def test_what_the_base_says_is_a_reason_not_to_drive():
+    assert forbids(WELL) is None
+    assert forbids(replace(WELL, held="not armed")) == Halt(HaltKind.BASE, "base: not armed")
+    both = replace(WELL, held="not armed", hand="sticks")
+    assert forbids(both) == Halt(HaltKind.HAND, "a hand has the sticks: sticks")
+
+
+def test_a_change_is_of_the_state_or_of_the_kind_of_what_holds_it_and_nothing_else():
+    changes = Changes()
+    assert changes.now == RunStanding(RunState.STARTING)
+    for n, standing in enumerate(
+        [
+            RunStanding(RunState.DEGRADED, "rung: none"),
+            RunStanding(RunState.DEGRADED, "guard: gone"),
+            RunStanding(RunState.HELD, "frame: none"),
+            RunStanding(RunState.HELD, "plan: the plan is 2.1 s old"),
+        ]
+    ):
+        changes.note(float(n), standing)
+        assert changes.now is standing
+    starting, degraded = (
+        RunStanding(RunState.STARTING),
+        RunStanding(RunState.DEGRADED, "rung: none"),
+    )
+    held = RunStanding(RunState.HELD, "frame: none")
+    assert changes.take() == (
+        Change(0.0, starting, degraded),
+        Change(2.0, RunStanding(RunState.DEGRADED, "guard: gone"), held),
+        Change(3.0, held, RunStanding(RunState.HELD, "plan: the plan is 2.1 s old")),
+    )
+
+
+def test_lateness_is_told_to_the_hundredth_of_a_millisecond():
+    told = late_told([0.00123456, 0.00123456, 0.00323456])["tick_late_ms"]
+    assert told == {"p50": 1.23, "p99": 3.19, "max": 3.23, "ticks": 3}

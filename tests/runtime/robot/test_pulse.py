@@ -3,19 +3,23 @@
 import os
 import signal
 import socket
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from hil_sim.driving.link import free_port
 from runtime import guard
 from runtime.errors import BusError
+from runtime.robot import pulse as module
 from runtime.robot import wire
-from runtime.robot.pulse import Pulse
-from runtime.robot.session import BusConfig, open_session
+from runtime.robot.pulse import END_S, Pulse, orders
+from runtime.robot.session import BusConfig, TopicsConfig, open_session, session_settings
 
 NOWHERE = BusConfig(connect=("tcp/127.0.0.1:9",))  # a bus that nobody else is on
 PATIENCE_S = 30.0
@@ -175,3 +179,141 @@ def test_a_guard_that_is_there_already_is_fed(tmp_path: Path):
 def test_where_no_guard_waits_it_is_said_how_to_start_one(tmp_path: Path):
     with pytest.raises(BusError, match=r"no guard waits there .*: start `rfnav guard --socket"):
         Pulse(NOWHERE, tmp_path / "guard")
+
+
+# -- word by word ----------------------------------------------------------------------------------
+
+
+class Fed:
+    """A pulse, and the guard's end of its link in the hands of a test."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch, config: BusConfig = NOWHERE) -> None:
+        ours, self.theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        self.theirs.settimeout(PATIENCE_S)
+        monkeypatch.setattr(module, "_connected", lambda path: ours)
+        self.pulse = Pulse(config, Path("somewhere"))
+
+    def heard(self) -> bytes:
+        return self.theirs.recv(guard.LARGEST)
+
+
+@pytest.fixture
+def fed(monkeypatch) -> Iterator[Fed]:
+    fed = Fed(monkeypatch)
+    yield fed
+    fed.pulse.close()
+    fed.theirs.close()
+
+
+def test_orders_come_first_then_each_turn_and_at_the_end_a_farewell(fed: Fed):
+    assert fed.heard() == orders(NOWHERE).told()
+    assert fed.pulse.beat(True) == "the guard reaches nobody"
+    assert fed.pulse.beat(False) == "the guard reaches nobody"
+    fed.theirs.send(guard.READY)
+    assert fed.pulse.beat(False) == ""
+    assert fed.pulse.beat(True) == ""
+    turns = [fed.heard() for _ in range(4)]
+    assert turns == [guard.MOVING, guard.STILL, guard.STILL, guard.MOVING]
+    fed.pulse.close()
+    assert fed.heard() == guard.BYE
+    assert fed.heard() == b""
+    assert fed.pulse.beat(True) == ""
+    fed.pulse.close()
+
+
+def test_a_guard_that_says_something_else_or_nothing_any_more_has_ended(fed: Fed):
+    fed.theirs.send(b"what")
+    assert fed.pulse.beat(True) == "the guard has ended"
+    fed.theirs.send(guard.READY)
+    assert fed.pulse.beat(True) == "the guard has ended"
+    assert [fed.heard() for _ in range(2)][1:] == [guard.MOVING]
+
+
+def test_a_guard_that_is_gone_is_said_with_how(fed: Fed):
+    fed.theirs.send(guard.READY)
+    assert fed.pulse.beat(False) == ""
+    fed.heard(), fed.heard()
+    fed.theirs.close()
+    assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
+
+
+def test_a_guard_that_is_gone_before_its_orders_is_said(monkeypatch):
+    class Gone:
+        """A link whose other end was closed."""
+
+        def setblocking(self, wait: bool) -> None:
+            assert not wait
+
+        def send(self, payload: bytes) -> None:
+            raise BrokenPipeError(32, "Broken pipe")
+
+    monkeypatch.setattr(module, "_connected", lambda path: Gone())
+    assert Pulse(NOWHERE, Path("x")).beat(True) == "the guard is gone (Broken pipe)"
+
+
+def test_a_guard_that_reads_nothing_is_waited_for_by_nobody(fed: Fed):
+    fed.theirs.send(guard.READY)
+    for _ in range(3000):
+        assert fed.pulse.beat(True) == ""
+    fed.theirs.settimeout(0.0)
+    assert fed.heard() == orders(NOWHERE).told()
+
+
+class Child:
+    """A process that a test has end, or not."""
+
+    def __init__(self, words: list[str], **how: Any) -> None:
+        self.words, self.how = words, how
+        self.waits: list[float | None] = []
+        self.killed, self.ends = 0, True
+
+    def wait(self, timeout: float | None = None) -> None:
+        self.waits.append(timeout)
+        if not self.ends and not self.killed:
+            raise subprocess.TimeoutExpired(self.words, timeout or 0)
+
+    def kill(self) -> None:
+        self.killed += 1
+
+
+def test_a_guard_of_its_own_is_started_so_that_nothing_that_ends_us_ends_it(monkeypatch):
+    monkeypatch.setattr(module.subprocess, "Popen", Child)
+    for ends, killed, waits in ((True, 0, [END_S]), (False, 1, [END_S, None])):
+        pulse = Pulse(NOWHERE)
+        child: Any = pulse._process
+        (fd,) = child.how.pop("pass_fds")
+        assert child.words == [sys.executable, "-m", "runtime.guard", "--fd", str(fd)]
+        assert child.how == {"stdin": subprocess.DEVNULL, "start_new_session": True}
+        with pytest.raises(OSError, match="Bad file descriptor"):
+            os.fstat(fd)  # it is the child's alone
+        child.ends = ends
+        pulse.close()
+        assert (child.killed, child.waits) == (killed, waits)
+        pulse.close()
+        assert (child.killed, child.waits) == (killed, waits)
+
+
+def test_what_a_guard_is_to_do_is_all_of_the_bus():
+    bus = BusConfig(connect=("tcp/127.0.0.1:2",), prefix="r1")
+    zero = wire.encode_twist(0.0, 0.0).hex()
+    settings = session_settings(bus) | {"listen/endpoints": []}
+    keys = "r1/cmd_vel", zero, "r1/odom", "r1/cmd_vel_teleop", True
+    assert orders(bus) == guard.Orders(settings, *keys)
+    stamped = BusConfig(cmd_vel_type="TwistStamped", cmd_vel_frame="base", listen=("tcp/[::1]:7",))
+    told = orders(stamped)
+    assert bytes.fromhex(told.zero) == wire.encode_twist_stamped(0.0, 0.0, 0, "base")
+    assert told.session["listen/endpoints"] == ["tcp/[::1]:8"]
+    slam = orders(BusConfig(topics=TopicsConfig(pose="slam", odom="odometry", teleop="")))
+    assert (slam.odom, slam.teleop, slam.child) == ("slam", "", False)
+    client = BusConfig(mode="client", connect=("tcp/127.0.0.1:2",), listen=("tcp/127.0.0.1:4",))
+    assert orders(client).session["listen/endpoints"] == []
+
+
+def test_where_no_guard_waits_the_place_and_the_way_are_said(tmp_path: Path):
+    path = tmp_path / "guard"
+    with pytest.raises(BusError) as refused:
+        Pulse(NOWHERE, path)
+    assert str(refused.value) == (
+        f"{path}: no guard waits there (No such file or directory): start "
+        f"`rfnav guard --socket {path}`"
+    )

@@ -33,3 +33,11 @@ def test_what_stands_ahead_lets_the_base_turn_and_go_back():
     ahead = Caution(HaltKind.OBSTACLE, "a leg", most_mps=0.0)
     assert ahead.allowed(Twist(0.3, 0.5)) == Twist(0.0, 0.5)
     assert ahead.allowed(Twist(-0.1, 0.0)) == Twist(-0.1, 0.0)
+
+
+def test_just_as_much_as_is_allowed_is_the_command_itself():
+    twist = Twist(0.3, -0.5)
+    assert Caution(None, "", 0.3, 0.5).allowed(twist) is twist
+    assert Caution(None, "", 0.2, 0.5).allowed(twist) == Twist(0.2, -0.5)
+    assert Caution(None, "", 0.3, 0.4).allowed(twist) == Twist(0.3, -0.4)
+    assert Caution(None, "", 0.3, 0.4).allowed(Twist(0.3, 0.5)) == Twist(0.3, 0.4)

@@ -21,6 +21,7 @@ from runtime.core.types import Pose, Twist
 
 DT_S = 0.05
 FRONT, SIDE, BEHIND = 0.0, 0.6, math.pi
+HERE = Pose(0.0, 0.0, 0.0)
 
 
 class Robot:
@@ -254,3 +255,312 @@ def test_a_jump_of_odometry_is_no_way_that_was_driven():
     robot.touch()
     robot.drive(AHEAD, BACK_TICKS)
     assert robot.pose == Pose(5.0, 5.0, 0.0)
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+
+class Told:
+    """What a robot that a test puts anywhere, at any time, answers."""
+
+    def __init__(self) -> None:
+        self.response, self.contacts = ContactResponse(), ()
+
+    def at(self, pose: Pose, now_s: float = 0.0, driving: bool = True):
+        return self.response.watch(now_s, Odometry(pose, 0, now_s), self.contacts, driving)
+
+    def came(self, *poses: Pose) -> None:
+        for pose in poses:
+            self.at(pose)
+
+    def meets(self, *contacts: Contact) -> None:
+        self.contacts = contacts
+
+    def asked(self, pose: Pose, now_s: float, plan_s: float = -1.0) -> Twist:
+        """Watched and judged."""
+        self.at(pose, now_s)
+        return self.response.judge(now_s, pose, plan_s)[1]
+
+
+def front(since_s: float = 1.0, held: bool = True, name: str = "front") -> Contact:
+    return Contact(Touch.BUMPER, name, 0.0, since_s, held)
+
+
+def line(
+    to_m: float, yaw_rad: float = 0.0, begin: Pose = HERE, step_m: float = 0.048
+) -> list[Pose]:
+    """Poses straight ahead, from `begin` to so far from it."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    ways = [step_m * n for n in range(round(to_m / step_m) + 1)]
+    return [Pose(begin.x_m + c * w, begin.y_m + s * w, yaw_rad) for w in ways]
+
+
+def backed_off_m(told: Told, end: Pose, now_s: float = 1.0) -> float:
+    """From `end`, where it has met something, until it leaves that be: as it is told, 20 times a
+    second. 0 where it is told nothing."""
+    pose, backed_m = end, 0.0
+    for n in range(100):
+        twist = told.asked(pose, now_s + DT_S * n)
+        if n * DT_S < REST_S - 1e-9:
+            assert twist == STILL
+        backed_m -= twist.v_mps * DT_S
+        way_m, yaw = twist.v_mps * DT_S, pose.yaw_rad + twist.w_radps * DT_S
+        pose = Pose(pose.x_m + way_m * math.cos(yaw), pose.y_m + way_m * math.sin(yaw), yaw)
+    return backed_m
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 2.0, -1.3])
+def test_the_way_it_came_is_known_wherever_it_is(yaw_rad: float):
+    told, came = Told(), line(0.4, yaw_rad, Pose(3.0, -4.0, 0.0))
+    told.came(*came)
+    told.meets(front())
+    assert backed_off_m(told, came[-1]) == pytest.approx(3 * 0.048, abs=DT_S * BACK_MPS + 1e-6)
+
+
+def test_what_it_went_back_by_itself_is_no_way_any_more():
+    """A hand, say, that drove it back for two steps of eight."""
+    told, came = Told(), line(0.4)
+    told.came(*came, *reversed(line(0.4)[6:]))
+    told.meets(front())
+    trail = told.response._trail.poses
+    assert [round(m, 6) for m, _ in trail] == [round(0.048 * n, 6) for n in range(7)]
+    assert backed_off_m(told, came[6]) == pytest.approx(3 * 0.048, abs=DT_S * BACK_MPS + 1e-6)
+
+
+def test_who_goes_back_beyond_where_it_began_begins_anew():
+    told = Told()
+    told.came(*line(0.1), Pose(0.0, 0.0, 0.0), Pose(-0.1, 0.0, 0.0))
+    assert list(told.response._trail.poses) == [(0.0, Pose(-0.1, 0.0, 0.0))]
+    told.meets(front())
+    assert backed_off_m(told, Pose(-0.1, 0.0, 0.0)) == 0.0
+
+
+def test_a_step_back_of_less_than_it_goes_keeps_the_way_up_to_there():
+    told = Told()
+    told.came(*line(0.1), Pose(0.08, 0.0, 0.0))
+    assert [round(m, 6) for m, _ in told.response._trail.poses] == [0.0, 0.048]
+
+
+def test_steps_to_the_centimetre():
+    for ahead_m, way in ((0.01, [0.0, 0.01]), (0.0099, [0.0])):
+        told = Told()
+        told.came(HERE, Pose(ahead_m, 0.0, 0.0))
+        assert [m for m, _ in told.response._trail.poses] == way
+    told = Told()
+    told.came(Pose(-0.01, 0.0, 0.0), HERE, Pose(-0.01, 0.0, 0.0))
+    assert [m for m, _ in told.response._trail.poses] == [0.0]
+    told = Told()
+    told.came(HERE, Pose(-0.0099, 0.0, 0.0))
+    assert [pose for _, pose in told.response._trail.poses] == [HERE]
+
+
+def test_a_turn_keeps_the_way_up_to_a_bound_and_what_is_aside_is_no_way():
+    told = Told()
+    told.came(*line(0.3, 2.0), replace(line(0.3, 2.0)[-1], yaw_rad=2.3))
+    assert len(told.response._trail.poses) == 7
+    told.came(replace(line(0.3, 2.0)[-1], yaw_rad=2.31))
+    assert len(told.response._trail.poses) == 1
+    told = Told()
+    told.came(HERE, Pose(0.0, 0.2, 0.0))
+    assert len(told.response._trail.poses) == 1
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, math.pi / 2])
+def test_a_jump_is_how_far_two_messages_are_apart(yaw_rad: float):
+    told, begin = Told(), Pose(1.0, 2.0, yaw_rad)
+    told.came(begin, line(0.25, yaw_rad, begin, 0.25)[1])
+    assert len(told.response._trail.poses) == 2
+    told.came(line(0.51, yaw_rad, begin, 0.51)[1])
+    assert len(told.response._trail.poses) == 1
+
+
+def test_no_more_of_the_way_is_kept_than_half_a_metre():
+    told = Told()
+    told.came(*line(2.0, step_m=0.125))
+    assert [m for m, _ in told.response._trail.poses] == [1.5, 1.625, 1.75, 1.875, 2.0]
+
+
+def test_a_way_of_a_centimetre_is_backed_off_and_over_when_it_is_gone():
+    told = Told()
+    told.came(HERE, Pose(0.01, 0.0, 0.0))
+    told.meets(front())
+    assert told.asked(Pose(0.01, 0.0, 0.0), 1.0) == STILL
+    assert told.asked(Pose(0.01, 0.0, 0.0), 1.29) == STILL
+    assert told.asked(Pose(0.01, 0.0, 0.0), 1.0 + REST_S) == Twist(-BACK_MPS, 0.0)
+    assert told.asked(HERE, 1.4) == STILL
+    assert told.asked(Pose(0.01, 0.0, 0.0), 1.45) == STILL
+
+
+def test_what_still_rolls_backs_off_from_where_it_stood():
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(front())
+    told.asked(came[-1], 1.0)
+    told.asked(Pose(0.45, 0.0, 0.0), 1.2)
+    assert told.asked(Pose(0.45, 0.0, 0.0), 1.35) == Twist(-BACK_MPS, 0.0)
+    assert told.asked(Pose(0.31, 0.0, 0.0), 2.0) == Twist(-BACK_MPS, 0.0)
+    assert told.asked(Pose(0.299, 0.0, 0.0), 2.05) == STILL
+
+
+def test_a_base_that_is_stuck_is_told_to_back_off_until_its_time_is_over():
+    told, came = Told(), line(0.25, step_m=0.125)
+    told.came(*came)
+    told.meets(front(0.0))
+    assert told.asked(came[-1], 0.0) == STILL
+    over_s = 0.0 + REST_S + 0.125 / BACK_MPS + STUCK_S
+    assert told.asked(came[-1], over_s) == Twist(-BACK_MPS, 0.0)
+    assert told.asked(came[-1], over_s + 1e-6) == STILL
+    assert told.asked(came[-1], over_s - 0.5) == STILL  # once and for all
+
+
+@pytest.mark.parametrize(
+    ("yaw_rad", "w_radps"), [(0.2, -0.1), (-0.2, 0.1), (2.0, -0.5), (-2.0, 0.5)]
+)
+def test_a_curve_is_backed_off_along_by_what_is_left_of_it(yaw_rad: float, w_radps: float):
+    """From the heading at its end to the one a tenth of a metre before; 2 rad are too much."""
+    told, end = Told(), Pose(0.1, 0.0, yaw_rad)
+    told.came(Pose(0.0, 0.0, yaw_rad / 2), end)
+    way_m = 0.1 * math.cos(yaw_rad / 2)
+    told.meets(front())
+    told.asked(end, 1.0)
+    expected = -yaw_rad / 2 * BACK_MPS / way_m
+    bounded = max(-0.5, min(0.5, expected))
+    assert bounded == pytest.approx(w_radps, abs=0.01)
+    assert told.asked(end, 1.0 + REST_S).w_radps == pytest.approx(bounded)
+
+
+def test_the_last_bit_of_a_curve_is_not_turned_for_sharply():
+    told, end = Told(), Pose(0.1, 0.0, 0.02)
+    told.came(HERE, end)
+    told.meets(front())
+    told.asked(end, 1.0)
+    told.asked(end, 1.0 + REST_S)
+    assert told.asked(Pose(0.002, 0.0, 0.02), 2.0).w_radps == pytest.approx(-0.02 * 0.1 / 0.01)
+
+
+def test_a_plan_of_just_that_moment_does_not_know_of_it_yet():
+    told = Told()
+    told.came(HERE)
+    told.meets(front(1.0))
+    told.at(HERE, 1.0)
+    halt, _ = told.response.judge(1.0, HERE, 1.0)
+    assert halt is not None
+    assert halt.reason == "front touches something"
+    assert told.response.judge(1.0, HERE, 1.01) == (None, STILL)
+    assert told.response.judge(1.0, HERE, -5.0) == (None, STILL)  # it was known of once
+
+
+@pytest.mark.parametrize(
+    ("touch", "words"), [(Touch.CLIFF, "has no floor under it"), (Touch.WHEEL, "hangs in the air")]
+)
+def test_what_lasts_is_what_is_said_and_its_end_is_what_a_plan_has_to_know(touch, words):
+    told = Told()
+    told.came(HERE)
+    lasting = Contact(touch, "left", 0.3, 1.0, True)
+    told.meets(front(1.0), lasting)
+    for now_s in (1.0, 2.0, 3.0):
+        told.at(HERE, now_s)
+        halt, twist = told.response.judge(now_s, HERE, now_s)
+        assert halt is not None
+        assert (halt.kind, halt.reason, twist) == (touch.value, f"left {words}", STILL)
+    told.meets(replace(lasting, held=False))
+    told.at(HERE, 3.1)
+    assert told.response.judge(3.1, HERE, 3.0)[0] is not None
+    assert told.response.judge(3.1, HERE, 3.05) == (None, STILL)
+
+
+def test_of_what_is_met_at_once_the_gravest_is_said_and_the_map_is_told_of_all_but_wheels():
+    told, pose = Told(), Pose(1.0, 2.0, 0.5)
+    bumper, cliff = front(1.0), Contact(Touch.CLIFF, "cliff", 0.4, 1.0, False)
+    wheel = Contact(Touch.WHEEL, "wheel", 0.0, 1.0, False)
+    told.meets(bumper, cliff, wheel)
+    assert told.at(pose, 1.0) == (Met(Touch.BUMPER, pose, 0.0), Met(Touch.CLIFF, pose, 0.4))
+    halt, _ = told.response.judge(1.0, pose, 0.5)
+    assert halt is not None
+    assert halt.kind is HaltKind.WHEEL
+    told = Told()
+    told.meets(bumper, cliff)
+    told.at(pose, 1.0)
+    halt, _ = told.response.judge(1.0, pose, 0.5)
+    assert halt is not None
+    assert halt.kind is HaltKind.CLIFF
+
+
+def test_what_was_met_before_is_not_met_again():
+    told = Told()
+    told.meets(front(1.0))
+    assert len(told.at(HERE, 1.0)) == 1
+    assert told.at(HERE, 1.1) == ()
+    told.meets(front(1.0), front(1.05, name="other"), front(1.1, name="third"))
+    assert len(told.at(HERE, 1.2)) == 2
+    assert told.at(HERE, 1.3) == ()
+
+
+def test_what_the_bumper_touches_is_where_it_was_when_it_was_touched():
+    told = Told()
+    told.meets(replace(front(1.0), bearing_rad=0.5))
+    told.at(Pose(0.0, 0.0, 1.0), 1.0)
+    ahead, away = Twist(0.2, 0.3), Twist(-0.2, 0.3)
+    for yaw_rad, left in (
+        (2.4, Twist(0.0, 0.3)),
+        (0.6, Twist(0.0, 0.3)),
+        (2.5, ahead),
+        (0.4, ahead),
+    ):
+        assert told.response.allowed(ahead, Pose(0.0, 0.0, yaw_rad)) == left
+    assert told.response.allowed(away, Pose(0.0, 0.0, 1.5)) is away
+    turn = Twist(0.0, 0.3)
+    assert told.response.allowed(turn, Pose(0.0, 0.0, 1.5)) is turn
+    told.meets(replace(front(1.0), bearing_rad=0.5, held=False))
+    told.at(Pose(0.0, 0.0, 1.5), 1.1)
+    assert told.response.allowed(ahead, Pose(0.0, 0.0, 1.5)) == ahead
+
+
+@pytest.mark.parametrize("contact", [front(1.0, held=False), Contact(Touch.CLIFF, "c", 0, 1, True)])
+def test_only_a_bumper_that_stays_pressed_forbids_to_push_on(contact: Contact):
+    told = Told()
+    told.meets(contact)
+    told.at(HERE, 1.0)
+    assert told.response.allowed(AHEAD, HERE) == AHEAD
+
+
+@pytest.mark.parametrize(("bearing_rad", "backs"), [(1.75, True), (1.76, False), (-1.76, False)])
+def test_what_is_met_more_to_the_side_than_ahead_is_not_backed_off_from(bearing_rad, backs):
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(replace(front(), bearing_rad=bearing_rad))
+    assert (backed_off_m(told, came[-1]) > 0) is backs
+
+
+def test_a_contact_that_is_over_behind_it_does_not_keep_it_from_backing_off():
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(front(), Contact(Touch.BUMPER, "rear", BEHIND, 0.5, False))
+    told.response._known_s = 0.6  # the rear one is an old story
+    assert backed_off_m(told, came[-1]) > 0
+
+
+def test_after_it_has_backed_off_what_it_touched_is_no_way_to_back_off_by():
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(front(1.0))
+    backed_off_m(told, came[-1])
+    told.meets(front(10.0))
+    assert backed_off_m(told, Pose(0.24, 0.0, 0.0), 10.0) == 0.0
+
+
+def test_a_second_touch_while_it_backs_off_leaves_what_is_said():
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(front(1.0))
+    told.asked(came[-1], 1.0)
+    told.meets(front(1.0), front(1.2, name="other"))
+    told.asked(came[-1], 1.2)
+    halt, twist = told.response.judge(1.35, came[-1], -1.0)
+    assert halt is not None
+    assert (halt.reason, twist) == ("front touches something", Twist(-BACK_MPS, 0.0))
+    told.meets(front(1.0), Contact(Touch.BUMPER, "rear", BEHIND, 1.4, True))
+    told.at(came[-1], 1.4)
+    halt, twist = told.response.judge(1.4, came[-1], -1.0)
+    assert halt is not None
+    assert (halt.reason, twist) == ("rear touches something", STILL)

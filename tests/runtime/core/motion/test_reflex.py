@@ -149,3 +149,123 @@ def test_the_surest_speed_is_what_is_watched_less_what_passes_unseen():
     assert v * (FRESH_S + HOLD_S) + v * v / (2 * BRAKE) == pytest.approx(2.5 - RADIUS_M - REST_M)
     assert sure_mps(RADIUS_M, BRAKE, 1.0) < v
     assert sure_mps(RADIUS_M, BRAKE, 0.1) == 0.0
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+FAST = Twist(0.6, 0.0)
+
+
+def halting(way_m: float) -> float:
+    """By hand: v * HOLD_S + v^2 / 2b = way, with b = 0.5."""
+    return 0.5 * (math.sqrt(HOLD_S**2 + 4 * way_m) - HOLD_S)
+
+
+def test_the_speed_is_the_one_that_halts_before_the_nearest_that_is_on_the_way():
+    caution = caution_at(FAST, near((0.6, 0.1), (0.5, 1.0), (0.9, 0.0)))
+    beside_m = 0.6 - math.sqrt((RADIUS_M + BESIDE_M) ** 2 - 0.1**2)
+    assert caution.most_mps == pytest.approx(halting(beside_m), rel=1e-6)
+    assert (caution.kind, caution.reason) == (HaltKind.OBSTACLE, "something 0.44 m ahead")
+    assert caution.most_radps == math.inf
+
+
+def test_what_only_a_wider_body_would_touch_is_passed_at_its_own_speed():
+    """0.17 m to the side: within the rim, but not within what is surely touched."""
+    caution = caution_at(FAST, near((0.5, 0.17)))
+    beside_m = 0.5 - math.sqrt((RADIUS_M + BESIDE_M) ** 2 - 0.17**2)
+    assert caution.most_mps == pytest.approx(halting(beside_m), rel=1e-6)
+    assert caution.reason == f"something {beside_m:.2f} m ahead"
+
+
+def test_what_is_within_the_rim_and_what_is_surely_on_the_way_part_at_three_centimetres():
+    surely_m = RADIUS_M - INSIDE_M
+    near_by = Twist(0.3, 0.0)
+    assert caution_at(near_by, near((0.15, surely_m - 0.001))).most_mps == 0.0
+    assert caution_at(near_by, near((0.15, surely_m + 0.001))).most_mps >= CREEP_MPS
+    assert caution_at(near_by, near((0.2, RADIUS_M + BESIDE_M + 0.001))) == FREE
+
+
+def test_a_drop_is_braked_for_with_half_of_the_body():
+    caution = caution_at(FAST, near(drops=[(0.6, 0.05)]))
+    way_m = 0.6 - math.sqrt((RADIUS_M / 2) ** 2 - 0.05**2)
+    assert caution.most_mps == pytest.approx(halting(way_m - REST_M), rel=1e-6)
+    assert (caution.kind, caution.reason) == (HaltKind.FLOOR, "no floor 0.53 m ahead")
+    assert caution_at(FAST, near(drops=[(0.6, RADIUS_M / 2 + 0.001)])) == FREE
+
+
+def test_of_an_obstacle_and_a_drop_the_nearer_is_said():
+    drops = [(0.6, 0.0)]
+    told = caution_at(FAST, near((0.5, 0.0), drops=drops))
+    assert (told.kind, told.reason) == (HaltKind.OBSTACLE, "something 0.31 m ahead")
+    told = caution_at(FAST, near((0.9, 0.0), drops=drops))
+    assert (told.kind, told.reason) == (HaltKind.FLOOR, "no floor 0.51 m ahead")
+    told = caution_at(FAST, near((0.5, RADIUS_M + 0.005), drops=[(1.2, 0.0)]))
+    assert told.kind is HaltKind.OBSTACLE  # it is passed slower than the drop is reached
+    told = caution_at(FAST, near((0.1, 0.0), drops=[(0.05, 0.0)]))
+    assert (told.kind, told.reason) == (HaltKind.OBSTACLE, "something 0.00 m ahead")
+    told = caution_at(FAST, near(drops=[(0.05, 0.0)]))
+    assert (told.kind, told.reason) == (HaltKind.FLOOR, "no floor 0.00 m ahead")
+
+
+def test_a_robot_that_may_hardly_go_stands():
+    gap_m = RADIUS_M - INSIDE_M + REST_M
+    slow = Twist(0.03, 0.0)
+    assert caution_at(slow, near((gap_m + 0.008, 0.0))).most_mps == pytest.approx(
+        halting(0.008), rel=1e-3
+    )
+    assert 0.0 < halting(0.0055) < 0.02
+    assert caution_at(slow, near((gap_m + 0.0055, 0.0))).most_mps == 0.0
+
+
+def test_to_halt_is_told_at_once_where_slowing_is_not_enough_any_more():
+    assert stopping_m(0.4, 0.5) == pytest.approx(0.4 * 0.1 + 0.4**2)
+    gap_m = RADIUS_M - INSIDE_M + REST_M
+    for more_m, stops in ((0.001, False), (-0.001, True)):
+        thing = near((gap_m + stopping_m(0.4, BRAKE) + more_m, 0.0))
+        assert (caution_at(Twist(0.4, 0.0), thing).most_mps == 0.0) is stops
+
+
+@pytest.mark.parametrize("yaw_rad", [0.0, 0.7, -2.0])
+def test_where_the_base_is_does_not_matter(yaw_rad):
+    pose, c, s = Pose(3.0, -5.0, yaw_rad), math.cos(yaw_rad), math.sin(yaw_rad)
+    seen = near((3.0 + 0.6 * c - 0.1 * s, -5.0 + 0.6 * s + 0.1 * c))
+    assert caution_at(FAST, seen, pose).most_mps == pytest.approx(
+        caution_at(FAST, near((0.6, 0.1))).most_mps, rel=1e-5
+    )
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_way_along_a_circle_by_hand(side):
+    """Half a metre round (0, 0.5), to a thing that lies a quarter turn on, or three."""
+    for along, at in ((0.25, (0.5, 0.5)), (0.75, (-0.5, 0.5))):
+        way_m = free_way_m(np.array([[at[0], side * at[1]]]), side * 2.0, 0.1)
+        assert way_m == pytest.approx(0.5 * (along * math.tau - math.acos(0.98)))
+    assert free_way_m(np.array([[0.3, side * 0.5]]), side * 2.0, 0.1) == math.inf
+    assert free_way_m(np.array([[0.0, side * 0.5]]), side * 2.0, 0.1) == math.inf
+
+
+def test_the_way_straight_on_by_hand():
+    points = np.array([[1.0, 0.06], [0.5, 0.2], [-0.5, 0.0], [2.0, 0.0]])
+    assert free_way_m(points, 0.0, 0.1) == pytest.approx(1.0 - 0.08)
+    assert free_way_m(points, 0.0009, 0.1) == pytest.approx(1.0 - 0.08)
+    assert free_way_m(points, -0.0011, 0.1) == pytest.approx(1.0 - 0.08, abs=0.002)
+    assert free_way_m(points[1:3], 0.0, 0.1) == math.inf
+
+
+def test_what_is_touched_at_the_side_and_ahead_of_the_middle_ends_the_way():
+    assert free_way_m(np.array([[0.001, 0.09]]), 0.0, 0.1) == 0.0
+    assert free_way_m(np.array([[0.0, 0.09]]), 0.0, 0.1) == math.inf
+    assert free_way_m(np.array([[0.0, 0.09], [0.5, 0.0]]), 0.0, 0.1) == pytest.approx(0.4)
+    assert free_way_m(np.array([[-0.05, 0.05], [0.5, 0.5]]), 2.0, 0.1) > 0.5
+
+
+def test_the_halting_speed_where_there_is_no_way_and_no_end_of_it():
+    assert halting_mps(0.0, BRAKE) == 0.0
+    assert halting_mps(-1.0, BRAKE) == 0.0
+    assert halting_mps(math.inf, BRAKE) == math.inf
+    assert halting_mps(0.5, 1.0) == pytest.approx(math.sqrt(0.09 + 1.0) - 0.3)
+
+
+def test_the_surest_speed_of_a_camera_that_sees_less_far_and_of_other_brakes():
+    v = sure_mps(0.2, 1.0, 1.0)
+    assert v * 0.7 + v * v / 2 == pytest.approx(1.0 - 0.2 - REST_M)

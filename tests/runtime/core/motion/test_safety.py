@@ -144,3 +144,130 @@ def test_a_command_of_which_depth_left_nothing_is_one_halt_as_long_as_it_lasts()
     assert kinds(guard, 10.2, at(0, 10.2), 10.1, 10.1) == ""
     guard.caution(ahead)
     assert guard.halts == {"obstacle": 2}
+
+
+def test_each_stale_thing_is_said_with_its_age():
+    def said(odometry, frame_s, plan_s) -> str:
+        halt = Guard(CFG).check(10.0, odometry, frame_s, plan_s)
+        return f"{halt.kind}: {halt.reason}" if halt else ""
+
+    fresh = at(0, 9.9)
+    assert said(None, 9.9, 9.9) == "odometry: no odometry yet"
+    assert said(at(0, 9.5), 9.9, 9.9) == "odometry: no odometry for 0.5 s"
+    assert said(fresh, None, 9.9) == "frame: no matched colour and depth yet"
+    assert said(fresh, 8.8, 9.9) == "frame: no matched colour and depth for 1.2 s"
+    assert said(fresh, 9.9, 7.5) == "plan: the plan is 2.5 s old"
+
+
+def test_what_is_just_as_old_as_it_may_be_is_driven_by():
+    cfg = SafetyConfig(odom_stale_s=0.5, frame_stale_s=1.0, plan_stale_s=2.0)
+    assert Guard(cfg).check(10.0, at(0, 9.5), 9.0, 8.0) is None
+
+
+def moved(*poses: Pose, by_hand: bool = False, cfg: SafetyConfig = CFG) -> Halt | None:
+    """What holds the base after odometry told of these, 0.05 s apart."""
+    guard, told = Guard(cfg), at(0, 0)
+    for n, pose in enumerate(poses):
+        told = Odometry(pose, n, 10.0 + 0.05 * n)
+        guard.watch(told, by_hand)
+    return guard.check(told.arrival_s, told, told.arrival_s, told.arrival_s)
+
+
+def test_a_jump_is_how_far_two_messages_are_apart_wherever_the_robot_is():
+    assert moved(Pose(5.0, -7.0, 2.0), Pose(5.1, -7.1, 2.2)) is None
+    told = moved(Pose(5.0, -7.0, 2.0), Pose(5.3, -6.6, 2.5))
+    assert told == Halt(HaltKind.JUMP, "odometry jumped by 0.50 m, 0.50 rad")
+    assert moved(Pose(5.0, -7.0, 2.0), Pose(5.0, -6.5, 2.0)) is not None
+    assert moved(Pose(5.0, -7.0, 2.0), Pose(5.0, -7.0, 1.0)) is not None
+
+
+def test_as_far_as_odometry_may_go_is_no_jump():
+    cfg = SafetyConfig(odom_jump_m=0.5, odom_jump_rad=0.5)
+    assert moved(Pose(0.0, 0.0, 0.0), Pose(0.5, 0.0, 0.0), cfg=cfg) is None
+    assert moved(Pose(0.0, 0.0, 0.0), Pose(0.0, 0.0, 0.5), cfg=cfg) is None
+
+
+def test_what_a_hand_moves_is_no_jump_but_its_clock_may_go_back():
+    assert moved(Pose(0.0, 0.0, 0.0), Pose(3.0, 0.0, 2.0), by_hand=True) is None
+    guard = Guard(CFG)
+    guard.watch(at(0, 10.0, 5_000_000_000), by_hand=True)
+    guard.watch(at(0.1, 10.05, 3_500_000_000), by_hand=True)
+    halt = guard.check(10.05, at(0.1, 10.05), 10.05, 10.0)
+    assert halt == Halt(HaltKind.CLOCK, "odometry's clock went back by 1.50 s")
+
+
+def test_a_clock_that_stands_still_went_nowhere():
+    guard = Guard(CFG)
+    guard.watch(at(0, 10.0, 7))
+    guard.watch(at(0.1, 10.05, 7))
+    assert guard.check(10.05, at(0.1, 10.05), 10.05, 10.0) is None
+
+
+def test_the_same_message_again_breaks_nothing():
+    guard, told = Guard(CFG), at(0.6, 10.05)
+    guard.watch(at(0, 10.0))
+    guard.watch(told)
+    assert guard.check(10.05, told, 10.05, 10.04) is not None
+    assert guard.check(10.1, told, 10.1, 10.06) is None
+    guard.watch(told)
+    assert guard.check(10.1, told, 10.1, 10.05) is None
+
+
+def test_control_that_comes_just_in_time_is_no_overrun_and_one_that_does_not_says_how_long():
+    guard = Guard(CFG)
+    guard.turn(0.0)
+    guard.turn(OVERRUN_S)
+    assert guard.check(0.3, at(0, 0.3), 0.3, 0.1) is None
+    guard.turn(1.5)
+    halt = guard.check(1.5, at(0, 1.5), 1.5, 1.5)
+    assert halt == Halt(HaltKind.OVERRUN, "control stood still for 1.2 s")
+    assert guard.check(1.6, at(0, 1.6), 1.6, 1.55) is None
+
+
+def test_what_the_base_says_goes_before_what_is_doubted_and_both_before_what_is_stale():
+    guard = Guard(CFG)
+    base, doubt = Halt(HaltKind.BASE, "not armed"), Halt(HaltKind.STOP, "by hand")
+    body = Halt(HaltKind.BUMPER, "bumper touches something")
+    assert guard.check(10.0, None, None, 0.0, base=base, body=body, doubt=doubt) == base
+    assert guard.check(10.0, None, None, 0.0, doubt=doubt, body=body) == doubt
+    assert guard.check(10.1, at(0, 10.1), None, 10.1, body=body) == body
+    assert guard.halts == {"base": 1, "stop": 1, "bumper": 1}
+
+
+def test_a_body_that_met_something_waits_for_odometry_first():
+    guard, body = Guard(CFG), Halt(HaltKind.BUMPER, "bumper touches something")
+    halt = guard.check(10.0, at(0, 9.0), 10.0, 10.0, body=body)
+    assert halt is not None
+    assert halt.kind is HaltKind.ODOMETRY
+
+
+def test_a_robot_that_does_not_drive_is_not_halted_as_far_as_the_counts_go():
+    guard = Guard(CFG)
+    assert guard.check(10.0, None, None, 10.0, driving=False) is not None
+    assert guard.halts == {}
+    assert guard.check(10.05, None, None, 10.0) is not None
+    assert guard.halts == {"odometry": 1}
+
+
+def test_a_plan_that_is_late_is_a_halt_of_its_own_where_nothing_was_missing_before():
+    guard = Guard(CFG)
+    assert kinds(guard, 10.0, at(0, 10.0), 10.0, 7.0) == "plan"
+    assert kinds(guard, 10.05, at(0, 10.05), 10.0, 7.0) == "plan"
+    assert guard.halts == {"plan": 1}
+    assert kinds(guard, 10.1, at(0, 9.0, 10_100_000_000), 10.0, 10.1) == "odometry"
+    assert kinds(guard, 10.15, at(0, 10.15), 10.1, 7.0) == "plan"
+    assert kinds(guard, 10.2, at(0, 9.0, 10_200_000_000), 10.1, 10.1) == "odometry"
+    assert guard.halts == {"plan": 1, "odometry": 1}  # it was missing all the while
+
+
+def test_an_obstacle_that_another_halt_interrupts_is_counted_again():
+    guard, ahead = Guard(CFG), Halt(HaltKind.OBSTACLE, "a leg")
+    assert kinds(guard, 10.0, at(0, 10.0), 10.0, 10.0) == ""
+    guard.caution(ahead)
+    assert kinds(guard, 10.05, None, 10.0, 10.0) == "odometry"
+    assert kinds(guard, 10.1, at(0, 10.1), 10.1, 10.1) == ""
+    guard.caution(ahead)
+    assert guard.halts == {"obstacle": 2, "odometry": 1}
+    assert kinds(guard, 10.15, at(0, 10.15), 10.15, 10.15) == ""
+    guard.caution(Halt(HaltKind.FLOOR, "a step"))
+    assert guard.halts == {"obstacle": 2, "odometry": 1, "floor": 1}

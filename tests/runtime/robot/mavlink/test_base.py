@@ -13,7 +13,9 @@ from rover_double import RoverDouble, until
 from hil_sim.simulation.rover_stand_in import RoverStandIn
 from runtime.clock import SystemClock
 from runtime.core.types import Pose, Twist
+from runtime.errors import BaseError
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
+from runtime.robot.mavlink import base as module
 from runtime.robot.mavlink.base import STANDS, MavlinkBase
 
 CLOCK = SystemClock()
@@ -229,6 +231,21 @@ def test_an_order_that_comes_too_late_is_not_sent(rover):
         sent = base.drive(order(worth_s=-0.5))
         assert sent.twist is None
         assert sent.why.startswith("the order came 0.5")
+
+
+def test_a_link_that_is_gone_is_why_nothing_is_sent_and_it_is_opened_anew(rover, monkeypatch):
+    def no_link(address: object) -> None:
+        raise BaseError("no way")
+
+    with on(rover) as base:
+        driving(base, lambda: rover.velocities[-1] != Twist())
+        monkeypatch.setattr(module, "open_link", no_link)
+        assert base._link is not None
+        base._link.close()
+        driving(base, lambda: base.condition().held == "no way")
+        assert base.drive(order()) == Sent(None, "no way")
+        monkeypatch.undo()
+        driving(base, lambda: rover.velocities[-1].v_mps > 0)
 
 
 def test_nobody_there_is_held_and_what_cannot_be_opened_is_opened_later():

@@ -96,6 +96,31 @@ def test_who_listens_is_spoken_to_first(vehicle):
     link.close()
 
 
+def test_what_cannot_be_sent_is_said(vehicle):
+    link = link_to(f"udpout:127.0.0.1:{vehicle.getsockname()[1]}")
+    link.close()
+    address = f"udpout:127.0.0.1:{vehicle.getsockname()[1]}"
+    assert link.send(b"hello") == f"{address}: Bad file descriptor"
+
+
+def test_what_went_out_in_part_goes_out_before_anything_else(monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+    written: list[bytes] = []
+
+    def write(_: int, data: bytes) -> int:
+        written.append(data[:4])
+        return len(written[-1])
+
+    monkeypatch.setattr("runtime.robot.mavlink.links.os.write", write)
+    assert link.send(b"0123456789") == ""
+    lost = f"tcp:127.0.0.1:{link._address.number}: does not take more"
+    assert link.send(b"abc") == lost
+    assert link.send(b"def") == ""
+    assert b"".join(written) == b"0123456789def"
+    link.close()
+
+
 def test_a_port_where_nobody_listens_yet_is_no_error():
     link = link_to(f"udpout:127.0.0.1:{free_port()}")
     for _ in range(5):

@@ -115,6 +115,14 @@ def test_stamps_are_as_regular_as_the_vehicle_s_clock_however_late_messages_are(
             assert stamp == offset + boot_ms * 1_000_000
 
 
+def test_the_fastest_message_counts_for_ten_seconds():
+    time, second = BootTime(), 1_000_000_000
+    assert time.stamp_ns(5 * second, T0) == T0
+    late_ns = 300_000_000
+    assert time.stamp_ns(15 * second, T0 + 10 * second + late_ns) == T0 + 10 * second + late_ns
+    assert time.stamp_ns(16 * second, T0 + 11 * second + 2 * late_ns) == T0 + 11 * second + late_ns
+
+
 def test_a_vehicle_that_was_switched_off_and_on_is_timed_anew():
     time = BootTime()
     assert time.stamp_ns(100_000_000_000, T0) == T0
