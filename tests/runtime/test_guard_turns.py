@@ -253,9 +253,17 @@ def test_a_base_that_its_odometry_tells_at_rest_is_told_no_longer(world: World):
 
 
 def test_what_is_no_odometry_tells_nothing(world: World):
-    world.watch(MOVING, lambda: world.hears("r1/odom", b"\x00\x01"), None,
-                lambda: world.hears("r1/odom", b"\x00\x01\x00\x00" + 99 * b"\xff"))  # fmt: skip
+    junk = b"", b"\x00\x01", b"\x00\x01\x00\x00" + 99 * b"\xff"
+    turns = [lambda payload=payload: world.hears("r1/odom", payload) for payload in junk]
+    world.watch(MOVING, *turns, None)
     assert len(world.zeros) == round(BLIND_S / AGAIN_S)
+
+
+def test_odometry_is_read_as_what_it_is_told_to_be(world: World, monkeypatch):
+    noted: list[Any] = []
+    monkeypatch.setattr(Rest, "note", lambda rest, where, now_s: noted.append((where, now_s)))
+    world.watch(lambda: world.moves(1.5), BYE)
+    assert noted == [((1.5, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), 100)]
 
 
 def test_a_slam_s_pose_is_read_where_that_is_what_it_is_told_of(world: World):
@@ -397,7 +405,11 @@ class Started:
         self.watched: list[Any] = []
         monkeypatch.setattr(guard.signal, "signal", self.handle)
         monkeypatch.setattr(guard.os, "sched_setscheduler", self.schedule)
-        monkeypatch.setattr(guard, "watch", lambda link, say: self.watched.append((link, say)))
+        monkeypatch.setattr(guard, "watch", self.watch)
+
+    def watch(self, link: Any, say: Any) -> None:
+        assert say is guard._say
+        self.watched.append(link.fileno() if isinstance(link, socket.socket) else link)
 
     def handle(self, number: signal.Signals, how: Any) -> None:
         assert how is signal.SIG_IGN
@@ -413,9 +425,9 @@ def test_a_runtime_s_own_guard_serves_it_alone_and_is_ended_by_nobody_else(monke
     fd = theirs.detach()
     with ours:
         assert guard.main(["--fd", str(fd)]) == 0
-    ((link, say),) = started.watched
-    assert link.fileno() == -1  # closed afterwards
-    assert say is guard._say
+    assert started.watched == [fd]
+    with pytest.raises(OSError, match="Bad file descriptor"):
+        os.fstat(fd)  # closed afterwards
     assert started.ignored == [signal.SIGINT, signal.SIGTERM]
     assert started.scheduled == [(0, os.SCHED_FIFO, 21)]
 
@@ -425,7 +437,7 @@ def test_a_guard_that_waits_ends_by_sigterm(monkeypatch, tmp_path: Path):
     monkeypatch.setattr(guard, "links", lambda path: asked.append(path) or iter("ab"))
     assert guard.main(["--socket", str(tmp_path / "guard")]) == 0
     assert asked == [tmp_path / "guard"]
-    assert started.watched == [("a", guard._say), ("b", guard._say)]
+    assert started.watched == ["a", "b"]
     assert started.ignored == [signal.SIGINT]
 
 

@@ -435,6 +435,10 @@ def test_a_clock_that_goes_back_is_said_with_how_far_and_one_that_stands_is_not(
     assert told.doubt(10.05) == ""
     told.odom(ORIGIN, 10.1, 2.5)
     assert told.doubt(10.1) == "clock: odometry's clock went back by 1.50 s"
+    told = Told()
+    told.odom(ORIGIN, 10.0, 30_000_000.0)
+    told.odom(ORIGIN, 10.05, 10_000_000.0)
+    assert told.doubt(10.05) == "clock: odometry's clock went back by 20000000.00 s"
 
 
 def test_of_what_was_noticed_the_last_is_told():

@@ -196,6 +196,15 @@ def test_what_a_hand_moves_is_no_jump_but_its_clock_may_go_back():
     assert halt == Halt(HaltKind.CLOCK, "odometry's clock went back by 1.50 s")
 
 
+def test_how_far_a_clock_went_back_is_told_to_the_hundredth_even_of_years():
+    guard = Guard(CFG)
+    guard.watch(at(0, 10.0, 30_000_000 * 10**9))
+    guard.watch(at(0, 10.05, 10_000_000 * 10**9))
+    halt = guard.check(10.05, at(0, 10.05), 10.05, 10.0)
+    assert halt is not None
+    assert halt.reason == "odometry's clock went back by 20000000.00 s"
+
+
 def test_a_clock_that_stands_still_went_nowhere():
     guard = Guard(CFG)
     guard.watch(at(0, 10.0, 7))
