@@ -1,5 +1,6 @@
 """What a turn of the control loop asks, is told, sends and tells, value by value."""
 
+import math
 import threading
 from dataclasses import replace
 from typing import Any
@@ -27,6 +28,7 @@ RATES = RealtimeConfig()
 TICK_S = 1 / RATES.control_hz
 AT, STAMP_NS = Pose(1.0, 2.0, 0.5), 77
 SPIN, LIMITS = Spin(0.5), ControlConfig()
+LAST = DriveOrder(STILL, 0, math.inf, last=True)  # which a full wire is waited for with
 LEG = Caution(HaltKind.OBSTACLE, "something 0.10 m ahead", 0.0)
 
 
@@ -157,7 +159,7 @@ def test_an_order_has_the_stamp_of_what_it_was_made_of_its_end_and_whether_a_sea
         DriveOrder(twist, STAMP_NS, pytest.approx(100.05 + ORDER_S), True),
         DriveOrder(STILL, 0, pytest.approx(100.1 + ORDER_S), True),
         DriveOrder(STILL, 0, at_s + ORDER_S, False),
-        DriveOrder(STILL, 0, at_s + ORDER_S, False),
+        LAST,
     ]
 
 
@@ -484,16 +486,18 @@ def test_a_hand_that_has_let_go_is_told_of_once_with_what_the_base_says_now(loop
     loop.robot.said = BaseCondition(held="not armed")
     loop.tick()
     both = BaseCondition(held="not armed", hand="sticks")
+    assert loop.control.condition(forget=False) == both
     assert loop.control.condition() == both
     assert loop.control.condition() == BaseCondition(held="not armed")
     assert loop.kinds("heard") == [
+        {"name": "condition", "value": both},
         {"name": "condition", "value": both},
         {"name": "condition", "value": BaseCondition(held="not armed")},
     ]
     loop.robot.said = WELL
     loop.tick()
     assert loop.control.condition() == WELL
-    assert len(loop.kinds("heard")) == 2
+    assert len(loop.kinds("heard")) == 3
 
 
 # -- its thread, run here --------------------------------------------------------------------------
@@ -556,7 +560,7 @@ def test_turns_come_at_their_rate_and_at_the_end_zero_is_commanded():
     run = Run(nothing, nothing, late(0.01), nothing)
     assert run.order == ["start", *["turn"] * 5]
     assert run.began_s == pytest.approx([0.0, 0.05, 0.1, 0.15, 0.2])
-    assert run.loop.robot.orders[-1] == DriveOrder(STILL, 0, pytest.approx(100.2 + ORDER_S))
+    assert run.loop.robot.orders[-1] == LAST
     assert len(run.loop.robot.orders) == 7  # one a turn, by `close`, and at the end
     told = run.loop.tracer.told()[Stage.LATE]
     assert (told["n"], told["max_ms"]) == (5, pytest.approx(0.0, abs=1e-6))
@@ -610,7 +614,7 @@ def test_a_mistake_before_the_first_turn_is_raised_to_who_asks_and_zero_is_comma
     loop = Loop(at_start=mistaken)
     loop.control.check()
     loop.control._run()
-    assert loop.robot.orders == [DriveOrder(STILL, 0, 100.0 + ORDER_S)]
+    assert loop.robot.orders == [LAST]
     with pytest.raises(ValueError, match="mistake"):
         loop.control.check()
 

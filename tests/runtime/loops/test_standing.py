@@ -162,29 +162,38 @@ def test_what_the_base_says_is_a_reason_not_to_drive():
     assert forbids(both) == Halt(HaltKind.HAND, "a hand has the sticks: sticks")
 
 
-def test_a_change_is_of_the_state_or_of_the_kind_of_what_holds_it_and_nothing_else():
+def test_a_change_is_of_the_state_or_of_its_cause_but_for_the_numbers_of_what_holds_it():
+    told = [
+        RunStanding(RunState.STARTING),
+        RunStanding(RunState.DEGRADED, "shed: 1 of 3"),
+        RunStanding(RunState.DEGRADED, "shed: 2 of 3"),
+        RunStanding(RunState.HELD, "frame: none for 0.5 s"),
+        RunStanding(RunState.HELD, "frame: none for 12.0 s"),
+        RunStanding(RunState.HELD, "plan: the plan is 2.1 s old"),
+        RunStanding(RunState.PAUSED, "plan: the plan is 2.1 s old"),
+    ]
     changes = Changes()
-    assert changes.now == RunStanding(RunState.STARTING)
-    for n, standing in enumerate(
-        [
-            RunStanding(RunState.DEGRADED, "rung: none"),
-            RunStanding(RunState.DEGRADED, "guard: gone"),
-            RunStanding(RunState.HELD, "frame: none"),
-            RunStanding(RunState.HELD, "plan: the plan is 2.1 s old"),
-        ]
-    ):
+    assert changes.now == told[0]
+    for n, standing in enumerate(told[1:], 1):
         changes.note(float(n), standing)
         assert changes.now is standing
-    starting, degraded = (
-        RunStanding(RunState.STARTING),
-        RunStanding(RunState.DEGRADED, "rung: none"),
-    )
-    held = RunStanding(RunState.HELD, "frame: none")
-    assert changes.take() == (
-        Change(0.0, starting, degraded),
-        Change(2.0, RunStanding(RunState.DEGRADED, "guard: gone"), held),
-        Change(3.0, held, RunStanding(RunState.HELD, "plan: the plan is 2.1 s old")),
-    )
+    assert changes.take() == tuple(Change(float(n), told[n - 1], told[n]) for n in (1, 2, 3, 5, 6))
+
+
+@pytest.mark.parametrize(
+    ("report", "cause"),
+    [
+        ({"shed": "no second looks"}, "no second looks"),
+        ({"unstamped": ("odom",)}, "stamps stand still: odom"),
+        (
+            {"rung": "none", "shed": "no second looks", "unstamped": ("odom", "depth")},
+            "rung: none, no second looks, stamps stand still: odom, depth",
+        ),
+    ],
+)
+def test_all_that_it_lacks_is_said(report, cause):
+    known = "", None, WELL, None, SEARCHING
+    assert stands(*known, report, True) == RunStanding(RunState.DEGRADED, cause)
 
 
 def test_lateness_is_told_to_the_hundredth_of_a_millisecond():

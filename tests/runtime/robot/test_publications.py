@@ -37,9 +37,10 @@ class Session:
         self.publishers: dict[str, Publisher] = {}
 
     def declare_publisher(self, key: str, **how) -> Publisher:
-        assert key not in self.publishers
-        self.publishers[key] = Publisher(key, how)
-        return self.publishers[key]
+        name = f"last {key}" if key in self.publishers else key
+        assert name not in self.publishers
+        self.publishers[name] = Publisher(key, how)
+        return self.publishers[name]
 
 
 CONFIG = BusConfig(prefix="r1", topics=TopicsConfig(cmd_vel="base/cmd_vel"))
@@ -57,12 +58,13 @@ def said(publisher: Publisher) -> list:
     return [wire.decode_json(payload, publisher.key) for payload in publisher.put_payloads]
 
 
-def test_commands_go_before_reports_and_are_not_dropped():
+def test_commands_go_before_reports_and_the_last_velocity_alone_is_waited_for():
     _, publishers, _ = made()
     assert {key: (p.how["congestion_control"], p.how["priority"]) for key, p in
             publishers.items()} == {
-        "r1/rfnav/action": (BLOCK, URGENT),
-        "r1/base/cmd_vel": (BLOCK, URGENT),
+        "r1/rfnav/action": (DROP, URGENT),
+        "r1/base/cmd_vel": (DROP, URGENT),
+        "last r1/base/cmd_vel": (BLOCK, URGENT),
         "r1/rfnav/state": (DROP, ORDINARY),
         "r1/rfnav/decision": (DROP, ORDINARY),
         "r1/rfnav/feedback": (DROP, ORDINARY),
@@ -73,21 +75,30 @@ def test_commands_go_before_reports_and_are_not_dropped():
 def test_in_lockstep_what_was_published_first_arrives_first():
     _, publishers, _ = made(lockstep=True)
     hows = [(p.how["congestion_control"], p.how["priority"]) for p in publishers.values()]
-    assert hows == [(BLOCK, ORDINARY)] * 5
+    assert hows == [(BLOCK, ORDINARY)] * 6
 
 
 def test_a_velocity_is_what_the_base_reads_and_what_is_recorded():
     publications, publishers, told = made()
-    publications.twist(0.25, -0.5, 7)
+    publications.twist(Twist(0.25, -0.5), 7)
     (payload,) = publishers["r1/base/cmd_vel"].put_payloads
     assert wire.decode_twist(payload, "cmd_vel") == (0.25, -0.5)
+    assert told == [("wire", WireMessage("base/cmd_vel", wire.TWIST, payload))]
+
+
+def test_a_velocity_after_which_none_follows_is_sent_by_who_waits_for_the_wire():
+    publications, publishers, told = made()
+    publications.twist(Twist(), 7, last=True)
+    assert publishers["r1/base/cmd_vel"].put_payloads == []
+    (payload,) = publishers["last r1/base/cmd_vel"].put_payloads
+    assert wire.decode_twist(payload, "cmd_vel") == (0.0, 0.0)
     assert told == [("wire", WireMessage("base/cmd_vel", wire.TWIST, payload))]
 
 
 def test_a_stamped_velocity_has_the_stamp_and_the_frame():
     config = BusConfig(cmd_vel_type="TwistStamped", cmd_vel_frame="base_footprint")
     publications, publishers, told = made(config=config)
-    publications.twist(0.25, -0.5, 3_000_000_007)
+    publications.twist(Twist(0.25, -0.5), 3_000_000_007)
     (payload,) = publishers["cmd_vel"].put_payloads
     assert stamped_twist(payload) == (3_000_000_007, 0.25, -0.5)
     message = wire.decode(payload, wire.TWIST_STAMPED, "cmd_vel")
@@ -138,5 +149,5 @@ def test_undeclaring_is_done_once():
 
 def test_nothing_is_recorded_where_nobody_asked_for_it():
     session = Session()
-    Publications(session, CONFIG, False).twist(0.1, 0.0, 0)
+    Publications(session, CONFIG, False).twist(Twist(0.1, 0.0), 0)
     assert len(session.publishers["r1/base/cmd_vel"].put_payloads) == 1

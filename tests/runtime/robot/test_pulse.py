@@ -8,6 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -185,13 +186,15 @@ def test_where_no_guard_waits_it_is_said_how_to_start_one(tmp_path: Path):
 
 
 class Fed:
-    """A pulse, and the guard's end of its link in the hands of a test."""
+    """A pulse after which no other guard is started, and the guard's end of its link in the hands
+    of a test."""
 
-    def __init__(self, monkeypatch: pytest.MonkeyPatch, config: BusConfig = NOWHERE) -> None:
-        ours, self.theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.ours, self.theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self.theirs.settimeout(PATIENCE_S)
-        monkeypatch.setattr(module, "_connected", lambda path: ours)
-        self.pulse = Pulse(config, Path("somewhere"))
+        self.told: list[str] = []
+        monkeypatch.setattr(module, "_connected", lambda path: self.ours)
+        self.pulse = Pulse(NOWHERE, Path("somewhere"), self.told.append, ())
 
     def heard(self) -> bytes:
         return self.theirs.recv(guard.LARGEST)
@@ -207,56 +210,70 @@ def fed(monkeypatch) -> Iterator[Fed]:
 
 def test_orders_come_first_then_each_turn_and_at_the_end_a_farewell(fed: Fed):
     assert fed.heard() == orders(NOWHERE).told()
+    assert fed.ours.gettimeout() == 0.0
     assert fed.pulse.beat(True) == "the guard reaches nobody"
     assert fed.pulse.beat(False) == "the guard reaches nobody"
     fed.theirs.send(guard.READY)
-    assert fed.pulse.beat(False) == ""
     assert fed.pulse.beat(True) == ""
+    assert fed.pulse.beat(False) == ""
     turns = [fed.heard() for _ in range(4)]
-    assert turns == [guard.MOVING, guard.STILL, guard.STILL, guard.MOVING]
+    assert turns == [guard.MOVING, guard.STILL, guard.MOVING, guard.STILL]
     fed.pulse.close()
     assert fed.heard() == guard.BYE
     assert fed.heard() == b""
     assert fed.pulse.beat(True) == ""
     fed.pulse.close()
+    assert fed.told == []
 
 
-def test_a_guard_that_says_something_else_or_nothing_any_more_has_ended(fed: Fed):
+def test_a_base_that_was_left_moving_is_not_said_to_be_at_rest(fed: Fed):
+    fed.pulse.beat(True)
+    fed.pulse.close()
+    assert [fed.heard() for _ in range(3)] == [orders(NOWHERE).told(), guard.MOVING, b""]
+
+
+def test_a_guard_that_says_something_else_has_ended(fed: Fed):
     fed.theirs.send(b"what")
     assert fed.pulse.beat(True) == "the guard has ended"
-    fed.theirs.send(guard.READY)
     assert fed.pulse.beat(True) == "the guard has ended"
-    assert [fed.heard() for _ in range(2)][1:] == [guard.MOVING]
+    assert [fed.heard() for _ in range(3)][1:] == [guard.MOVING, b""]
+    until(lambda: fed.told)
+    once_more = "once more: no other is started; see to it, then start rfnav anew"
+    assert fed.told == [f"the guard has ended {once_more}"]
 
 
 def test_a_guard_that_is_gone_is_said_with_how(fed: Fed):
     fed.theirs.send(guard.READY)
     assert fed.pulse.beat(False) == ""
-    fed.heard(), fed.heard()
+    assert [fed.heard() for _ in range(2)][1:] == [guard.STILL]
     fed.theirs.close()
+    assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
     assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
 
 
-def test_a_guard_that_is_gone_before_its_orders_is_said(monkeypatch):
-    class Gone:
-        """A link whose other end was closed."""
-
-        def setblocking(self, wait: bool) -> None:
-            assert not wait
-
-        def send(self, payload: bytes) -> None:
-            raise BrokenPipeError(32, "Broken pipe")
-
-    monkeypatch.setattr(module, "_connected", lambda path: Gone())
-    assert Pulse(NOWHERE, Path("x")).beat(True) == "the guard is gone (Broken pipe)"
+def test_a_guard_that_is_gone_before_its_orders_is_told_of_in_the_first_turn(monkeypatch):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    theirs.close()
+    monkeypatch.setattr(module, "_connected", lambda path: ours)
+    with Pulse(NOWHERE, Path("x"), lambda line: None, ()) as pulse:
+        assert pulse.beat(True) == "the guard is gone (Broken pipe)"
 
 
-def test_a_guard_that_reads_nothing_is_waited_for_by_nobody(fed: Fed):
-    fed.theirs.send(guard.READY)
-    for _ in range(3000):
-        assert fed.pulse.beat(True) == ""
+@pytest.mark.parametrize("is_ready", [True, False])
+def test_a_guard_that_reads_nothing_for_twenty_turns_hangs_where_it_was_ready(fed: Fed, is_ready):
+    if is_ready:
+        fed.theirs.send(guard.READY)
+    said = [fed.pulse.beat(True) for _ in range(3000)]
+    well = "" if is_ready else "the guard reaches nobody"
+    count = said.index("the guard does not read what it is told") if is_ready else len(said)
+    assert set(said[:count]) == {well}
     fed.theirs.settimeout(0.0)
-    assert fed.heard() == orders(NOWHERE).told()
+    heard = 0
+    with suppress(BlockingIOError):
+        while fed.heard():
+            heard += 1
+    if is_ready:
+        assert count - (heard - 1) == module.UNREAD - 1  # and its orders
 
 
 class Child:
@@ -279,7 +296,7 @@ class Child:
 def test_a_guard_of_its_own_is_started_so_that_nothing_that_ends_us_ends_it(monkeypatch):
     monkeypatch.setattr(module.subprocess, "Popen", Child)
     for ends, killed, waits in ((True, 0, [END_S]), (False, 1, [END_S, None])):
-        pulse = Pulse(NOWHERE)
+        pulse = Pulse(NOWHERE, again_s=())
         child: Any = pulse._process
         (fd,) = child.how.pop("pass_fds")
         assert child.words == [sys.executable, "-m", "runtime.guard", "--fd", str(fd)]
