@@ -106,8 +106,7 @@ def test_another_guard_takes_the_place_of_one_that_is_gone_or_hangs(bus: BusConf
             first = pulse._process
             assert first is not None
             os.kill(first.pid, how)
-            until(lambda first=first: pulse.beat(False) and pulse._process is not first)
-            assert len(said) == deaths
+            until(lambda deaths=deaths: pulse.beat(False) and len(said) == deaths)
             assert first.returncode == -signal.SIGKILL  # it is not left there
         until(lambda: pulse.beat(False) == "")
     why = "is gone (" if how == signal.SIGKILL else "does not read what it is told"
@@ -249,6 +248,26 @@ def test_a_guard_that_is_gone_is_said_with_how(fed: Fed):
     fed.theirs.close()
     assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
     assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
+
+
+def test_another_guard_is_waited_for_no_longer_than_the_runtime_is_there(fed: Fed, monkeypatch):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    monkeypatch.setattr(module, "_connected", lambda path: ours)
+    told: list[str] = []
+    pulse = Pulse(NOWHERE, Path("x"), told.append, (3600.0,))
+    theirs.send(b"what")
+    assert pulse.beat(False) == "the guard has ended"
+    what = "the guard has ended: nobody watches over control; another try in 3600 s"
+    until(lambda: told == [what])
+    pulse.close()
+    assert not pulse._keeper.is_alive()
+    late, other = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    monkeypatch.setattr(module, "_connected", lambda path: late)
+    pulse._again()  # it came when the runtime had ended
+    assert late.fileno() == -1
+    assert pulse.beat(False) == "the guard has ended"
+    for link in (theirs, other):
+        link.close()
 
 
 def test_a_guard_that_is_gone_before_its_orders_is_told_of_in_the_first_turn(monkeypatch):

@@ -107,8 +107,11 @@ def test_what_went_out_in_part_goes_out_before_anything_else(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as server:
         link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
     written: list[bytes] = []
+    full = False
 
     def write(_: int, data: bytes) -> int:
+        if full:
+            raise BlockingIOError
         written.append(data[:4])
         return len(written[-1])
 
@@ -116,6 +119,9 @@ def test_what_went_out_in_part_goes_out_before_anything_else(monkeypatch):
     assert link.send(b"0123456789") == ""
     lost = f"tcp:127.0.0.1:{link._address.number}: does not take more"
     assert link.send(b"abc") == lost
+    full = True
+    assert link.send(b"nothing") == lost
+    full = False
     assert link.send(b"def") == ""
     assert b"".join(written) == b"0123456789def"
     link.close()
