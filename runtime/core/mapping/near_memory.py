@@ -15,7 +15,7 @@ SCAN_NS: Final = 500_000_000
 KEEP_M: Final = 2.5  # from the robot
 JUMP_M: Final = 0.5  # between two images: odometry lies elsewhere
 BEFORE_M: Final = 0.15  # of a place something stands, which hides it
-KEPT: Final = 800  # points at most, the newest
+KEPT: Final = 800  # points at most, the nearest
 
 
 @dataclass(frozen=True)
@@ -59,10 +59,12 @@ class NearMemory:
             kept &= np.abs(stamp_ns - self._seen_ns) <= KEEP_NS
         new = np.concatenate([_in_map(seen.obstacles, pose), _in_map(seen.drops, pose)])
         fell = np.arange(len(new)) >= len(seen.obstacles)
-        self._points = np.concatenate([new, self._points[kept]])[:KEPT]
-        self._drops = np.concatenate([fell, self._drops[kept]])[:KEPT]
+        self._points = np.concatenate([new, self._points[kept]])
+        self._drops = np.concatenate([fell, self._drops[kept]])
         stamps = np.full(len(new), stamp_ns, np.int64)
-        self._seen_ns = np.concatenate([stamps, self._seen_ns[kept]])[:KEPT]
+        self._seen_ns = np.concatenate([stamps, self._seen_ns[kept]])
+        if len(self._points) > KEPT:
+            self._keep_nearest(pose)
         xy = self._points[:, :2].astype(np.float32)
         return Nearby(stamp_ns, xy[~self._drops], xy[self._drops])
 
@@ -79,6 +81,13 @@ class NearMemory:
         if not len(self._met) or abs(near.stamp_ns - self._met_ns) > SCAN_NS:
             return near
         return replace(near, obstacles=np.concatenate([near.obstacles, self._met]))
+
+    def _keep_nearest(self, pose: Pose) -> None:
+        """A table's top has as many points as fit; what lies at its foot is nearer."""
+        away_m = np.hypot(*(self._points[:, :2] - pose.xy).T)
+        nearest = np.sort(np.argpartition(away_m, KEPT)[:KEPT])
+        self._points, self._drops = self._points[nearest], self._drops[nearest]
+        self._seen_ns = self._seen_ns[nearest]
 
 
 def _in_map(points: F32, pose: Pose) -> F64:

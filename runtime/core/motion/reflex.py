@@ -16,7 +16,9 @@ from runtime.core.types import F64, Pose, Twist
 
 INSIDE_M: Final = 0.03  # of the body's rim, by which depth, pose and the map's cells may be off:
 BESIDE_M: Final = 0.01  # what is so near to the way is passed at a creep, what is on it never
-REST_M: Final = 0.04  # kept to what is on the way: a centimetre from the body's rim
+REST_M: Final = INSIDE_M + BESIDE_M  # kept to what is on the way: a centimetre from the rim
+PASSED_M: Final = 0.2  # from touching to being stopped, and of an arc's radius: what has less of
+# either is driven at on a slant, or turned against, and not passed by
 TOLD_S: Final = 0.1  # from what the odometry told to a base that brakes
 STILL_MPS: Final = 0.02  # a robot that may go no faster stands
 
@@ -31,12 +33,15 @@ def cautioned(
         return FREE
     bend = wished.w_radps / wished.v_mps
     obstacles, drops = _in_base(near.obstacles, pose), _in_base(near.drops, pose)
-    way_m = free_way_m(obstacles, bend, radius_m - INSIDE_M) - REST_M
+    rim_m = free_way_m(obstacles, bend, radius_m + BESIDE_M)
+    way_m = free_way_m(obstacles, bend, radius_m - INSIDE_M)
+    # On a slant the body's side touches first, long before its middle is stopped.
+    passed = way_m > rim_m + PASSED_M and abs(bend) * PASSED_M <= 1
+    way_m = way_m - REST_M if passed else rim_m
     floor_m = free_way_m(drops, bend, FOOTING * radius_m) - REST_M
-    beside_m = free_way_m(obstacles, bend, radius_m + BESIDE_M)
     kind = HaltKind.OBSTACLE if way_m <= floor_m else HaltKind.FLOOR
     sure = halting_mps(min(way_m, floor_m), brake_mps2)
-    beside = max(CREEP_MPS, halting_mps(beside_m, brake_mps2))
+    beside = max(CREEP_MPS, halting_mps(rim_m, brake_mps2)) if passed else math.inf
     most = min(sure, beside)
     if stopping_m(wished.v_mps, brake_mps2) > min(way_m, floor_m):
         most = 0.0  # slowing is not enough any more
@@ -45,7 +50,7 @@ def cautioned(
     if kind is HaltKind.FLOOR and most <= sure <= beside:
         reason = f"no floor {max(0.0, floor_m + REST_M):.2f} m ahead"
     else:
-        at_m = max(0.0, min(way_m + REST_M - INSIDE_M, beside_m))
+        at_m = rim_m + BESIDE_M if rim_m > 0 else 0.0
         kind, reason = HaltKind.OBSTACLE, f"something {at_m:.2f} m ahead"
     return Caution(kind, reason, most if most >= STILL_MPS else 0.0)
 

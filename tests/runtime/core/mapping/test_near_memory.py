@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from runtime.core.mapping.near_memory import KEEP_NS, SCAN_NS, NearMemory
+from runtime.core.mapping.near_memory import KEEP_NS, KEPT, SCAN_NS, NearMemory
 from runtime.core.mapping.near_points import NearPoints
 from runtime.core.types import Intrinsics, Mount, Pose, Scan
 
@@ -65,6 +65,21 @@ def test_missing_floor_is_kept_as_such():
     near = add(memory, stands((1.0, 0.0, 0.7)), stamp_ns=1)
     assert near.drops == pytest.approx(np.array([[0.9, 0.0]]), abs=1e-5)
     assert len(near.obstacles) == 1
+
+
+def test_of_too_many_the_nearest_are_kept():
+    """A low thing that left the image below, before a table whose top is all points."""
+    memory = NearMemory()
+    add(memory, stands((0.4, 0.0, 0.25)))
+    x, y = np.meshgrid(np.arange(0.8, 2.4, 0.04), np.arange(-0.7, 0.7, 0.04))
+    table = NearPoints(np.stack([x, y, np.full_like(x, 0.75)], axis=2).reshape(-1, 3), NONE)
+    hole = NearPoints(table.obstacles, np.array([[0.6, 0.0, 0.0]], np.float32))
+    assert len(hole.obstacles) > KEPT
+    near = add(memory, hole, stamp_ns=1)
+    assert len(near.obstacles) + len(near.drops) == KEPT
+    assert (np.hypot(*(near.obstacles - (0.4, 0.0)).T) < 1e-5).any()
+    assert near.drops == pytest.approx(np.array([[0.6, 0.0]]), abs=1e-5)
+    assert np.hypot(*near.obstacles.T).max() < np.hypot(x, y).max()
 
 
 def test_a_scan_counts_until_the_next_but_not_where_it_met_the_robot_itself():

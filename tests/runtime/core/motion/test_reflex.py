@@ -85,6 +85,47 @@ def test_the_body_halts_before_what_is_ahead(v, yaw_rad):
     assert 0.0 < rest_m < REST_M + 0.05
 
 
+@pytest.mark.parametrize("off_deg", [0, 20, 45, 60, 75, -60])
+@pytest.mark.parametrize("gap_m", [0.02, 0.1, 0.5])
+def test_the_body_halts_before_a_wall_that_it_meets_at_a_slant(off_deg, gap_m):
+    """A disc meets it with its side, long before what is straight ahead is near."""
+    off = math.radians(off_deg)
+    away, along = (
+        np.array([math.cos(off), math.sin(off)]),
+        np.array([-math.sin(off), math.cos(off)]),
+    )
+    far_m = RADIUS_M + gap_m
+    wall = near(*(far_m * away + t * along for t in np.arange(-2.0, 2.0, 0.04)))
+    rolled, speed, nearest = 0.0, 0.0, math.inf
+    for _ in range(600):
+        wished = Twist(min(0.4, speed + BRAKE * 0.05), 0.0)
+        asked = caution_at(wished, wall, Pose(rolled, 0.0, 0.0)).allowed(wished).v_mps
+        speed = max(asked, speed - BRAKE * 0.05) if asked < speed else asked
+        rolled += speed * 0.05
+        nearest = min(nearest, far_m - rolled * math.cos(off))
+    assert speed == 0.0
+    assert RADIUS_M < nearest < RADIUS_M + gap_m + 1e-9
+    if gap_m > 0.05:
+        assert rolled > 0.0
+
+
+def test_a_wall_beside_the_way_is_passed_however_near():
+    for gap_m in (0.0, 0.004, 0.02):
+        wall = near(*((x, RADIUS_M + gap_m) for x in np.arange(-1.0, 2.0, 0.04)))
+        caution = caution_at(Twist(0.4, 0.0), wall)
+        assert caution.most_mps >= CREEP_MPS
+        away = caution_at(Twist(0.4, -0.4), wall)
+        assert away.most_mps >= CREEP_MPS
+
+
+@pytest.mark.parametrize("w", [1.0, -1.0])
+def test_a_body_that_touches_something_does_not_push_against_it_while_it_turns(w):
+    """A tight arc leads little farther into it: that is enough to push."""
+    touched = near((0.12, 0.12), (0.12, -0.12))
+    wished = Twist(0.03, w)
+    assert caution_at(wished, touched).allowed(wished) == Twist(0.0, w)
+
+
 def test_where_slowing_is_not_enough_it_is_zero_at_once():
     """What was there before is slowed down for; what appears within the halting distance is not."""
     gap_m = 0.15
