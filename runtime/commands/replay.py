@@ -8,11 +8,13 @@ from pathlib import Path
 import click
 
 from runtime.clock import SystemClock
+from runtime.errors import RecordingError
 from runtime.perception.loaded_models import LoadedModels
 from runtime.recording.reader import Recording
 from runtime.replay.drive import Replayed, replay
 from runtime.replay.models_again import ModelsAgain
 from runtime.replay.question import asked
+from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script
 
 DIFFS = 40  # that --diff tells
@@ -32,6 +34,9 @@ DIFFS = 40  # that --diff tells
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
 @click.option("--models", is_flag=True, help="Run the models again, too, and compare.")
 @click.option("--goal", metavar="X", help="Ask instead: what of this would have been found, when?")
+@click.option(
+    "--obstacle", is_flag=True, help="Hold one before its camera instead: does the base stand?"
+)
 def replay_command(
     file: Path,
     info: bool,
@@ -40,6 +45,7 @@ def replay_command(
     settings: tuple[str, ...],
     models: bool,
     goal: str | None,
+    obstacle: bool,
 ) -> None:
     """Feed a recorded drive (or a folder that a fault left) through the loop again: every decision
     and every command must come out to the last bit."""
@@ -50,6 +56,8 @@ def replay_command(
     script = Script.open(file)
     if goal is not None:
         sys.exit(0 if _ask(script, goal, path, settings) else 1)
+    if obstacle:
+        sys.exit(0 if _held(script, path, settings) else 1)
     script.check_robot(path, settings)
     if models:
         script.check_colour()
@@ -78,6 +86,16 @@ def _ask(script: Script, goal: str, path: Path | None, settings: tuple[str, ...]
     if not found:
         click.echo(f"nothing that it would have gone to as {goal}")
     return any(finding.believed_s is not None for finding in found)
+
+
+def _held(script: Script, path: Path | None, settings: tuple[str, ...]) -> bool:
+    """Whether the base stood as long as something was before the camera, and only so long."""
+    if script.lockstep:
+        raise RecordingError(f"{script.recording.path}: in lockstep no reflex drives")
+    reflex = ReflexAgain(script.config(path, settings))
+    replay(script, path, settings, reflex=reflex)
+    click.echo(reflex.account.in_words())
+    return reflex.account.well
 
 
 def told(script: Script, replayed: Replayed, most: int) -> list[str]:

@@ -16,6 +16,7 @@ from runtime.loops.plans import Plan, Tick, told_plan
 from runtime.loops.standing import Change
 from runtime.recording.exact import exact, read
 from runtime.replay.differences import Differences
+from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Turn
 from runtime.replay.stand_ins import Film, FilmClock
 from runtime.robot.base import WELL, BaseCondition, DriveOrder, Sent
@@ -28,11 +29,17 @@ class FilmControl:
     known."""
 
     def __init__(
-        self, film: Film, config: Config, tracer: Tracer, differences: Differences
+        self,
+        film: Film,
+        config: Config,
+        tracer: Tracer,
+        differences: Differences,
+        reflex: ReflexAgain | None = None,
     ) -> None:
-        self._film, self._differences = film, differences
-        self._base = _Base()
-        self._clock = FilmClock()
+        """`reflex`: one that is asked again; ticks are not compared then."""
+        self._film, self._differences, self._reflex = film, differences, reflex
+        self._base = _Base(reflex)
+        self._clock = reflex.clock if reflex is not None else FilmClock()
         self._stopping: Callable[[], bool] = lambda: False
         self._loop = ControlLoop(
             self._base, self._base, self._clock, config.safety, config.realtime, tracer,
@@ -96,6 +103,8 @@ class FilmControl:
 
     def drive(self, turn: Turn) -> None:
         """What the control loop did in a turn."""
+        if self._reflex is not None and turn.kind == "frame":
+            self._reflex.show(turn)
         for kind, told in turn.controls:
             if kind == "rest":
                 self._loop.rest(SearchState(told["state"]), {})
@@ -120,6 +129,9 @@ class FilmControl:
         self._stopping = self._withdraws if told["withdrawn"] else lambda: bool(told["stopping"])
         self._loop.tick()
         assert self._tick is not None
+        if self._reflex is not None:
+            self._reflex.note(self._tick)
+            return
         made = {name: value for name, value in exact(self._tick).items() if name in told}
         if not number and told["sent"] in (None, exact(STILL)):
             for name in made.keys() & {"sent", "asked"}:
@@ -140,9 +152,10 @@ class FilmControl:
 
 
 class _Base:
-    """The robot: what it said then."""
+    """The robot: what it said then; a `reflex` is asked again."""
 
-    def __init__(self) -> None:
+    def __init__(self, reflex: ReflexAgain | None) -> None:
+        self._reflex = reflex
         self.odometry: Odometry | None = None
         self.frame_s: float | None = None
         self.told: Mapping[str, Any] = {}  # the tick, as it was recorded
@@ -163,6 +176,8 @@ class _Base:
         return read(told, Halt) if told is not None else None
 
     def caution(self, twist: Twist) -> Caution:
+        if self._reflex is not None:
+            return self._reflex.caution(twist, self.odometry.pose if self.odometry else None)
         told = self.told.get("caution")
         return read(told, Caution) if told is not None else FREE
 

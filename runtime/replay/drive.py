@@ -15,6 +15,7 @@ from runtime.loops.realtime import RealTime
 from runtime.replay.control import FilmControl
 from runtime.replay.differences import Differences
 from runtime.replay.models_again import ModelsAgain
+from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script, Turn
 from runtime.replay.stand_ins import Film, FilmBus, FilmClock, FilmDecisions, FilmLooks, FilmModels
 from runtime.tracing.budgets import read_budgets
@@ -47,10 +48,11 @@ def replay(
     path: Path | None = None,
     settings: Sequence[str] = (),
     again: ModelsAgain | None = None,
+    reflex: ReflexAgain | None = None,
 ) -> Replayed:
     """Feed a recording through the loop that drove it, with a configuration file and settings over
-    the recorded ones; `again` are asked beside it. RecordingError when nothing of it can be
-    replayed."""
+    the recorded ones; `again` are asked beside it, `reflex` in place of the recorded one.
+    RecordingError when nothing of it can be replayed."""
     script.check_robot(path, settings)
     account, clock, stopped = _Account(script), FilmClock(), ""
     film = Film(script, clock, account.played)
@@ -61,14 +63,14 @@ def replay(
 
     account.models = FilmModels(film, clock, again)
     with tempfile.TemporaryDirectory() as folder:
-        bus = FilmBus(film, Path(folder))
+        bus = FilmBus(film, Path(folder), reflex.sweeps if reflex else lambda *_: None)
         terms = Terms(script.harness, lambda: Path(folder))
         try:
             if script.lockstep:
                 loop = Lockstep(bus, account.models, configure, clock, film.record, terms)
                 loop.run(film.over)
             else:
-                _in_real_time(film, bus, account, configure, clock, terms)
+                _in_real_time(film, bus, account, configure, clock, terms, reflex)
         except RfNavError as error:
             if film.coming() or not script.recording.cut:  # else it only lacks what was cut off
                 stopped = str(error)
@@ -116,12 +118,13 @@ def _in_real_time(
     configure: Callable[[Sequence[str]], Config],
     clock: FilmClock,
     terms: Terms,
+    reflex: ReflexAgain | None,
 ) -> None:
     budgets, models = read_budgets(None), account.models
     assert models is not None
     tracer = Tracer(budgets, clock.now_s)
     looked = frozenset(account.script.heard("looked"))
-    account.control = FilmControl(film, configure(()), tracer, account.differences)
+    account.control = FilmControl(film, configure(()), tracer, account.differences, reflex)
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
         film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), terms,

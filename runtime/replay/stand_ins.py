@@ -41,6 +41,8 @@ from runtime.replay.script import Script, Turn, observed
 from runtime.robot.requests import Request
 from runtime.robot.transforms import FIXED, CameraConfig
 
+Sweeps = Callable[[NavigateConfig, CameraConfig], None]
+
 
 class FilmClock:
     """Time as it was."""
@@ -124,10 +126,10 @@ class Film:
 
 class FilmBus:
     """The bus: frames and requests in their order. Where a goal says where files go, they go to
-    `log_dir`."""
+    `log_dir`. `sweeps`: told which body a goal brings."""
 
-    def __init__(self, film: Film, log_dir: Path) -> None:
-        self._film, self._log_dir = film, log_dir
+    def __init__(self, film: Film, log_dir: Path, sweeps: Sweeps = lambda *_: None) -> None:
+        self._film, self._log_dir, self.sweeps = film, log_dir, sweeps
 
     def request(self) -> Request | None:
         if self._film.coming() != "request":
@@ -149,9 +151,6 @@ class FilmBus:
 
     def unstamped(self) -> tuple[str, ...]:
         return ()
-
-    def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
-        """What the reflex said then is in the ticks."""
 
     def wait_request(self, timeout_s: float) -> None:
         """Time passes, until the next frame was there; one that is not taken then is of no use to

@@ -145,6 +145,40 @@ class Reflex:
         what = f"{self._topic}: the newest image that can be used is {age_s:.1f} s old"
         return Halt(HaltKind.FRAME, f"{what}, safety.depth_stale_s is {self._stale_s:g}")
 
+    def look(self, image: RawMessage) -> None:
+        """What an image shows near by, in the thread of who calls: the reflex's own, once it was
+        started. One that is damaged is counted where it is matched."""
+        try:
+            depth = self._streams.depth(image)
+            lens = self._streams.lens(image)
+        except SensorError:
+            return
+        if lens is None:
+            return
+        intrinsics, mount = lens
+        if depth.depth_m.shape != (intrinsics.height, intrinsics.width):
+            return
+        depth_m = depth.solid()  # now: the frame of this image may take it, as soon as it comes
+        pose = self._pose_at(image.stamp_ns)
+        self._unplaced_s = image.arrival_s if pose is None else -math.inf
+        if pose is None:
+            return
+        if not depth_m.any():
+            self._blank_s = image.arrival_s
+            return
+        body, camera = self._body, self._camera
+        if camera.mount == "floor":
+            mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)
+        self._mount = mount = mount or camera
+        seen = near_points(depth_m, intrinsics, mount, body.height_m, body.max_depth_m)
+        near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
+        scan = self._streams.near_scan(image.stamp_ns)
+        self._near = self._memory.with_scan(near, scan, pose, body.radius_m)
+        self._looked_s = image.arrival_s
+        caution = self._judge(self._asked, pose)
+        if caution.allowed(self._asked) != self._asked:
+            self.urgent()
+
     def close(self) -> None:
         """End the thread. Idempotent; not holding `changed`."""
         with self._changed:
@@ -178,42 +212,9 @@ class Reflex:
                         return
                 last = newest
                 if newest is not None and self._clock.now_s() - self._asked_s < IDLE_S:
-                    self._look(newest)
+                    self.look(newest)
         except BaseException as error:  # noqa: BLE001 -- raised again by `caution`
             self._error = error
-
-    def _look(self, image: RawMessage) -> None:
-        """What an image shows near by. One that is damaged is counted where it is matched."""
-        try:
-            depth = self._streams.depth(image)
-            lens = self._streams.lens(image)
-        except SensorError:
-            return
-        if lens is None:
-            return
-        intrinsics, mount = lens
-        if depth.depth_m.shape != (intrinsics.height, intrinsics.width):
-            return
-        depth_m = depth.solid()  # now: the frame of this image may take it, as soon as it comes
-        pose = self._pose_at(image.stamp_ns)
-        self._unplaced_s = image.arrival_s if pose is None else -math.inf
-        if pose is None:
-            return
-        if not depth_m.any():
-            self._blank_s = image.arrival_s
-            return
-        body, camera = self._body, self._camera
-        if camera.mount == "floor":
-            mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)
-        self._mount = mount = mount or camera
-        seen = near_points(depth_m, intrinsics, mount, body.height_m, body.max_depth_m)
-        near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
-        scan = self._streams.near_scan(image.stamp_ns)
-        self._near = self._memory.with_scan(near, scan, pose, body.radius_m)
-        self._looked_s = image.arrival_s
-        caution = self._judge(self._asked, pose)
-        if caution.allowed(self._asked) != self._asked:
-            self.urgent()
 
     def _pose_at(self, stamp_ns: int) -> Pose | None:
         """Where the base was; the odometry after an image may come a little after it, or is not

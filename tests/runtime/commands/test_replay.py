@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from places import TESTS
 from recorded_drive import recorded_drive
 
 from runtime.__main__ import cli
@@ -70,3 +71,12 @@ def test_models_have_nothing_to_look_at_without_colour(recorded: Path, tmp_path:
     assert isinstance(told, RecordingError)
     assert "dark.mcap: has no colour" in str(told)
     assert run(path).exit_code == 0
+
+
+def test_an_obstacle_before_the_camera_is_told_of(recorded: Path):
+    done = run(TESTS / "refs/realtime.mcap", "--obstacle")
+    assert done.exit_code == 0, done.output
+    assert re.match(r"an obstacle held before the camera: stood in (\d+) of \1 turns", done.output)
+    lockstep = run(recorded, "--obstacle")
+    assert isinstance(lockstep.exception, RecordingError)
+    assert "in lockstep no reflex drives" in str(lockstep.exception)
