@@ -35,15 +35,16 @@ def run_episode(
     faults: tuple[Fault, ...] = (),
     seed: int = 0,
     play: Callable[[EpisodeRun], None] = drive,
+    settings: tuple[str, ...] = (),
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
     raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
-    lockstep, or in real time (`realtime.drive`)."""
+    lockstep, or in real time (`realtime.drive`); `settings` of this search come last."""
     began_s = time.monotonic()
     how = method_named(method)
     log_dir.mkdir(parents=True, exist_ok=True)
     (log_dir / EPISODE_FILE).write_text(json.dumps(asdict(episode), indent=1) + "\n")
-    _give_goal(episode, runtime, (*protocol.settings, *how.settings), log_dir)
+    _give_goal(episode, runtime, (*protocol.settings, *how.settings, *settings), log_dir)
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
     witness = Witness(home.wanted, home.goal_boxes, home.distance_m, log_dir / TRACK_FILE)
     mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)

@@ -78,7 +78,7 @@ class Runtime:
     """The runtime under test: spawned at once, ready when entered, always killed on `close`.
 
     `settings` are `--set` values; the harness adds where the bus is, its dialect and the default
-    topics. Without `odometry` the runtime has it by another wire.
+    topics, unless those are not `named`. Without `odometry` the runtime has it by another wire.
     HarnessError carries the child's own last line when it ends by itself.
     """
 
@@ -91,13 +91,14 @@ class Runtime:
         answer_s: float = ANSWER_S,
         odometry: bool = True,
         spoken: Spoken = "ros2dds",
+        named: bool = True,
     ) -> None:
         endpoint = f"tcp/127.0.0.1:{free_port()}"
         bus, self._wire = BusConfig(listen=(endpoint,)), RobotWire(spoken)
         arguments = list(command if command is not None else rfnav_command())
         if config is not None:
             arguments += ["--config", str(config)]
-        for setting in (*settings, *_bus_settings(endpoint), *self._wire.settings):
+        for setting in (*settings, *_bus_settings(endpoint, named), *self._wire.settings):
             arguments += ["--set", setting]
         self._bus, self._awaited = bus, [n for n in REQUIRED if odometry or n != "odom"]
         self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
@@ -313,10 +314,10 @@ def _encoded(
     }
 
 
-def _bus_settings(endpoint: str) -> list[str]:
+def _bus_settings(endpoint: str, named: bool = True) -> list[str]:
     """The harness decides where the bus is and how its topics are called."""
     topics = TopicsConfig()
-    names = (f'bus.topics.{f.name}="{getattr(topics, f.name)}"' for f in fields(topics))
+    names = (f'bus.topics.{f.name}="{getattr(topics, f.name)}"' for f in fields(topics) if named)
     return ['bus.mode="peer"', f'bus.connect=["{endpoint}"]', "bus.listen=[]", 'bus.prefix=""',
             'bus.cmd_vel_type="Twist"',
             *names]  # fmt: skip

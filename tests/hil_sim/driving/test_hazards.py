@@ -1,35 +1,15 @@
-"""What is put in the way, and how it is judged."""
+"""How much of what is put in the way an image shows."""
 
 import math
 
 import numpy as np
 import pytest
 
-from hil_sim.driving.hazards import SEEN_PX, HazardTrial, HazardTrials, pixels_of
+from hil_sim.driving.hazards import pixels_of
 from hil_sim.simulation.body import Body
 from hil_sim.simulation.protocol import ONROBOT
 from runtime.core.geometry import rays
 from runtime.core.types import Mount, Pose
-
-
-def trial(**other):
-    told = {"kind": "box", "ahead_m": 1.0, "high_m": 0.9, "v_mps": 0.4, "pixels": 5000}
-    return HazardTrial(**(told | other))
-
-
-def test_the_kind_that_was_tried_least_is_next_until_all_are_done():
-    trials, kinds = HazardTrials(2, ("box", "leg"), 0), []
-    while (kind := trials.next_kind()) is not None:
-        kinds.append(kind)
-        trials.done.append(trial(kind=kind))
-    assert kinds == ["box", "leg", "box", "leg"]
-
-
-def test_only_what_is_seen_and_can_be_braked_for_has_to_be_avoided():
-    assert trial().avoidable(0.5)
-    assert not trial(pixels=SEEN_PX - 1).avoidable(0.5)
-    assert not trial(ahead_m=0.25).avoidable(0.5)
-    assert trial(ahead_m=0.25, v_mps=0.2).avoidable(0.5)
 
 
 def depth_of(body, pose):
