@@ -77,8 +77,8 @@ def rfnav_command(mode: Sequence[str] = ("--lockstep",)) -> list[str]:
 class Runtime:
     """The runtime under test: spawned at once, ready when entered, always killed on `close`.
 
-    `settings` are `--set` values; the harness adds where the bus is, its dialect and the default
-    topics, unless those are not `named`. Without `odometry` the runtime has it by another wire.
+    `settings` are `--set` values; the harness adds where the bus is and, where they are `named`,
+    its dialect and the default topics. Without `odometry` the runtime has it by another wire.
     HarnessError carries the child's own last line when it ends by itself.
     """
 
@@ -98,7 +98,8 @@ class Runtime:
         arguments = list(command if command is not None else rfnav_command())
         if config is not None:
             arguments += ["--config", str(config)]
-        for setting in (*settings, *_bus_settings(endpoint, named), *self._wire.settings):
+        told = self._wire.settings if named else ()
+        for setting in (*settings, *_bus_settings(endpoint, named), *told):
             arguments += ["--set", setting]
         self._bus, self._awaited = bus, [n for n in REQUIRED if odometry or n != "odom"]
         self._heard: queue.SimpleQueue[tuple[str, dict[str, Any]]] = queue.SimpleQueue()
