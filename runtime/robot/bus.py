@@ -75,9 +75,8 @@ class Bus:
         self._clock, self._lockstep = clock, lockstep
         self._changed = threading.Condition()
         self._requests = Requests(self._changed, config.key, self._answered)
-        self._streams = SensorStreams(
-            config, clock, self._changed, lockstep, camera, record, senses, self._vigilance
-        )
+        around = config, clock, self._changed, lockstep, camera, record, senses
+        self._streams = SensorStreams(*around, self._vigilance, odometry)
         self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
         self._reflex = self._begun(reflex, camera, safety) if reflex is not None else None
         self._body = BodySenses(config.topics, senses, clock, record)

@@ -37,7 +37,7 @@ class SensorStreams:
 
     `file` and `file_labels` are called in the threads of the bus, the rest by whoever reads.
     Whatever comes is told to those who wait on `changed`. `vigilance`: in real time, who looks at
-    every message; asked holding `changed`.
+    every message; asked holding `changed`. `odometry`: whether it comes over the bus.
     """
 
     def __init__(
@@ -50,6 +50,7 @@ class SensorStreams:
         record: Record = unrecorded,
         senses: SensesConfig = SENSES,
         vigilance: Vigilance | None = None,
+        odometry: bool = True,
     ) -> None:
         self._config, self._vigilance = config, vigilance
         self._record = record
@@ -82,7 +83,7 @@ class SensorStreams:
         if topics.scan:
             self.topics["scan"] = topics.scan
         self._health = {topic: StreamHealth() for topic in self.topics.values()}
-        self._troubles = Troubles(self.topics, clock.now_s())
+        self._troubles = Troubles(self.topics, clock.now_s(), odometry)
 
     # -- in the bus's threads ------------------------------------------------------------------
 

@@ -20,10 +20,12 @@ UNMATCHED_S: Final = 2.0  # images and odometry come, and no set of them belongs
 
 class Troubles:
     """Of one robot in real time. `topics`: by stream; what is no color, depth, camera_info, odom
-    or tf may be missing or bad without anybody's standing still for it."""
+    or tf may be missing or bad without anybody's standing still for it. Without `odometry` that
+    comes by another wire, whose silence is told by whoever holds it."""
 
-    def __init__(self, topics: Mapping[str, str], began_s: float) -> None:
+    def __init__(self, topics: Mapping[str, str], began_s: float, odometry: bool = True) -> None:
         self._topics, self._began_s = topics, began_s
+        self._awaited = ("color", "depth", "camera_info", *(["odom"] if odometry else []))
         images = (topics[stream] for stream in ("color", "depth", "camera_info"))
         self._kinds = dict.fromkeys((*images, TF), HaltKind.FRAME)
         self._kinds[topics["odom"]] = HaltKind.ODOMETRY
@@ -64,7 +66,7 @@ class Troubles:
     ) -> Halt | None:
         """Topics on which nothing comes, all in one line."""
         silent = []
-        for stream in ("color", "depth", "camera_info", "odom"):
+        for stream in self._awaited:
             topic = self._topics[stream]
             if topic in self._noted:
                 continue  # something comes, of another type

@@ -103,6 +103,18 @@ def test_a_silent_topic_is_named_until_it_speaks(
     assert halt.reason.startswith(f"{DEPTH}: nothing received")
 
 
+def test_odometry_by_another_wire_is_not_looked_for_on_the_bus():
+    robot = Robot()
+    given = BusConfig(), robot.clock, robot.changed, False, FIXED
+    robot.streams = SensorStreams(*given, odometry=False)
+    robot.sending = without("odom")
+    assert robot.goes_on(SILENCE_S + 1.0) is None
+    robot.sending = without("odom", "depth")
+    halt = robot.goes_on(SILENCE_S + 1.0)
+    assert halt is not None
+    assert halt.reason.startswith(f"{DEPTH}: nothing received")
+
+
 def test_intrinsics_that_came_once_suffice():
     robot = Robot()
     assert robot.goes_on(1.0) is None
