@@ -9,6 +9,7 @@ import struct
 import sys
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
@@ -41,7 +42,7 @@ from runtime.robot import wire
 
 ORDERS = guard.Orders(
     {"mode": "peer", "listen/endpoints": ["tcp/127.0.0.1:1"]}, "r1/cmd_vel", "00ff", "r1/odom",
-    "r1/cmd_vel_teleop", True,
+    "r1/cmd_vel_teleop", True, "", [],
 )  # fmt: skip
 ZERO = b"\x00\xff"
 
@@ -54,6 +55,8 @@ class World:
         self.peers, self.routers = [1], list[int]()  # who else is on the bus
         self.heard: dict[str, Any] = {}
         self.zeros: list[float] = []
+        self.attached: list[bytes | None] = []
+        self.tokens: list[str] = []
         self.how: dict[str, Any] = {}
         self.config: Any = None
         self.broken = False
@@ -71,6 +74,9 @@ class World:
     def monotonic(self) -> Fraction:
         return self.now_s
 
+    def time_ns(self) -> int:
+        return int(self.now_s * 10**9)
+
     def sleep(self, seconds: float) -> None:
         self.now_s += Fraction(str(seconds))
 
@@ -87,8 +93,19 @@ class World:
     def declare_subscriber(self, key: str, take: Any) -> None:
         self.heard[key] = take
 
-    def put(self, payload: bytes) -> None:
+    def zid(self) -> str:
+        return "f00"
+
+    def liveliness(self) -> "World":
+        return self
+
+    def declare_token(self, token: str) -> str:
+        self.tokens.append(token)
+        return token
+
+    def put(self, payload: bytes, attachment: bytes | None) -> None:
         assert payload == ZERO
+        self.attached.append(attachment)
         self.zeros.append(float(self.now_s - 100))
         if self.broken:
             raise zenoh.ZError("no link")
@@ -169,9 +186,25 @@ def test_it_is_a_session_of_its_own_that_speaks_before_all_and_holds_up_nothing(
 
 
 def test_what_it_has_no_key_of_it_does_not_listen_to(world: World):
-    orders = guard.Orders({}, "cmd_vel", "00ff", "", "", True)
+    orders = guard.Orders({}, "cmd_vel", "00ff", "", "", True, "", [])
     world.watch(BYE, orders=orders)
     assert world.heard == {}
+
+
+def test_where_messages_tell_no_source_zeros_do_not_either(world: World):
+    world.watch(MOVING, None, BYE)
+    assert (world.attached, world.tokens) == ([None], [])
+
+
+def test_where_they_do_zeros_are_numbered_and_say_by_whom_and_when(world: World):
+    gid, tokens = "0123456789abcdef" * 2, ["@ros2_lv/0/{zid}/0/0/NN", "@ros2_lv/0/{zid}/0/1/MP"]
+    world.watch(MOVING, None, None, BYE, orders=replace(ORDERS, gid=gid, tokens=tokens))
+    first_ns = 100_200_000_000
+    assert [struct.unpack("<qqB16s", told or b"") for told in world.attached] == [
+        (1, first_ns, 16, bytes.fromhex(gid)),
+        (2, first_ns + 50_000_000, 16, bytes.fromhex(gid)),
+    ]
+    assert world.tokens == ["@ros2_lv/0/f00/0/0/NN", "@ros2_lv/0/f00/0/1/MP"]
 
 
 @pytest.mark.parametrize("told", [b"", BYE])
@@ -269,7 +302,7 @@ def test_odometry_is_read_as_what_it_is_told_to_be(world: World, monkeypatch):
 def test_a_slam_s_pose_is_read_where_that_is_what_it_is_told_of(world: World):
     slam = b"\x00\x01\x00\x00" + struct.pack("<iII", 1, 2, 4) + b"map\0" + bytes(4)
     slam += struct.pack("<7d", 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0)
-    orders = guard.Orders({}, "c", "00ff", "r1/odom", "", False)
+    orders = guard.Orders({}, "c", "00ff", "r1/odom", "", False, "", [])
     turns: list[Any] = [MOVING]
     for _ in range(20):
         turns += [lambda: world.hears("r1/odom", slam), None]

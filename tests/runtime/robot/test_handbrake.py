@@ -6,7 +6,9 @@ from typing import Any
 
 from other_half import flag
 
+from runtime.robot.dialects.choice import spoken
 from runtime.robot.handbrake import Handbrake, serve_handbrake
+from runtime.robot.ros_node import RosNode
 from runtime.robot.session import BusConfig, TopicsConfig
 
 
@@ -74,6 +76,9 @@ class Session:
     def __init__(self) -> None:
         self.served: dict[str, Any] = {}
 
+    def zid(self) -> str:
+        return "f00"
+
     def declare_queryable(self, key: str, serve: Any) -> str:
         self.served[key] = serve
         return f"queryable {key}"
@@ -104,7 +109,8 @@ class Served:
         self.session, self.brake, self.urgent = Session(), Handbrake(), []
         config = BusConfig(prefix="r1", topics=topics)
         hurry = lambda: self.urgent.append(reason(self.brake))  # noqa: E731
-        self.declared = serve_handbrake(self.session, config, self.brake, hurry)
+        node = RosNode(self.session, spoken(config))
+        self.declared = serve_handbrake(self.session, node, config, self.brake, hurry)
 
     def ask(self, key: str) -> list[tuple[str, Any]]:
         query = Query()
@@ -150,5 +156,6 @@ def test_what_cannot_be_read_on_the_button_s_topic_is_a_stop():
 
 def test_what_was_declared_is_handed_back_and_without_a_topic_there_is_no_button():
     asked = ["queryable r1/rfnav/stop", "queryable r1/rfnav/release"]
-    assert Served().declared == [*asked, "subscriber r1/stop"]
-    assert Served(TopicsConfig(stop="")).declared == asked
+    bus, bare = Served(), Served(TopicsConfig(stop=""))
+    assert bus.declared == bare.declared == asked
+    assert set(bus.session.served) - set(bare.session.served) == {"r1/stop"}

@@ -8,7 +8,9 @@ from other_half import stamped_twist
 from runtime.core.types import Action, Twist
 from runtime.errors import BusError
 from runtime.robot import wire
+from runtime.robot.dialects.choice import spoken
 from runtime.robot.publications import Publications
+from runtime.robot.ros_node import RosNode
 from runtime.robot.session import BusConfig, TopicsConfig
 from runtime.robot.streams import WireMessage
 
@@ -19,15 +21,12 @@ class Publisher:
     def __init__(self, key: str, how: dict) -> None:
         self.key, self.how = key, how
         self.put_payloads: list[bytes] = []
-        self.broken, self.undeclared = False, 0
+        self.broken = False
 
-    def put(self, payload: bytes) -> None:
+    def put(self, payload: bytes, attachment: None) -> None:
         if self.broken:
             raise zenoh.ZError("session closed")
         self.put_payloads.append(payload)
-
-    def undeclare(self) -> None:
-        self.undeclared += 1
 
 
 class Session:
@@ -35,6 +34,9 @@ class Session:
 
     def __init__(self) -> None:
         self.publishers: dict[str, Publisher] = {}
+
+    def zid(self) -> str:
+        return "f00"
 
     def declare_publisher(self, key: str, **how) -> Publisher:
         name = f"last {key}" if key in self.publishers else key
@@ -51,7 +53,8 @@ BLOCK, DROP = zenoh.CongestionControl.BLOCK, zenoh.CongestionControl.DROP
 def made(lockstep: bool = False, config: BusConfig = CONFIG):
     session, told = Session(), []
     record = lambda kind, value: told.append((kind, value))  # noqa: E731
-    return Publications(session, config, lockstep, record), session.publishers, told
+    node = RosNode(session, spoken(config))
+    return Publications(node, config, lockstep, record), session.publishers, told
 
 
 def said(publisher: Publisher) -> list:
@@ -75,7 +78,7 @@ def test_commands_go_before_reports_and_the_last_velocity_alone_is_waited_for():
 def test_in_lockstep_what_was_published_first_arrives_first():
     _, publishers, _ = made(lockstep=True)
     hows = [(p.how["congestion_control"], p.how["priority"]) for p in publishers.values()]
-    assert hows == [(BLOCK, ORDINARY)] * 6
+    assert hows == [(BLOCK, ORDINARY)] * 5
 
 
 def test_a_velocity_is_what_the_base_reads_and_what_is_recorded():
@@ -136,18 +139,12 @@ def test_a_report_is_json_and_a_wire_that_broke_is_an_error_that_says_where():
     publications.report("state", {"state": "found", "at": (1.0, 2.0)})
     assert said(publishers["r1/rfnav/state"]) == [{"state": "found", "at": [1.0, 2.0]}]
     publishers["r1/rfnav/state"].broken = True
-    with pytest.raises(BusError, match=r"^state: cannot be published: session closed$"):
+    with pytest.raises(BusError, match=r"^rfnav/state: cannot be published: session closed$"):
         publications.report("state", {})
-
-
-def test_undeclaring_is_done_once():
-    publications, publishers, _ = made()
-    publications.undeclare()
-    publications.undeclare()
-    assert {p.undeclared for p in publishers.values()} == {1}
 
 
 def test_nothing_is_recorded_where_nobody_asked_for_it():
     session = Session()
-    Publications(session, CONFIG, False).twist(Twist(0.1, 0.0), 0)
+    node = RosNode(session, spoken(CONFIG))
+    Publications(node, CONFIG, False).twist(Twist(0.1, 0.0), 0)
     assert len(session.publishers["r1/base/cmd_vel"].put_payloads) == 1

@@ -19,6 +19,8 @@ from runtime import guard
 from runtime.errors import BusError
 from runtime.robot import pulse as module
 from runtime.robot import wire
+from runtime.robot.dialects.dialect import Qos, RosTopic
+from runtime.robot.dialects.rmw_zenoh import RmwZenoh
 from runtime.robot.pulse import END_S, Pulse, orders
 from runtime.robot.session import BusConfig, TopicsConfig, open_session, session_settings
 
@@ -333,7 +335,7 @@ def test_what_a_guard_is_to_do_is_all_of_the_bus():
     bus = BusConfig(connect=("tcp/127.0.0.1:2",), prefix="r1")
     zero = wire.encode_twist(0.0, 0.0).hex()
     settings = session_settings(bus) | {"listen/endpoints": []}
-    keys = "r1/cmd_vel", zero, "r1/odom", "r1/cmd_vel_teleop", True
+    keys = "r1/cmd_vel", zero, "r1/odom", "r1/cmd_vel_teleop", True, "", []
     assert orders(bus) == guard.Orders(settings, *keys)
     stamped = BusConfig(cmd_vel_type="TwistStamped", cmd_vel_frame="base", listen=("tcp/[::1]:7",))
     told = orders(stamped)
@@ -343,6 +345,21 @@ def test_what_a_guard_is_to_do_is_all_of_the_bus():
     assert (slam.odom, slam.teleop, slam.child) == ("slam", "", False)
     client = BusConfig(mode="client", connect=("tcp/127.0.0.1:2",), listen=("tcp/127.0.0.1:4",))
     assert orders(client).session["listen/endpoints"] == []
+
+
+def test_among_nodes_of_rmw_zenoh_a_guard_is_a_node_that_zeros_come_from():
+    bus = BusConfig(connect=("tcp/127.0.0.1:2",), prefix="r1", dialect="rmw_zenoh", domain=7)
+    told = orders(bus)
+    robot = RmwZenoh("r1", 7, "jazzy", "rfnav_guard")
+    cmd_vel, odom = RosTopic("cmd_vel", wire.TWIST, Qos(depth=1)), RosTopic("odom", wire.ODOMETRY)
+    assert (told.cmd_vel, told.odom) == (robot.publishes_on(cmd_vel), robot.publishes_on(odom))
+    assert told.teleop == robot.listens_on(RosTopic("cmd_vel_teleop", wire.TWIST))
+    assert (told.cmd_vel[:12], told.teleop) == ("7/r1/cmd_vel", "7/r1/cmd_vel_teleop/*/*")
+    assert len(bytes.fromhex(told.gid)) == 16
+    assert told.gid != orders(bus).gid
+    kinds = [token.removeprefix("@ros2_lv/7/{zid}/").split("/")[:3] for token in told.tokens]
+    assert kinds == [["0", "0", "NN"], ["0", "1", "MP"], ["0", "2", "MS"]]
+    assert all("rfnav_guard" in token for token in told.tokens)
 
 
 def test_where_no_guard_waits_the_place_and_the_way_are_said(tmp_path: Path):
