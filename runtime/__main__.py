@@ -2,8 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from functools import partial
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import click
 import cv2
 
 from runtime import config as configuration
-from runtime.clock import Clock, SystemClock
+from runtime.clock import SystemClock
 from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
@@ -35,17 +35,14 @@ from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.private_files import keep_to_owner
 from runtime.record import Record
-from runtime.robot.base import Base
-from runtime.robot.base_config import BaseConfig
+from runtime.robot.bases import opened_base, watched
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
-from runtime.robot.pulse import Pulse
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
-MAVLINK_UNGUARDED = "guard: none on MAVLink: the vehicle's own time-out ends what is not commanded"
 WORKERS_NICE = 5
 DRAWINGS_NICE = 15
 MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
@@ -165,9 +162,9 @@ def _drive(
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
     senses = not config.base.odometry, config.senses, config.safety, config.navigate
     with (
-        _watched(config, guarded) as beat,
+        watched(config.base, config.bus, guarded) as beat,
         Bus(config.bus, clock, False, config.camera, record, *senses) as bus,
-        _base(config.base, bus, clock, arm) as base,
+        opened_base(config.base, bus, clock, arm) as base,
     ):
         control = ControlLoop(
             base, bus, clock, config.safety, config.realtime, tracer, ending, go_first_or_tell,
@@ -188,27 +185,6 @@ def _drive(
                     loop.run(ending)
         finally:
             control.close()
-
-
-@contextmanager
-def _watched(config: configuration.Config, path: Path | None) -> Iterator[Callable[[bool], str]]:
-    """What the control loop tells its guard by, where there can be one."""
-    if config.base.kind != "ros2":
-        click.echo(f"rfnav: {MAVLINK_UNGUARDED}", err=True)
-        yield lambda moving: ""
-        return
-    with Pulse(config.bus, path) as pulse:
-        yield pulse.beat
-
-
-def _base(config: BaseConfig, bus: Bus, clock: Clock, arm: bool) -> AbstractContextManager[Base]:
-    """What drives the robot; the bus is closed by who opened it."""
-    if config.kind == "ros2":
-        return nullcontext(bus)
-    from runtime.robot.mavlink.base import MavlinkBase  # its messages take a while to import
-
-    odometry = bus.file_odometry if config.odometry else None
-    return MavlinkBase(config.link, clock, arm, odometry, beside=bus.condition)
 
 
 def main() -> None:
