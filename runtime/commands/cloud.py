@@ -6,19 +6,10 @@ import click
 
 from runtime import config as configuration
 from runtime.clock import Deadline, SystemClock
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject
+from runtime.core.types import Missing
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Bill, Cloud
-
-TRIAL = Brief(
-    "toilet",
-    0,
-    (
-        FrontierBrief(1, 2.0, (NearbyObject("bathtub", 0.9, 0.6),), (("bathroom", 0.9),)),
-        FrontierBrief(2, 1.0, (NearbyObject("oven", 0.9, 0.8),), (("kitchen", 0.9),)),
-    ),
-)
-"""Where a model that answers sensibly goes for 1."""
+from runtime.experts.trial_question import TRIAL
 
 
 @click.command("cloud", epilog="Example:  rfnav cloud --config robot.toml --ask")
