@@ -54,7 +54,9 @@ SAFETY: Final = SafetyConfig()
 class Bus:
     """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks.
     Without `odometry` that is not listened for: `file_odometry` brings it. `reflex`: the body that
-    it keeps from touching anything; without one there is no reflex."""
+    it keeps from touching anything; without one there is no reflex. One that does not `serve` only
+    listens. `tap`: who is told of every message as it comes, by stream or sense, in the threads of
+    the bus."""
 
     def __init__(
         self,
@@ -67,11 +69,13 @@ class Bus:
         senses: SensesConfig = SENSES,
         safety: SafetyConfig = SAFETY,
         reflex: NavigateConfig | None = None,
+        serves: bool = True,
+        tap: Callable[[str, bytes], None] = lambda name, payload: None,
     ) -> None:
         self._config, self._brake = config, Handbrake()
         kinds = bool(config.topics.pose), config.is_packed("depth")
         self._vigilance = None if lockstep else Vigilance(safety, *kinds)
-        self._record = record
+        self._record, self._tap = record, tap
         self._clock, self._lockstep = clock, lockstep
         self._changed = threading.Condition()
         self._requests = Requests(self._changed, config.key, self._answered)
@@ -89,9 +93,9 @@ class Bus:
         self._node = RosNode(self._session, spoken(config), self._strange)
         self._out = Publications(self._node, config, lockstep, record)
         self._listen(odometry, camera.mount == "tf")
-        for kind in WAITING:
+        for kind in WAITING if serves else ():
             self._serve(kind, OWN_TOPICS[kind])
-        if not lockstep:
+        if serves and not lockstep:
             brake = self._session, self._node, config, self._brake, lambda: self.on_urgent()
             self._declared.extend(serve_handbrake(*brake))
 
@@ -286,11 +290,12 @@ class Bus:
         heard, streams = heard_topics(self._config), self._streams
         for stream in streams.topics:
             if stream != "odom" or odometry:
-                self._node.subscribe(heard[stream], self._filed(stream))
+                self._hear(heard[stream], stream, self._filed(stream))
         for sense in self._body.topics:
-            self._node.subscribe(heard[sense], partial(self._body.file, sense))
+            self._hear(heard[sense], sense, partial(self._body.file, sense))
         for topic in TF_TOPICS if transforms else ():
-            self._node.subscribe(topic, _unnamed(partial(streams.file_transforms, topic.name)))
+            file = _unnamed(partial(streams.file_transforms, topic.name))
+            self._hear(topic, topic.name, file)
         self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
 
     def _filed(self, stream: str) -> Callable[[str, bytes], None]:
@@ -302,6 +307,13 @@ class Bus:
             self._streams.file(stream, payload)
 
         return receive
+
+    def _hear(self, topic: RosTopic, stream: str, file: Callable[[str, bytes], None]) -> None:
+        def receive(name: str, payload: bytes) -> None:
+            self._tap(stream, payload)
+            file(name, payload)
+
+        self._node.subscribe(topic, receive)
 
     def _wake(self) -> None:
         with self._changed:

@@ -550,3 +550,33 @@ def test_a_camera_that_tf_does_not_know_holds_the_base(monkeypatch: pytest.Monke
     finally:
         bus.close()
         robot.session.close()
+
+
+def test_one_that_does_not_serve_answers_nobody_and_every_message_can_be_tapped() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    robot = Robot(BusConfig(listen=(endpoint,)))
+    heard: list[tuple[str, int]] = []
+    bus = Bus(
+        BusConfig(connect=(endpoint,)),
+        SystemClock(),
+        camera=CameraConfig(mount="tf"),
+        serves=False,
+        tap=lambda name, payload: heard.append((name, len(payload))),
+    )
+    try:
+        by_s = time.monotonic() + PATIENCE_S
+        names = {*ALL, "bumper", "tf", "scan"}
+        while {name for name, _ in heard} != names and time.monotonic() < by_s:
+            robot.publish(time.time_ns())
+            robot.send("bumper", b"junk")
+            robot.send("tf", b"")
+            robot.send("scan", b"\xff" * 9)
+            time.sleep(0.05)
+        assert {name for name, _ in heard} == names
+        assert ("scan", 9) in heard
+        assert list(robot.session.get("rfnav/status", timeout=0.3)) == []
+        assert list(robot.session.get("rfnav/stop", timeout=0.3)) == []
+        assert bus.doubt(Twist()) is None
+    finally:
+        bus.close()
+        robot.session.close()
