@@ -16,6 +16,7 @@ from runtime.commands.bench import bench_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
+from runtime.commands.doctor import doctor_command
 from runtime.commands.guard import guard_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
@@ -57,6 +58,7 @@ cli.add_command(models_command)
 cli.add_command(cloud_command)
 cli.add_command(config_command)
 cli.add_command(check_command)
+cli.add_command(doctor_command)
 cli.add_command(bench_command)
 cli.add_command(replay_command)
 cli.add_command(guard_command)

@@ -32,12 +32,16 @@ class GoalRequest:
     episode: str | int | None
 
 
+def searches_directory() -> Path:
+    """Where searches leave what is theirs, whether it is there yet or not."""
+    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
+    return state / "rf-nav" / "searches"
+
+
 def new_directory() -> Path | None:
     """A directory of its own under the state directory for what a search leaves; None, and a line
     in the log, where none can be made."""
-    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    name = time.strftime("%Y%m%d-%H%M%S")
-    searches = state / "rf-nav" / "searches"
+    name, searches = time.strftime("%Y%m%d-%H%M%S"), searches_directory()
     try:
         searches.mkdir(parents=True, exist_ok=True)
         for number in range(1, DIRECTORIES):

@@ -10,7 +10,8 @@ import signal
 import socket
 import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final
 
@@ -77,14 +78,21 @@ def keep_little() -> None:
 def lock_memory() -> str:
     """Keep in memory what was touched. Where the system limits what may be locked nothing is, for
     what is beyond the limit could not be had at all. What is to be told, else ""."""
-    unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
-    if not (unlimited or _may_lock_all()):
-        return "memory: not locked (RLIMIT_MEMLOCK is limited): it may be swapped out"
+    if refused := may_lock():
+        return refused
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE | _MCL_ONFAULT) != 0:
         why = os.strerror(ctypes.get_errno())
         return f"memory: not locked ({why}): it may be swapped out"
     return ""
+
+
+def may_lock() -> str:
+    """What is to be told where memory may not be locked, else ""; nothing is."""
+    unlimited = resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY
+    if unlimited or _may_lock_all():
+        return ""
+    return "memory: not locked (RLIMIT_MEMLOCK is limited): it may be swapped out"
 
 
 def _may_lock_all() -> bool:
@@ -117,6 +125,18 @@ class EndSignal:
 
     def _take(self, *_: object) -> None:
         self._come = True
+
+
+@contextmanager
+def heard_signals() -> Iterator[EndSignal]:
+    """An `EndSignal` for a while; afterwards signals do what they did before."""
+    before = {name: signal.getsignal(name) for name in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield EndSignal()
+    finally:
+        signal.set_wakeup_fd(-1)
+        for name, handler in before.items():
+            signal.signal(name, handler)
 
 
 class Garbage:

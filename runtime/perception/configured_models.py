@@ -6,6 +6,7 @@ from models.store import manifest
 from models.words.vocabulary import load_vocabulary
 from runtime.config import ModelsConfig
 from runtime.errors import ModelError
+from runtime.perception.loaded_models import TEXT_MODEL
 from runtime.perception.model_errors import models_told
 
 
@@ -27,6 +28,16 @@ def check_models(models: ModelsConfig) -> None:
     if models.vocabulary:
         with models_told():
             load_vocabulary(Path(models.vocabulary))
+
+
+def check_present(models: ModelsConfig) -> None:
+    """ModelError for one of the manifest's models that is not here or is damaged, with the command
+    that fetches it: nothing is fetched."""
+    named = TEXT_MODEL, models.language, *models.detectors, models.vision, models.second_look
+    for name in named:
+        if name and not manifest.by_path(name):
+            with models_told():
+                manifest.verify(name)
 
 
 def _check(key: str, name: str) -> None:

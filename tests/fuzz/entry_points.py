@@ -4,6 +4,7 @@ file and by atheris in scripts/fuzz. Each entry is given bytes, and may raise no
 import json
 
 from answers import REFUSALS, EntryPoint, refused
+from doctor_entries import heard, told
 from drawn import ROOMS, WALLS, door, xml
 from file_entries import (
     MODELS,
@@ -42,6 +43,7 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "messages": EntryPoint(numbered(), messages),
     "images": EntryPoint(pictures(), images),
     "mavlink": EntryPoint(SEEDS, mavlink),
+    "doctor": EntryPoint(told(), heard),
     "requests": EntryPoint(
         [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 128) for body in GOALS], request
     ),
