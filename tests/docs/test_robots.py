@@ -1,0 +1,163 @@
+"""docs/robots.md and deploy/robots/: every robot has its section and its files, the files can be
+used, and a bridge carries what the runtime listens to and nothing else. No robot is there."""
+
+import json
+import re
+import socket
+import threading
+import xml.etree.ElementTree as ElementTree
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+import zenoh
+from click.testing import CliRunner
+from places import ROOT
+
+from runtime.__main__ import cli
+from runtime.config import Config, known_keys, load
+from runtime.robot.transforms import TF, TF_STATIC
+
+DEPLOYED = ROOT / "deploy" / "robots"
+ROBOTS = sorted(DEPLOYED.glob("*.toml"))
+BRIDGES = sorted(DEPLOYED.glob("*.bridge.json5"))
+PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
+NAMES = [robot.stem for robot in ROBOTS]
+COMMANDED = "cmd_vel"
+
+
+def bridge_of(name: str) -> dict[str, object]:
+    """A bridge's configuration; of JSON5 only comments on lines of their own are used."""
+    lines = (DEPLOYED / f"{name}.bridge.json5").read_text(encoding="utf-8").splitlines()
+    told: dict[str, object] = json.loads(
+        "\n".join(line for line in lines if not line.lstrip().startswith("//"))
+    )
+    return told
+
+
+def allowed(name: str) -> dict[str, list[str]]:
+    """What a bridge may carry: by direction, patterns of whole names."""
+    found: dict[str, list[str]] = bridge_of(name)["plugins"]["ros2dds"]["allow"]  # type: ignore[index]
+    return found
+
+
+def heard(config: Config) -> set[str]:
+    """The names in ROS of all that the runtime would listen to."""
+    topics = {key: topic for key, topic in asdict(config.bus.topics).items() if topic}
+    del topics[COMMANDED]
+    if config.base.odometry:
+        del topics["odom"]
+    if config.camera.by_tf is not None:
+        topics |= {TF: TF, TF_STATIC: TF_STATIC}
+    return {f"/{config.bus.key(topic)}" for topic in topics.values()}
+
+
+def section(title: str) -> str:
+    """A section of the page, without its heading."""
+    start = rf"^## {re.escape(title)}\n"
+    [found] = re.findall(rf"{start}(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)
+    return str(found)
+
+
+def title_of(robot: Path) -> str:
+    """The section that a configuration sends its reader to."""
+    words = " ".join(robot.read_text(encoding="utf-8").replace("\n# ", " ").split())
+    [title] = re.findall(r'docs/robots\.md, "([^"]+)"', words)
+    return str(title)
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_configuration_can_be_used(robot: Path) -> None:
+    told = CliRunner().invoke(cli, ["check", "--config", str(robot)])
+    assert told.exit_code == 0, told.output
+    assert told.output == f"{robot}: ok\n"  # no key that was renamed, nothing open to others
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_configuration_says_that_nobody_tried_it(robot: Path) -> None:
+    assert "UNTRIED" in robot.read_text(encoding="utf-8").split("\n[", 1)[0]
+    assert "**Not tried**" in section(title_of(robot))
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_what_a_robot_is_is_set_and_not_left_to_the_default(robot: Path) -> None:
+    config, text = load(robot), robot.read_text(encoding="utf-8")
+    for key in ("radius_m", "height_m", "max_speed_mps", "brake_mps2", "z_m", "pitch_rad"):
+        assert re.search(rf"^{key} = ", text, re.MULTILINE), key
+    assert known_keys()["control.max_speed_mps"].value(config) <= 0.4
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_configuration_has_its_section_which_names_it(robot: Path) -> None:
+    assert f"deploy/robots/{robot.stem}.bridge.json5" in section(title_of(robot))
+    assert f"`deploy/robots/{robot.name}`" in PAGE.partition("## ")[0]
+
+
+def test_every_robot_of_the_page_has_its_configuration() -> None:
+    table = re.findall(r"^\| \[(.+?)\]\(#(.+?)\) \| `(.+?)` \|", PAGE, re.MULTILINE)
+    assert sorted(ROOT / path for _, _, path in table) == ROBOTS
+    assert [title for title, _, _ in table] == re.findall(r"^## (.+)$", PAGE, re.MULTILINE)[1:]
+
+
+def test_every_robot_has_a_bridge_and_every_bridge_a_robot() -> None:
+    assert [bridge.name.removesuffix(".bridge.json5") for bridge in BRIDGES] == NAMES
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_bridge_carries_what_is_listened_to_and_nothing_else(robot: Path) -> None:
+    config, allow = load(robot), allowed(robot.stem)
+    assert set(allow) == {"publishers", "subscribers"}
+    assert set(allow["publishers"]) == heard(config)
+    driven = [] if config.base.kind == "mavlink" else [config.bus.key(config.bus.topics.cmd_vel)]
+    assert allow["subscribers"] == [f"/{topic}" for topic in driven]
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_bridge_is_where_the_runtime_looks_for_it_and_open_to_nobody_else(robot: Path) -> None:
+    config, bridge = load(robot), bridge_of(robot.stem)
+    assert bridge["listen"] == {"endpoints": list(config.bus.connect)}
+    assert all(end.startswith("tcp/127.0.0.1:") for end in config.bus.connect)
+    assert bridge["scouting"] == {"multicast": {"enabled": False}}
+
+
+def test_zenoh_reads_the_bridges() -> None:
+    for bridge in BRIDGES:
+        config = zenoh.Config.from_file(str(bridge))
+        assert "127.0.0.1:7447" in config.get_json("listen/endpoints")
+
+
+def test_dds_is_kept_to_the_cable_and_the_computer() -> None:
+    tree = ElementTree.parse(DEPLOYED / "create3-cyclonedds.xml")
+    used = [one.attrib for one in tree.iter() if one.tag.endswith("NetworkInterface")]
+    assert used == [{"name": "usb0"}, {"address": "127.0.0.1", "multicast": "true"}]
+
+
+def test_every_file_that_is_deployed_for_robots_is_named_on_the_page() -> None:
+    for file in DEPLOYED.iterdir():
+        assert f"deploy/robots/{file.name}" in PAGE or file in BRIDGES, file.name
+
+
+def test_a_goal_is_asked_for_as_the_page_says() -> None:
+    [block] = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    config = zenoh.Config()
+    config.insert_json5("mode", '"router"')
+    config.insert_json5("listen/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
+    config.insert_json5("scouting/multicast/enabled", "false")
+    asked: list[dict[str, str]] = []
+
+    def answer(query: zenoh.Query) -> None:
+        assert query.payload is not None
+        asked.append(json.loads(query.payload.to_string()))
+        query.reply("rfnav/goal", '{"outcome": "found"}')
+
+    with zenoh.open(config) as robot, robot.declare_queryable("rfnav/goal", answer):
+        told: list[str] = []
+        lines = block.replace("7447", str(port)).replace("600.0", "20.0")
+        asking = threading.Thread(target=exec, args=(lines, {"print": told.append}))
+        asking.start()
+        asking.join(timeout=60.0)
+    assert asked == [{"goal": "chair"}]
+    assert told == ['{"outcome": "found"}']
