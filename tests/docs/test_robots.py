@@ -6,7 +6,6 @@ import re
 import socket
 import threading
 import xml.etree.ElementTree as ElementTree
-from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -16,6 +15,8 @@ from places import ROOT
 
 from runtime.__main__ import cli
 from runtime.config import Config, known_keys, load
+from runtime.loops.drawings import TOPICS as DRAWN_TOPICS
+from runtime.robot.heard_topics import heard_topics
 from runtime.robot.transforms import TF, TF_STATIC
 
 DEPLOYED = ROOT / "deploy" / "robots"
@@ -23,7 +24,6 @@ ROBOTS = sorted(DEPLOYED.glob("*.toml"))
 BRIDGES = sorted(DEPLOYED.glob("*.bridge.json5"))
 PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
 NAMES = [robot.stem for robot in ROBOTS]
-COMMANDED = "cmd_vel"
 
 
 def bridge_of(name: str) -> dict[str, object]:
@@ -42,14 +42,19 @@ def allowed(name: str) -> dict[str, list[str]]:
 
 
 def heard(config: Config) -> set[str]:
-    """The names in ROS of all that the runtime would listen to."""
-    topics = {key: topic for key, topic in asdict(config.bus.topics).items() if topic}
-    del topics[COMMANDED]
+    """The names in ROS of all that the runtime listens to."""
+    topics = {name: topic.name for name, topic in heard_topics(config.bus).items()}
     if config.base.odometry:
-        del topics["odom"]
+        topics.pop("odom", None)
     if config.camera.by_tf is not None:
-        topics |= {TF: TF, TF_STATIC: TF_STATIC}
-    return {f"/{config.bus.key(topic)}" for topic in topics.values()}
+        topics[TF] = TF
+    return {f"/{config.bus.key(name)}" for name in topics.values()}
+
+
+def about_the_camera(config: Config) -> set[str]:
+    """What tells where frames are, and which lens took depth."""
+    beside = config.bus.topics.depth.rpartition("/")[0]
+    return {f"/{config.bus.key(name)}" for name in (TF_STATIC, f"{beside}/camera_info")}
 
 
 def section(title: str) -> str:
@@ -107,9 +112,18 @@ def test_every_robot_has_a_bridge_and_every_bridge_a_robot() -> None:
 def test_a_bridge_carries_what_is_listened_to_and_nothing_else(robot: Path) -> None:
     config, allow = load(robot), allowed(robot.stem)
     assert set(allow) == {"publishers", "subscribers"}
-    assert set(allow["publishers"]) == heard(config)
-    driven = [] if config.base.kind == "mavlink" else [config.bus.key(config.bus.topics.cmd_vel)]
-    assert allow["subscribers"] == [f"/{topic}" for topic in driven]
+    assert set(allow["publishers"]) == heard(config) | about_the_camera(config)
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
+def test_a_bridge_takes_commands_and_drawings_to_ros_and_nothing_else(robot: Path) -> None:
+    config, patterns = load(robot), allowed(robot.stem)["subscribers"]
+    said = [topic.name for name, topic in DRAWN_TOPICS.items() if name in config.bus.draws]
+    if config.base.kind != "mavlink":
+        said.append(config.bus.topics.cmd_vel)
+    by = {n: [p for p in patterns if re.fullmatch(p, f"/{config.bus.key(n)}")] for n in said}
+    assert all(len(matching) == 1 for matching in by.values()), by
+    assert {pattern for matching in by.values() for pattern in matching} == set(patterns)
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=NAMES)
