@@ -1,12 +1,14 @@
 """Whatever bytes come from outside: nothing but an answer, within a second of computing. The same
 entry points are fuzzed with coverage as a guide, and far longer, by scripts/fuzz."""
 
+import runpy
 import time
 
 import pytest
 from entry_points import ENTRY_POINTS, REFUSALS
 from hypothesis import HealthCheck, given, settings
 from mutations import SPOILINGS, Spoiling, spoilt
+from places import ROOT
 
 EXAMPLES = 2000
 LONGEST_S = 1.0  # of this thread's own computing, however busy the machine is
@@ -35,3 +37,9 @@ def test_what_is_good_is_not_refused(name: str):
         REFUSALS.clear()
         ENTRY_POINTS[name].run(seed)
         assert not REFUSALS, seed[:100]
+
+
+def test_scripts_fuzz_has_a_share_for_each():
+    shares = runpy.run_path(str(ROOT / "scripts" / "fuzz.py"))["SHARES"]
+    assert set(shares) == set(ENTRY_POINTS)
+    assert sum(shares.values()) == pytest.approx(1.0)
