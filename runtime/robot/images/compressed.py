@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from runtime.core.types import U8
 from runtime.errors import SensorError
+from runtime.robot.bounds import MOST_PIXELS
 from runtime.robot.images.raw import check_area, shown
 
 _PNG: Final = b"\x89PNG\r\n\x1a\n"
@@ -18,6 +19,10 @@ _GREY16: Final = (16, 0)  # a PNG's bits and kind of colour
 _FRAMES: Final = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}  # JPEG markers that tell a size
 _BARE: Final = frozenset({0x01, *range(0xD0, 0xD9)})  # and those that have no length
 _SEGMENTS: Final = 1000  # before the size: more is no camera's
+_SCAN: Final = b"\xff\xda"  # a JPEG's data: each goes over the whole picture again
+_SCANNED: Final = 8 * MOST_PIXELS  # in all
+_CHUNKS: Final = 20_000  # of a PNG
+_ANCILLARY: Final = 0x20  # a bit of a chunk's name: the pixels can be had without it
 
 
 def color_picture(message: Any, topic: str) -> U8:
@@ -26,7 +31,8 @@ def color_picture(message: Any, topic: str) -> U8:
     height, width = _size(data, told)
     check_area(height, width, topic)
     # As the camera's pixels lie, whatever a picture's own notes say of how it should be turned.
-    pixels = _unpacked(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    how = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
+    pixels = _unpacked(data, how, height * width)
     if pixels is None or pixels.shape != (height, width, 3):
         raise SensorError(f"{told}: {len(data)} bytes are damaged: publish whole JPEG or PNG")
     if "compressed rgb" in str(message.format):  # red was packed where blue belongs
@@ -45,17 +51,42 @@ def depth_picture(data: NDArray[np.uint8], topic: str, format: str) -> NDArray[n
     check_area(height, width, topic)
     if tuple(data[24:26].tolist()) != _GREY16:
         raise SensorError(f"{told}: a PNG of {data[24]} bits: depth is 16 bits of grey")
-    readings = _unpacked(data, cv2.IMREAD_UNCHANGED)
+    readings = _unpacked(data, cv2.IMREAD_UNCHANGED, height * width)
     if readings is None or readings.shape != (height, width) or readings.dtype != np.uint16:
         raise SensorError(f"{told}: {len(data)} bytes are damaged: publish whole PNG")
     return np.asarray(readings, np.uint16)
 
 
-def _unpacked(data: NDArray[np.uint8], how: int) -> NDArray[Any] | None:
+def _unpacked(data: NDArray[np.uint8], how: int, pixels: int) -> NDArray[Any] | None:
+    """By OpenCV; None for what is damaged, or meant to take long or much."""
+    whole = bytes(data)
+    if whole.startswith(_PNG):
+        sound = _sound_png(whole)
+    else:
+        sound = whole if whole.count(_SCAN) * pixels <= _SCANNED else None
+    if sound is None:
+        return None
     try:
-        return cv2.imdecode(np.asarray(data, np.uint8), how)
+        return cv2.imdecode(np.frombuffer(sound, np.uint8), how)
     except cv2.error:
         return None
+
+
+def _sound_png(whole: bytes) -> bytes | None:
+    """A PNG of whole chunks, without those that its pixels can be had without: OpenCV makes room
+    for as much as a chunk says that it has, and unpacks animations. None for a damaged one."""
+    parts, at = [_PNG], len(_PNG)
+    for _ in range(_CHUNKS):
+        length = int.from_bytes(whole[at : at + 4])
+        name, end = whole[at + 4 : at + 8], at + 12 + length
+        if len(name) < 4 or end > len(whole):
+            return None
+        if not name[0] & _ANCILLARY:
+            parts.append(whole[at:end])
+        if name == b"IEND":
+            return b"".join(parts)
+        at = end
+    return None
 
 
 def _size(data: NDArray[np.uint8], told: str) -> tuple[int, int]:

@@ -1,6 +1,7 @@
 """JPEG and PNG, of colour and of depth; and how large they are before they are unpacked."""
 
 import struct
+import zlib
 
 import cv2
 import numpy as np
@@ -102,6 +103,53 @@ def test_a_picture_that_cannot_be_is_told_in_one_line(data: bytes, told: str):
     assert str(caught.value).startswith("color: ")
     assert told in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def chunk(name: bytes, body: bytes, length: int | None = None) -> bytes:
+    told = struct.pack(">I", len(body) if length is None else length)
+    return told + name + body + struct.pack(">I", zlib.crc32(name + body))
+
+
+def with_chunk(added: bytes) -> bytes:
+    """Before a PNG's pixels."""
+    whole = png(RGB)
+    at = whole.index(b"IDAT") - 4
+    return whole[:at] + added + whole[at:]
+
+
+@pytest.mark.parametrize(
+    "added",
+    [
+        chunk(b"zTXt", b"Comment\0\0" + zlib.compress(bytes(10_000_000))),
+        chunk(b"acTL", struct.pack(">II", 1000, 0)),
+        chunk(b"tIME", b"nonsense"),
+    ],
+)
+def test_what_a_png_has_beside_its_pixels_is_not_looked_at(added: bytes):
+    assert np.array_equal(read("png", with_chunk(added)), RGB)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        with_chunk(chunk(b"IDAT", b"", 2**32 - 20)),  # OpenCV would make room for all of it
+        with_chunk(chunk(b"tEXt", b"", 2**31 - 1)),
+        png(RGB)[:-4],
+        png(RGB)[:-12],
+        with_chunk(chunk(b"tIME", b"") * 30_000),
+    ],
+)
+def test_a_png_of_chunks_that_are_not_whole_is_damaged(data: bytes):
+    with pytest.raises(SensorError, match="damaged: publish whole JPEG or PNG"):
+        read("png", data)
+
+
+def test_a_jpeg_that_goes_over_its_pixels_without_end_is_not_followed():
+    whole = jpeg(np.zeros((2000, 3000, 3), np.uint8), cv2.IMWRITE_JPEG_PROGRESSIVE, 1)
+    assert read("jpeg", whole).shape == (2000, 3000, 3)
+    scan = whole[whole.rindex(b"\xff\xda") : -2]
+    with pytest.raises(SensorError, match="are damaged"):
+        read("jpeg", whole[:-2] + scan * 100 + whole[-2:])
 
 
 @pytest.mark.parametrize(
