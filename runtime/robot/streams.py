@@ -13,7 +13,7 @@ from runtime.robot import wire, wire_senses
 from runtime.robot.bounds import check_bytes, check_size
 from runtime.robot.camera_info import SENSOR_TIMEOUT_S, CameraInfo
 from runtime.robot.images.camera_images import CameraImages, DepthImage
-from runtime.robot.images.plausible import UnitWatch
+from runtime.robot.images.plausible import DepthWatch
 from runtime.robot.labels import read_labels
 from runtime.robot.laser import ScanStream
 from runtime.robot.messages import ConsumedFrame, StreamHealth, WireMessage
@@ -62,8 +62,7 @@ class SensorStreams:
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._images = CameraImages(config, camera)
-        told = lockstep or camera.depth_unit_m > 0
-        self._unit = None if told else UnitWatch(config.topics.depth)
+        self._watch = None if lockstep else DepthWatch(config.topics.depth, camera)
         self._info = CameraInfo(config.topics.camera_info, self.count_bad)
         self._lockstep, self._steady = lockstep, SteadyOdometry()
         self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
@@ -199,8 +198,8 @@ class SensorStreams:
         try:
             for topic, image in ((topics.color, rgb), (topics.depth, depth.depth_m)):
                 check_size(image.shape, topic, intrinsics, topics.camera_info)
-            if self._unit is not None:
-                self._unit.check(depth.depth_m, depth.unit_m, intrinsics, mount)
+            if self._watch is not None:
+                self._watch.check(depth, intrinsics, mount)
         except SensorError as error:
             self.count_bad(topic, error)
             if self._lockstep and not self._seen_frame:

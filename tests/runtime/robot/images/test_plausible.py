@@ -6,7 +6,9 @@ from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
 
 from runtime.core.types import Mount, Pose
 from runtime.errors import SensorError
-from runtime.robot.images.plausible import SETTLED, UnitWatch
+from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.images.plausible import SETTLED, VIEWS, DepthWatch
+from runtime.robot.transforms import CameraConfig
 
 MM = 0.001
 
@@ -20,10 +22,10 @@ def views(scale: float = 1.0) -> list[np.ndarray]:
     return seen
 
 
-def refused(depth_m: np.ndarray, unit_m: float = MM, watch: UnitWatch | None = None) -> str:
-    watch = watch or UnitWatch("depth")
+def refused(depth_m: np.ndarray, unit_m: float = MM, watch: DepthWatch | None = None) -> str:
+    watch = watch or DepthWatch("depth", CameraConfig())
     try:
-        watch.check(depth_m, unit_m, INTRINSICS, MOUNT)
+        watch.check(DepthImage(depth_m, unit_m), INTRINSICS, MOUNT)
     except SensorError as error:
         return str(error)
     return ""
@@ -49,7 +51,7 @@ def test_a_wrong_unit_is_told_from_the_first_look_on(scale: float, unit_m: float
 
 
 def test_once_it_is_settled_nothing_is_doubted():
-    watch, far = UnitWatch("depth"), np.full((120, 160), 30.0, np.float32)
+    watch, far = DepthWatch("depth", CameraConfig()), np.full((120, 160), 30.0, np.float32)
     assert refused(far, watch=watch).startswith("depth: half of it is farther than 30 m")
     for view in views():
         assert refused(view, watch=watch) == ""
@@ -57,7 +59,7 @@ def test_once_it_is_settled_nothing_is_doubted():
 
 
 def test_an_image_with_next_to_nothing_in_it_says_nothing():
-    watch, view = UnitWatch("depth"), np.zeros((120, 160), np.float32)
+    watch, view = DepthWatch("depth", CameraConfig()), np.zeros((120, 160), np.float32)
     view[:2, :20] = 60.0
     for _ in range(2 * SETTLED):
         assert refused(view, watch=watch) == ""
@@ -75,7 +77,39 @@ def test_down_a_storey_from_a_gallery_is_no_wrong_unit():
 
 def test_a_camera_that_looks_straight_down_is_judged_by_its_floor():
     down = Mount(0.0, 0.0, 0.5, 0.0, 1.5, 0.0)
-    watch = UnitWatch("depth")
-    watch.check(np.full((120, 160), 0.5, np.float32), MM, INTRINSICS, down)
+    watch = DepthWatch("depth", CameraConfig())
+    watch.check(DepthImage(np.full((120, 160), 0.5, np.float32), MM), INTRINSICS, down)
     with pytest.raises(SensorError, match=r"the floor is 5\.\d* m below the camera, not 0\.5 m"):
-        watch.check(np.full((120, 160), 5.0, np.float32), MM, INTRINSICS, down)
+        watch.check(DepthImage(np.full((120, 160), 5.0, np.float32), MM), INTRINSICS, down)
+
+
+def test_a_unit_that_is_configured_is_believed():
+    watch = DepthWatch("depth", CameraConfig(depth_unit_m=0.001))
+    assert [refused(view, watch=watch) for view in views(10.0)] == [""] * 12
+
+
+def clipped(at_m: float) -> list[np.ndarray]:
+    return [np.minimum(view, np.float32(at_m)) for view in views() * 2]
+
+
+def told_of(seen: list[np.ndarray], **camera: float) -> list[str]:
+    told: list[str] = []
+    watch = DepthWatch("depth", CameraConfig(**camera), told.append)
+    for view in seen:
+        watch.check(DepthImage(view, 1.0), INTRINSICS, MOUNT)
+    return told
+
+
+def test_a_farthest_reading_that_comes_again_wherever_the_camera_looks_is_told_once():
+    assert told_of(clipped(1.5)) == [
+        "depth: 1.5 m is the farthest that it ever reads, and often: if that is where nothing is "
+        "near, set camera.depth_nothing_m = 1.5"
+    ]
+    assert told_of(clipped(1.5), depth_nothing_m=1.5) == []
+
+
+def test_walls_are_no_farthest_reading_however_long_the_robot_stands_before_one():
+    assert told_of(views() * 3) == []
+    assert told_of(clipped(1.5)[:1] * 3 * VIEWS) == []
+    wall = [np.full((120, 160), 2.0, np.float32) for _ in range(3 * VIEWS)]
+    assert told_of(wall) == []
