@@ -146,7 +146,8 @@ def _bounds(name: str, config: Config) -> Bounds:
     safety = config.safety
     if name == "odom":
         return Bounds(safety.odom_stale_s, min(ODOMETRY_GAP_S, safety.odom_stale_s))
-    return Bounds(safety.frame_stale_s, safety.frame_stale_s)
+    stale_s = safety.depth_stale_s if name == "depth" else safety.frame_stale_s
+    return Bounds(stale_s, stale_s)
 
 
 def _figures(heard: HeardTopic) -> str:

@@ -98,6 +98,11 @@ def test_odometry_that_is_too_seldom_is_bad_and_a_gap_is_warned_of():
     assert "holds the base" in found(told)["odom"].told
 
 
+def test_depth_is_wanted_more_often_than_colour():
+    for name, hz, grade in (("color", 1.6, Grade.OK), ("depth", 1.6, Grade.BAD)):
+        assert found(heard(healthy(CONFIG), name, hz=hz))[name].grade is grade
+
+
 def test_what_cannot_be_read_is_bad_where_nothing_can_and_has_the_decoders_own_remedy():
     hearing = healthy(CONFIG)
     hearing.streams["color"].read = 0
