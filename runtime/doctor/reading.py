@@ -68,10 +68,7 @@ def topics_heard(config: Config) -> dict[str, HeardTopic]:
     found = {name: heard[name] for name in wanted if name in heard}
     if config.camera.mount == "tf":
         found |= {topic.name: topic for topic in TF_TOPICS}
-    kinds = {name: topic.kind for name, topic in found.items()}
-    for name in IMAGES:
-        kinds[name] = wire.COMPRESSED_IMAGE if config.bus.is_packed(name) else wire.IMAGE
-    return {name: HeardTopic(topic.name, kinds[name]) for name, topic in found.items()}
+    return {name: HeardTopic(topic.name, topic.kind) for name, topic in found.items()}
 
 
 class Reading:

@@ -1,5 +1,6 @@
 """Which ROS 2 types the runtime reads on which topics."""
 
+from dataclasses import replace
 from typing import Final
 
 from runtime.robot import wire, wire_senses
@@ -10,7 +11,7 @@ from runtime.robot.transforms import TF, TF_STATIC
 SENSOR: Final = Qos(reliable=False, depth=5)  # what comes again soon
 LATEST: Final = Qos(reliable=False)
 TRANSFORMS: Final = 100  # kept of tf, as by tf2's own listeners
-COMPRESSED: Final = ("/compressed", "/compressedDepth")  # how such topics end
+IMAGES: Final = ("color", "depth")
 
 TF_TOPICS: Final = (
     RosTopic(TF, wire.TF_MESSAGE, Qos(depth=TRANSFORMS)),
@@ -36,9 +37,11 @@ def heard_topics(config: BusConfig) -> dict[str, RosTopic]:
         "hazards": RosTopic(topics.hazards, wire_senses.HAZARDS, LATEST),
         "stop": RosTopic(topics.stop, wire_senses.BOOL),
     }
+    for stream in IMAGES:
+        if config.is_packed(stream):
+            found[stream] = replace(found[stream], kind=wire.COMPRESSED_IMAGE)
     return {name: topic for name, topic in found.items() if topic.name}
 
 
 def _image(name: str) -> RosTopic:
-    compressed = name.endswith(COMPRESSED)
-    return RosTopic(name, wire.COMPRESSED_IMAGE if compressed else wire.IMAGE, SENSOR)
+    return RosTopic(name, wire.IMAGE, SENSOR)

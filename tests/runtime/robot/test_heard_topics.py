@@ -20,6 +20,11 @@ def test_the_type_goes_by_how_the_topic_is_configured(topics: TopicsConfig, stre
     assert heard_topics(BusConfig(topics=topics))[stream].kind == kind
 
 
+@pytest.mark.parametrize("stream", ["color", "depth"])
+def test_what_is_compressed_without_its_name_saying_so_is_configured(stream: str):
+    assert heard_topics(BusConfig(compressed=(stream,)))[stream].kind == wire.COMPRESSED_IMAGE
+
+
 def test_what_has_no_topic_is_not_listened_to():
     heard = heard_topics(BusConfig(topics=TopicsConfig(scan="", stop="")))
     assert "scan" not in heard
