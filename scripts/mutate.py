@@ -15,7 +15,7 @@ import shutil
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,8 @@ from mutmut.__main__ import CatchOutput, _run, create_mutants  # noqa: E402
 from mutmut.configuration import config  # noqa: E402
 from mutmut.mutation.data import SourceFileMutationData  # noqa: E402
 from mutmut.mutation.diff_apply import get_diff_for_mutant  # noqa: E402
+from mutmut.runners.harness import PytestRunner  # noqa: E402
+from mutmut.state import state  # noqa: E402
 from mutmut.stats import status_by_exit_code  # noqa: E402
 from mutmut.utils.file_utils import (  # noqa: E402
     copy_also_copy_files,
@@ -34,6 +36,7 @@ from mutmut.utils.file_utils import (  # noqa: E402
     setup_source_paths,
 )
 from mutmut.utils.format_utils import orig_function_and_class_names_from_key  # noqa: E402
+from mutmut.workers import isolation  # noqa: E402
 
 COPY = Path("mutants")
 LIST = Path("scripts/mutants.toml")
@@ -55,6 +58,15 @@ class Change(NamedTuple):
         return f"[[survivor]]\nof = {of}\nwas = {quoted[2]}\nbecomes = [{quoted[3]}]"
 
 
+class FastFirst(PytestRunner):
+    """mutmut's own runner has the tests of a mutant in any order."""
+
+    def run_tests(self, *, mutant_name: str | None, tests: Iterable[str]) -> int:
+        took_s = state().duration_by_test
+        ordered = sorted(tests, key=lambda test: took_s.get(test, 0.0))
+        return super().run_tests(mutant_name=mutant_name, tests=ordered)
+
+
 def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split(":")[0])
     parser.add_argument("--jobs", type=int, default=1, help="mutants that are tried at once")
@@ -64,6 +76,7 @@ def main(words: Sequence[str] | None = None) -> int:
     if strangers := set(asked.files) - set(files):
         parser.error(f"{min(strangers)}: is none of tool.coverage.run in pyproject.toml")
     chosen = asked.files or files
+    isolation.PytestRunner = FastFirst  # type: ignore[misc]
     prepare(files, chosen)
     left = [name for path in chosen for name, status in mutants(path) if status not in NOTICED]
     if left:

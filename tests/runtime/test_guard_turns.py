@@ -398,6 +398,12 @@ def test_a_message_of_the_other_byte_order_is_read_too():
     assert place(told, child=True) == (1.0, -2.0, 3.0, 0.0, 0.0, 0.6, 0.8)
 
 
+def test_a_length_beyond_all_bounds_is_no_way_back_in_a_message():
+    told = b"\x00\x01\x00\x00" + bytes(8) + struct.pack("<I", 2**32 - 16) + bytes(200)
+    with pytest.raises(struct.error):
+        place(told, child=False)
+
+
 # -- where it waits --------------------------------------------------------------------------------
 
 

@@ -3,6 +3,7 @@
 import math
 import threading
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -209,6 +210,22 @@ def test_a_turn_at_the_end_says_so_and_is_zero():
     (*_, last) = loop.kinds("tick")
     assert (last.stopping, last.asked, last.plan) == (True, STILL, 1)
     assert loop.beats == [False, True, True, False]  # it begins at rest
+
+
+def test_a_plan_that_was_taken_away_again_during_a_turn_is_not_driven_either():
+    meanwhile: list[Any] = []
+    loop = Loop(stopping=lambda: bool([call() for call in meanwhile]) and False)
+    loop.control.rest(SearchState.CANCELLED, {})
+    loop.plan()
+    loop.tick(3)
+    meanwhile += [lambda: loop.control.rest(SearchState.CANCELLED, {}), loop.plan]
+    loop.tick()
+    (*_, last) = loop.kinds("tick")
+    assert (last.withdrawn, last.asked, last.plan) == (True, STILL, 1)
+    meanwhile.clear()
+    loop.tick()
+    (*_, last) = loop.kinds("tick")
+    assert (last.withdrawn, last.plan) == (False, 2)
 
 
 def test_what_an_older_loop_asks_is_recorded_with_its_answer(loop: Loop):
@@ -518,6 +535,7 @@ class Waiting:
 
     def wait(self, condition: threading.Condition, until_s: float) -> None:
         assert until_s > self.at_s
+        condition.notify_all()  # a mistake, where it is not held
         if self.meanwhile:
             at_s, call = self.meanwhile.pop(0)
             self.at_s = max(self.at_s, at_s)
@@ -628,6 +646,16 @@ def test_a_wire_that_broke_does_not_keep_it_from_ending_and_a_mistake_there_is_t
     loop.robot.answer = lambda order: 1 / 0
     with pytest.raises(ZeroDivisionError):
         loop.control.close()
+
+
+def test_its_end_is_waited_for_two_seconds_at_most(loop: Loop):
+    joined: list[float] = []
+    thread: Any = SimpleNamespace(
+        is_alive=lambda: True, join=lambda timeout: joined.append(timeout)
+    )
+    loop.control._thread = thread
+    loop.control.close()
+    assert joined == [2.0]
 
 
 def test_its_thread_has_a_name_and_does_not_keep_the_process_alive(loop: Loop):

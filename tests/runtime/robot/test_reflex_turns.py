@@ -42,6 +42,7 @@ class Clock:
         return self.at_s
 
     def wait(self, condition: threading.Condition, until_s: float) -> None:
+        condition.notify_all()  # a mistake, where it is not held
         self.waits.append(round(until_s - self.at_s, 6))
         if self.meanwhile:
             self.meanwhile.pop(0)()

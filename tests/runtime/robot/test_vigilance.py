@@ -643,6 +643,8 @@ def test_two_sights_differ_by_a_twentieth_in_a_quarter_of_what_both_see():
     partly = now(5, 200.0)
     partly[5:] = 0.0  # only those five are seen in both
     assert _differ(before, partly)
+    near = np.full(16, 0.5, np.float32)  # m
+    assert _differ(near, near + np.float32(0.4))
     nothing = np.zeros(16, np.float32)
     assert not _differ(nothing, before)
 

@@ -391,6 +391,22 @@ def test_a_way_of_a_centimetre_is_backed_off_and_over_when_it_is_gone():
     assert told.asked(Pose(0.01, 0.0, 0.0), 1.45) == STILL
 
 
+def test_a_way_of_just_as_much_as_it_backs_off_is_one():
+    told, end = Told(), Pose(BACK_M, 0.0, 0.0)
+    told.came(HERE, end)
+    told.meets(front())
+    told.asked(end, 1.0)
+    assert told.asked(end, 1.0 + REST_S) == Twist(-BACK_MPS, 0.0)
+
+
+def test_a_turn_that_comes_late_backs_off_from_where_it_was_met():
+    told, came = Told(), line(0.4)
+    told.came(*came)
+    told.meets(front())
+    told.at(came[-1], 1.0)
+    assert told.asked(came[-1], 1.0 + 2 * REST_S) == Twist(-BACK_MPS, 0.0)
+
+
 def test_what_still_rolls_backs_off_from_where_it_stood():
     told, came = Told(), line(0.4)
     told.came(*came)
