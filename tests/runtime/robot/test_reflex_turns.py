@@ -1,6 +1,7 @@
 """The reflex step by step, in no thread and on a clock that a test sets."""
 
 import threading
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,11 +13,13 @@ from runtime.core.mapping.near_memory import Nearby
 from runtime.core.mapping.near_points import NearPoints
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.courses import STILL
-from runtime.core.motion.safety import HaltKind
+from runtime.core.motion.safety import Halt, HaltKind
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import reflex as module
 from runtime.robot import wire
+from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.images.reading import decode_depth
 from runtime.robot.reflex import IDLE_S, POSE_S, Reflex, SweptBody, check, swept
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -55,7 +58,7 @@ class Robot:
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch, camera: CameraConfig | None = None) -> None:
         self.clock, self.changed, self.hurried = Clock(), threading.Condition(), 0
-        self.depth: RawMessage | None = None
+        self.newest: RawMessage | None = None
         self.poses: dict[bool, Pose | None] = {False: HERE, True: HERE}  # by `alone`
         self.optics: Any = (CAMERA, None)
         self.scan: Scan | None = None
@@ -80,7 +83,10 @@ class Robot:
         return NearPoints(points, np.zeros((0, 3), np.float32))
 
     def newest_depth(self) -> RawMessage | None:
-        return self.depth
+        return self.newest
+
+    def depth(self, raw: RawMessage) -> DepthImage:
+        return DepthImage(decode_depth(raw.payload, "depth").value, 1.0)
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
         assert stamp_ns == 7
@@ -195,7 +201,7 @@ def test_a_robot_that_stands_is_not_stopped_from_any_speed(robot: Robot):
 def test_an_image_is_held_against_the_command_and_what_has_to_be_slower_is_urgent(robot: Robot):
     robot.answer = lambda twist: LEG
     robot.reflex.caution(AHEAD, HERE)
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     ((depth_m, intrinsics, mount, height_m, max_depth_m),) = robot.seen
     assert depth_m.shape == IMAGE.shape
     assert (intrinsics, mount, height_m, max_depth_m) == (CAMERA, CameraConfig(), 1.1, 4.0)
@@ -206,15 +212,13 @@ def test_an_image_is_held_against_the_command_and_what_has_to_be_slower_is_urgen
     assert near.obstacles == pytest.approx(np.array([[x, y]]))
     assert robot.hurried == 1
     robot.answer = lambda twist: FREE
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     assert robot.hurried == 1
 
 
 def test_flying_pixels_are_taken_out_before_anything_is_looked_for(robot: Robot, monkeypatch):
-    taken = []
-    monkeypatch.setattr(module, "solid", lambda depth_m: taken.append(depth_m) or depth_m * 2)
-    robot.reflex._look(robot.shows())
-    assert np.array_equal(taken[0], IMAGE)
+    monkeypatch.setattr(DepthImage, "solid", lambda image: image.depth_m * 2)
+    robot.reflex.look(robot.shows())
     assert np.array_equal(robot.seen[0][0], IMAGE * 2)
 
 
@@ -229,17 +233,17 @@ def test_an_image_that_cannot_be_used_is_not_looked_at(robot: Robot, what: str):
         robot.optics = None
     if what == "no pose":
         robot.poses = {False: None, True: None}
-    robot.reflex._look(image)
+    robot.reflex.look(image)
     assert (robot.seen, robot.reflex._near) == ([], None)
 
 
 def test_a_mount_that_tf_tells_is_taken_and_without_it_the_configured_one(robot: Robot):
     told = Mount(z_m=0.5)
     robot.optics = CAMERA, told
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     assert robot.seen[-1][2] is told
     robot.optics = CAMERA, None
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     assert robot.seen[-1][2] == CameraConfig()
 
 
@@ -254,7 +258,7 @@ def test_a_mount_that_the_floor_tells_begins_with_the_configured_one_and_is_kept
 
     monkeypatch.setattr(module, "mount_by_floor", by_floor)
     for _ in range(3):
-        robot.reflex._look(robot.shows())
+        robot.reflex.look(robot.shows())
     assert [given[3] for given in asked] == [camera, Mount(z_m=0.91), Mount(z_m=0.92)]
     assert {(given[1], given[2]) for given in asked} == {(CAMERA, camera)}
     assert asked[0][0].shape == IMAGE.shape
@@ -265,7 +269,7 @@ def test_another_body_and_camera_are_taken_with_the_next_image(robot: Robot):
     body, camera = SweptBody(0.3, 0.6, 0.7, 3.0), CameraConfig(z_m=0.4)
     robot.reflex.sweeps(body, camera)
     assert robot.reflex._mount is camera
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     assert robot.seen[0][2:] == (camera, 0.6, 3.0)
     robot.reflex.caution(AHEAD, HERE)
     assert robot.asked[-1][3:] == (0.3, 0.7)
@@ -274,7 +278,7 @@ def test_another_body_and_camera_are_taken_with_the_next_image(robot: Robot):
 def test_what_a_laser_met_is_near_too_but_for_what_is_the_body_itself(robot: Robot):
     ranges = np.array([0.19, 0.21], np.float32)
     robot.scan = Scan((1.0, 2.0), np.array([0.0, 0.0]), ranges)
-    robot.reflex._look(robot.shows())
+    robot.reflex.look(robot.shows())
     assert robot.reflex._near is not None
     assert robot.reflex._near.obstacles[1:] == pytest.approx(np.array([[1.21, 2.0]]), abs=1e-6)
 
@@ -294,6 +298,63 @@ def test_odometry_of_an_image_is_waited_for_a_moment(robot: Robot):
     assert len(robot.clock.waits) == 1
 
 
+# -- what is too old, or shows nothing -----------------------------------------------------------
+
+STALE_S = 0.5  # safety.depth_stale_s
+
+
+def test_an_image_is_good_for_half_a_second_and_then_nothing_is_driven(robot: Robot):
+    assert robot.reflex.doubt() is None  # that none has come yet is told by others
+    robot.reflex.look(robot.shows())
+    robot.clock.at_s = 100.0 + STALE_S
+    assert robot.reflex.doubt() is None
+    robot.clock.at_s = 101.25
+    told = "depth: the newest image that can be used is 1.2 s old, safety.depth_stale_s is 0.5"
+    assert robot.reflex.doubt() == Halt(HaltKind.FRAME, told)
+
+
+def test_an_image_without_odometry_is_no_image_that_is_missing(robot: Robot):
+    robot.reflex.look(robot.shows())
+    robot.poses = {False: None, True: None}
+    robot.clock.at_s = 101.0
+    image = robot.shows()
+    robot.reflex.look(image)
+    robot.clock.at_s = 101.0 + STALE_S
+    assert robot.reflex.doubt() is None
+    robot.clock.at_s = 101.0 + STALE_S + 0.001
+    assert robot.reflex.doubt() is not None
+    robot.poses = {False: HERE, True: HERE}
+    robot.reflex.look(image)
+    assert robot.reflex._unplaced_s == -np.inf
+
+
+def test_by_images_that_show_nothing_it_turns_and_does_not_drive(robot: Robot):
+    nothing = np.zeros_like(IMAGE)
+    robot.reflex.look(robot.shows())
+    robot.clock.at_s = 100.0 + STALE_S
+    robot.reflex.look(robot.shows(nothing))
+    assert robot.reflex.caution(AHEAD, HERE) is FREE  # it saw something just now
+    robot.clock.at_s = 100.75
+    held = Caution(HaltKind.FRAME, "depth: without a single reading for 0.8 s", 0.0)
+    assert robot.reflex.caution(AHEAD, HERE) == held
+    assert robot.reflex.doubt() is None
+    assert robot.reflex.caution(Twist(0.0, 0.5), HERE) is FREE
+    assert robot.reflex.caution(Twist(-0.1, 0.5), HERE) is FREE
+    robot.clock.at_s = 100.0 + 2 * STALE_S
+    assert robot.reflex.caution(AHEAD, HERE) == replace(
+        held, reason="depth: without a single reading for 1.0 s"
+    )
+    robot.clock.at_s = 100.001 + 2 * STALE_S
+    assert robot.reflex.caution(AHEAD, HERE) is FREE
+    assert robot.reflex.doubt() is not None  # that is another matter: none comes any more
+
+
+def test_a_camera_that_never_showed_anything_is_said_to_in_seconds(robot: Robot):
+    robot.reflex.look(robot.shows(np.zeros_like(IMAGE)))
+    told = robot.reflex.caution(AHEAD, HERE)
+    assert told.reason == "depth: without a single reading for 999.0 s"
+
+
 # -- its thread, run here --------------------------------------------------------------------------
 
 
@@ -301,7 +362,7 @@ def run(robot: Robot, *events: Any) -> list[RawMessage]:
     """The images that it looks at, while these events come one after the other; then it is
     closed."""
     looked: list[RawMessage] = []
-    robot.reflex._look = looked.append  # type: ignore[method-assign]
+    robot.reflex.look = looked.append  # type: ignore[method-assign]
     robot.clock.meanwhile = [*events, robot.reflex.close]
     robot.reflex._run()
     return looked
@@ -310,27 +371,27 @@ def run(robot: Robot, *events: Any) -> list[RawMessage]:
 def test_each_image_is_looked_at_once_while_somebody_drives(robot: Robot):
     first, second = robot.shows(), robot.shows()
     robot.reflex.caution(AHEAD, HERE)
-    comes = lambda image: lambda: setattr(robot, "depth", image)  # noqa: E731
+    comes = lambda image: lambda: setattr(robot, "newest", image)  # noqa: E731
     assert run(robot, comes(first), lambda: None, comes(second)) == [first, second]
     assert set(robot.clock.waits) == {1.0}
 
 
 def test_without_a_question_for_a_while_nobody_drives_and_nothing_is_looked_at(robot: Robot):
-    assert run(robot, lambda: setattr(robot, "depth", robot.shows())) == []
-    robot.reflex._closed, robot.depth = False, None
+    assert run(robot, lambda: setattr(robot, "newest", robot.shows())) == []
+    robot.reflex._closed, robot.newest = False, None
     robot.reflex.caution(AHEAD, HERE)
     robot.clock.at_s += IDLE_S - 0.01
     image = robot.shows()
-    assert run(robot, lambda: setattr(robot, "depth", image)) == [image]
+    assert run(robot, lambda: setattr(robot, "newest", image)) == [image]
     robot.reflex._closed = False
     robot.clock.at_s += 0.01
-    robot.depth = None
-    assert run(robot, lambda: setattr(robot, "depth", robot.shows())) == []
+    robot.newest = None
+    assert run(robot, lambda: setattr(robot, "newest", robot.shows())) == []
 
 
 def test_one_that_is_closed_looks_at_nothing_more(robot: Robot):
     robot.reflex.caution(AHEAD, HERE)
-    robot.depth = robot.shows()
+    robot.newest = robot.shows()
     robot.reflex.close()
     assert run(robot) == []
     assert robot.clock.waits == []
@@ -338,7 +399,7 @@ def test_one_that_is_closed_looks_at_nothing_more(robot: Robot):
 
 def test_what_ends_it_is_raised_where_it_is_asked(robot: Robot):
     robot.reflex.caution(AHEAD, HERE)
-    robot.depth = robot.shows()
+    robot.newest = robot.shows()
     robot.optics = ValueError("mistake")
     robot.reflex._run()
     with pytest.raises(ValueError, match="mistake"):

@@ -206,7 +206,7 @@ def test_the_speed_is_the_one_that_halts_before_the_nearest_that_is_on_the_way()
     caution = caution_at(FAST, near((0.6, 0.1), (0.5, 1.0), (0.9, 0.0)))
     beside_m = 0.6 - math.sqrt((RADIUS_M + BESIDE_M) ** 2 - 0.1**2)
     assert caution.most_mps == pytest.approx(halting(beside_m), rel=1e-6)
-    assert (caution.kind, caution.reason) == (HaltKind.OBSTACLE, "something 0.44 m ahead")
+    assert (caution.kind, caution.reason) == (HaltKind.OBSTACLE, "something 0.45 m ahead")
     assert caution.most_radps == math.inf
 
 
@@ -215,7 +215,7 @@ def test_what_only_a_wider_body_would_touch_is_passed_at_its_own_speed():
     caution = caution_at(FAST, near((0.5, 0.17)))
     beside_m = 0.5 - math.sqrt((RADIUS_M + BESIDE_M) ** 2 - 0.17**2)
     assert caution.most_mps == pytest.approx(halting(beside_m), rel=1e-6)
-    assert caution.reason == f"something {beside_m:.2f} m ahead"
+    assert caution.reason == f"something {beside_m + BESIDE_M:.2f} m ahead"
 
 
 def test_what_is_within_the_rim_and_what_is_surely_on_the_way_part_at_three_centimetres():
@@ -237,12 +237,14 @@ def test_a_drop_is_braked_for_with_half_of_the_body():
 def test_of_an_obstacle_and_a_drop_the_nearer_is_said():
     drops = [(0.6, 0.0)]
     told = caution_at(FAST, near((0.5, 0.0), drops=drops))
-    assert (told.kind, told.reason) == (HaltKind.OBSTACLE, "something 0.31 m ahead")
+    assert (told.kind, told.reason) == (HaltKind.OBSTACLE, "something 0.32 m ahead")
     told = caution_at(FAST, near((0.9, 0.0), drops=drops))
     assert (told.kind, told.reason) == (HaltKind.FLOOR, "no floor 0.51 m ahead")
     told = caution_at(FAST, near((0.5, RADIUS_M + 0.005), drops=[(1.2, 0.0)]))
     assert told.kind is HaltKind.OBSTACLE  # it is passed slower than the drop is reached
     told = caution_at(FAST, near((0.1, 0.0), drops=[(0.05, 0.0)]))
+    assert (told.kind, told.reason) == (HaltKind.FLOOR, "no floor 0.00 m ahead")
+    told = caution_at(FAST, near((0.1, 0.0)))
     assert (told.kind, told.reason) == (HaltKind.OBSTACLE, "something 0.00 m ahead")
     told = caution_at(FAST, near(drops=[(0.05, 0.0)]))
     assert (told.kind, told.reason) == (HaltKind.FLOOR, "no floor 0.00 m ahead")

@@ -125,6 +125,8 @@ def test_what_went_out_in_part_goes_out_before_anything_else(monkeypatch):
     assert link.send(b"def") == ""
     assert b"".join(written) == b"0123456789def"
     link.close()
+    why = "file descriptor cannot be a negative integer (-1)"
+    assert link.send(b"late") == f"tcp:127.0.0.1:{link._address.number}: {why}"
 
 
 def test_a_port_where_nobody_listens_yet_is_no_error():
