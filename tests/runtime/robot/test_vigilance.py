@@ -659,3 +659,13 @@ def test_an_image_without_a_difference_in_it_tells_no_place():
         told.color(1, 10.2)
         told.take("depth", payload, 10.3)
         assert told.doubt(11.0) == ""
+
+
+def test_an_image_without_readings_is_no_mistake_and_no_place():
+    told = Told()
+    told.odom(ORIGIN, 9.9)
+    told.take("depth", bytes(150), 10.0)
+    told.odom(Pose(0.2, 0.0, 0.0), 10.1)
+    told.color(1, 10.2)
+    told.take("depth", bytes(150), 10.3)
+    assert told.doubt(11.0) == ""

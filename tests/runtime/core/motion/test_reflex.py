@@ -262,6 +262,7 @@ def test_a_robot_that_may_hardly_go_stands():
 
 def test_to_halt_is_told_at_once_where_slowing_is_not_enough_any_more():
     assert stopping_m(0.4, 0.5) == pytest.approx(0.4 * 0.1 + 0.4**2)
+    assert stopping_m(0.4, 1.0) == pytest.approx(0.4 * 0.1 + 0.4**2 / 2)
     gap_m = RADIUS_M - INSIDE_M + REST_M
     for more_m, stops in ((0.001, False), (-0.001, True)):
         thing = near((gap_m + stopping_m(0.4, BRAKE) + more_m, 0.0))
