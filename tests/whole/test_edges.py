@@ -43,7 +43,7 @@ def evaluated(out: Path, ids: tuple[str, ...], *arguments: str) -> dict:
         (TILTED, ("landing-plant-1", "landing-chair-4", "dais-plant-0", "dais-chair-2"), 3),
         (VELOCITIES, ("landing-plant-1", "dais-chair-2"), 1),
     ],
-    ids=lambda given: given[1] if given in (LEVEL, TILTED, VELOCITIES) else "",
+    ids=("hm3d", "robothor", "onrobot"),
 )
 def test_from_beside_an_edge_nobody_falls(
     protocol: tuple[str, ...], ids: tuple[str, ...], found: int, tmp_path: Path

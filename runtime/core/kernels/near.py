@@ -29,9 +29,10 @@ class NearRules(NamedTuple):
 def near_points(
     found: F32, depth_m: F32, forward: F32, left: F32, up: F32, rules: NearRules
 ) -> int:
-    """Writes to `found` (M, 4) the middles of what a depth image (H, W) shows in the cells of a
-    grid around the base: x, y, z and 0 for an obstacle, 1 for a ray that crosses the floor's plane
-    and ends below it (there x, y are where it crosses). How many were written. `forward`, `left`
+    """Writes to `found` (M, 5) the middles of what a depth image (H, W) shows in the cells of a
+    grid around the base: x, y, z, then 0 for an obstacle, 1 for a ray that crosses the floor's
+    plane and ends below it (there x, y are where it crosses), and the lowest z that was seen there.
+    How many were written. `forward`, `left`
     and `up` are those of the used pixels (h, w), m to a metre of depth. ValueError for shapes that
     do not fit."""
     return min(len(found), _compiled.near_points(found, depth_m, forward, left, up, *rules))

@@ -22,10 +22,11 @@ typedef union {
     };
 } Numbers;
 
-enum { OBSTACLE = 0, DROP = 1, KINDS = 2, COLUMNS = 4, MOST_CELLS = 1 << 22 };
+enum { OBSTACLE = 0, DROP = 1, KINDS = 2, COLUMNS = 5, MOST_CELLS = 1 << 22 };
 
 typedef struct {
     float pixels, x, y, z; /* sums */
+    float low;             /* the least z */
 } Cell;
 
 typedef struct {
@@ -43,6 +44,7 @@ static void add(const Around *around, const Numbers *n, int kind, float x, float
     if (row >= around->rows || col >= around->cols)
         return;
     Cell *cell = &around->cells[(kind * around->rows + row) * around->cols + col];
+    cell->low = cell->pixels > 0.0f ? fminf(cell->low, z) : z;
     cell->pixels += 1.0f;
     cell->x += x;
     cell->y += y;
@@ -106,6 +108,7 @@ static Py_ssize_t collect(const Arrays *arrays, const Numbers *n, const Around *
                     point[1] = cells[col].y / pixels;
                     point[2] = cells[col].z / pixels;
                     point[3] = (float)kind;
+                    point[4] = cells[col].low;
                 }
                 count++;
             }
@@ -120,7 +123,7 @@ static const char *problem_of(const Arrays *a, const Numbers *n)
     if (problem)
         return problem;
     if (a->found.cols != COLUMNS)
-        return "found: not four columns";
+        return "found: not five columns";
     if (!(n->cell_m > 0.0 && n->ahead_m > 0.0 && n->aside_m > 0.0 && n->behind_m >= 0.0 &&
           ((n->ahead_m + n->behind_m) / n->cell_m + 2.0) * (2.0 * n->aside_m / n->cell_m + 2.0) <
               MOST_CELLS))

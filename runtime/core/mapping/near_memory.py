@@ -15,6 +15,7 @@ SCAN_NS: Final = 500_000_000
 KEEP_M: Final = 2.5  # from the robot
 JUMP_M: Final = 0.5  # between two images: odometry lies elsewhere
 BEFORE_M: Final = 0.15  # of a place something stands, which hides it
+HEIGHTS: Final = (0.0, 0.25, -0.25, 0.5, -0.5)  # of what was seen: from its middle, that is 0, down
 KEPT: Final = 800  # points at most, the nearest
 
 
@@ -33,6 +34,7 @@ class NearMemory:
 
     def __init__(self) -> None:
         self._points = np.zeros((0, 3))  # map frame
+        self._lowest_m = np.zeros(0)  # that was seen of each
         self._drops = np.zeros(0, bool)
         self._seen_ns = np.zeros(0, np.int64)
         self._pose: Pose | None = None
@@ -54,12 +56,14 @@ class NearMemory:
         moved = last is not None and float(np.hypot(*(pose.xy - last.xy))) > JUMP_M
         kept = np.zeros(len(self._points), bool)
         if not moved and len(kept):
-            kept = ~_looked_at(self._points, depth_m, pose, intrinsics, mount)
+            kept = ~self._looked_at(depth_m, pose, intrinsics, mount)
             kept &= np.hypot(*(self._points[:, :2] - pose.xy).T) <= KEEP_M
             kept &= np.abs(stamp_ns - self._seen_ns) <= KEEP_NS
         new = np.concatenate([_in_map(seen.obstacles, pose), _in_map(seen.drops, pose)])
         fell = np.arange(len(new)) >= len(seen.obstacles)
         self._points = np.concatenate([new, self._points[kept]])
+        lowest_m = np.concatenate([seen.lowest_m, np.zeros(len(seen.drops))])
+        self._lowest_m = np.concatenate([lowest_m, self._lowest_m[kept]])
         self._drops = np.concatenate([fell, self._drops[kept]])
         stamps = np.full(len(new), stamp_ns, np.int64)
         self._seen_ns = np.concatenate([stamps, self._seen_ns[kept]])
@@ -87,7 +91,20 @@ class NearMemory:
         away_m = np.hypot(*(self._points[:, :2] - pose.xy).T)
         nearest = np.sort(np.argpartition(away_m, KEPT)[:KEPT])
         self._points, self._drops = self._points[nearest], self._drops[nearest]
-        self._seen_ns = self._seen_ns[nearest]
+        self._lowest_m, self._seen_ns = self._lowest_m[nearest], self._seen_ns[nearest]
+
+    def _looked_at(
+        self, depth_m: F32, pose: Pose, intrinsics: Intrinsics, mount: Mount
+    ) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """(N,) whether the image reaches each: what it shows there now stands for it. Not where
+        depth ends before it. Where it is unknown, as nearer than a camera can tell, on glass, or in
+        a hall that is longer than it sees, a little lower or higher tells."""
+        behind_m = np.full(len(self._points), np.nan)
+        for share in HEIGHTS:
+            points = self._points[unknown := np.isnan(behind_m)]
+            points[:, 2] -= share * (points[:, 2] - self._lowest_m[unknown])
+            behind_m[unknown] = _behind_m(points, depth_m, pose, intrinsics, mount)
+        return behind_m > -BEFORE_M
 
 
 def _in_map(points: F32, pose: Pose) -> F64:
@@ -97,12 +114,10 @@ def _in_map(points: F32, pose: Pose) -> F64:
     return np.stack([pose.x_m + c * x - s * y, pose.y_m + s * x + c * y, z], axis=1)
 
 
-def _looked_at(
-    points: F64, depth_m: F32, pose: Pose, intrinsics: Intrinsics, mount: Mount
-) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """(N, 3) m, map frame -> (N,) whether the image reaches each: what it shows there now stands
-    for it. Not where depth is unknown, or ends before it."""
-    seen = np.zeros(len(points), bool)
+def _behind_m(points: F64, depth_m: F32, pose: Pose, intrinsics: Intrinsics, mount: Mount) -> F64:
+    """(N, 3) m, map frame -> (N,) how much farther than each an image (H, W) m reads there, m; NaN
+    where it reads nothing, -inf where it does not look."""
+    behind = np.full(len(points), -np.inf)
     optical = map_to_optical(points, pose, mount)
     at = np.flatnonzero(optical[:, 2] > 0.01)
     col, row = np.rint(project(optical[at], intrinsics)).astype(np.int64).T
@@ -110,5 +125,5 @@ def _looked_at(
     inside = (col >= 0) & (col < width) & (row >= 0) & (row < height)
     at, row, col = at[inside], row[inside], col[inside]
     read = depth_m[row, col]
-    seen[at] = (read > 0) & (read > optical[at, 2] - BEFORE_M)
-    return seen
+    behind[at] = np.where(read > 0, read - optical[at, 2], np.nan)
+    return behind

@@ -25,10 +25,11 @@ _MOST: Final = 2000  # points
 @dataclass(frozen=True)
 class NearPoints:
     """In the base frame at the moment of the image, m. obstacles: (N, 3) x, y, z of what stands on
-    the floor or hangs lower than the body is high. drops: (M, 3) where rays that end below the
-    floor cross it; their z is 0."""
+    the floor or hangs lower than the body is high; lowest_m: (N,) the lowest that was seen of each.
+    drops: (M, 3) where rays that end below the floor cross it; their z is 0."""
 
     obstacles: F32
+    lowest_m: F32
     drops: F32
 
 
@@ -39,7 +40,7 @@ def near_points(
     What has too few pixels is nothing."""
     stride = max(1, round(intrinsics.width / _SAMPLES))
     table = rays(intrinsics, mount, stride)
-    found = np.empty((_MOST, 4), np.float32)
+    found = np.empty((_MOST, 5), np.float32)
     rules = kernels.NearRules(
         stride, max_depth_m, mount.x_m, mount.y_m, mount.z_m, FLOOR_BELOW_M, SLACK, height_m,
         AHEAD_M, ASIDE_M, BEHIND_M, CELL_M, LEAST_PX / stride**2, LEAST_DROP_PX / stride**2,
@@ -48,4 +49,5 @@ def near_points(
     found = found[:count]
     drops = found[found[:, 3] > 0, :3]
     drops[:, 2] = 0
-    return NearPoints(found[found[:, 3] == 0, :3], drops)
+    stands = found[found[:, 3] == 0]
+    return NearPoints(stands[:, :3], stands[:, 4], drops)

@@ -50,8 +50,8 @@ def by_numpy(depth, table, n):
             here = (row == r) & (col == c)
             around = (np.abs(row - r) <= 1) & (np.abs(col - c) <= 1)
             if around.sum() >= least:
-                found.append((x[here].mean(), y[here].mean(), z[here].mean(), kind))
-    return np.array(found).reshape(-1, 4)
+                found.append((x[here].mean(), y[here].mean(), z[here].mean(), kind, z[here].min()))
+    return np.array(found).reshape(-1, 5)
 
 
 @settings(max_examples=60, deadline=None)
@@ -61,7 +61,7 @@ def test_near_points_are_those_of_numpy(seed, mount, stride):
     depth = rng.uniform(0.2, 4.0) * np.ones((48, 64)) * rng.choice([1.0, 0.6], (48, 64))
     depth = np.where(rng.random((48, 64)) < 0.3, rng.choice(HOLES, (48, 64)), depth).astype(F32)
     table, n = rays(CAMERA, mount, stride), rules(stride, mount)
-    found = np.empty((4000, 4), F32)
+    found = np.empty((4000, 5), F32)
     count = near_points(found, depth, table.forward, table.left, table.up, n)
     wanted = by_numpy(depth, table, n)
     assert count == len(wanted)
@@ -70,7 +70,7 @@ def test_near_points_are_those_of_numpy(seed, mount, stride):
 
 def test_no_more_is_told_than_there_is_room_for():
     table = rays(CAMERA, Mount(), 1)
-    depth, found = np.full((48, 64), 1.0, F32), np.full((3, 4), -1.0, F32)
+    depth, found = np.full((48, 64), 1.0, F32), np.full((3, 5), -1.0, F32)
     assert near_points(found[:2], depth, table.forward, table.left, table.up, rules()) == 2
     assert (found[2] == -1.0).all()
 
@@ -78,13 +78,13 @@ def test_no_more_is_told_than_there_is_room_for():
 @pytest.mark.parametrize(
     ("other", "shape", "columns", "told"),
     [
-        ({"stride": 0}, (48, 64), 4, "stride"),
-        ({}, (48, 63), 4, "depth_m"),
-        ({}, (48, 64), 3, "found"),
-        ({"cell_m": 0.0}, (48, 64), 4, "cells"),
-        ({"cell_m": float("nan")}, (48, 64), 4, "cells"),
-        ({"cell_m": 1e-6}, (48, 64), 4, "cells"),
-        ({"aside_m": float("inf")}, (48, 64), 4, "cells"),
+        ({"stride": 0}, (48, 64), 5, "stride"),
+        ({}, (48, 63), 5, "depth_m"),
+        ({}, (48, 64), 4, "found"),
+        ({"cell_m": 0.0}, (48, 64), 5, "cells"),
+        ({"cell_m": float("nan")}, (48, 64), 5, "cells"),
+        ({"cell_m": 1e-6}, (48, 64), 5, "cells"),
+        ({"aside_m": float("inf")}, (48, 64), 5, "cells"),
     ],
 )
 def test_what_does_not_fit_is_told(other, shape, columns, told):

@@ -10,11 +10,13 @@ from runtime.core.types import Intrinsics, Mount, Pose, Scan
 CAMERA, LEVEL = Intrinsics(262.0, 262.0, 160.0, 120.0, 320, 240), Mount()
 FAR = np.full((240, 320), 4.0, np.float32)
 NONE = np.zeros((0, 3), np.float32)
-NOTHING = NearPoints(NONE, NONE)
+NOTHING = NearPoints(NONE, NONE[:, 0], NONE)
 
 
-def stands(*points):
-    return NearPoints(np.array(points, np.float32).reshape(-1, 3), NONE)
+def stands(*points, drops=NONE, lowest_m=None):
+    obstacles = np.array(points, np.float32).reshape(-1, 3)
+    lowest = obstacles[:, 2] if lowest_m is None else np.full(len(points), lowest_m, np.float32)
+    return NearPoints(obstacles, lowest, np.asarray(drops, np.float32))
 
 
 def add(memory, seen, pose=Pose(0.0, 0.0, 0.0), stamp_ns=0, depth=FAR):  # noqa: B008 -- a value
@@ -49,6 +51,24 @@ def test_what_is_hidden_or_of_unknown_depth_is_kept():
         assert len(add(memory, NOTHING, stamp_ns=1, depth=depth).obstacles) == 1
 
 
+def test_where_the_room_is_longer_than_the_camera_sees_its_floor_tells():
+    """A tall thing goes away: at its middle nothing is read before or after, but lower there is."""
+    tall, hall = stands((0.25, 0.0, 0.9), lowest_m=0.7), np.zeros_like(FAR)
+    hall[140:] = 3.0
+    memory = NearMemory()
+    add(memory, tall)
+    assert len(add(memory, NOTHING, stamp_ns=1, depth=np.zeros_like(FAR)).obstacles) == 1
+    assert not len(add(memory, NOTHING, stamp_ns=2, depth=hall).obstacles)
+    hall[140:] = 0.05  # hidden
+    add(memory, tall)
+    assert len(add(memory, NOTHING, stamp_ns=3, depth=hall).obstacles) == 1
+    edge = stands((0.25, 0.0, 0.9), lowest_m=0.88)  # of a table, too near to be read
+    hall[140:] = 3.0
+    memory = NearMemory()
+    add(memory, edge)
+    assert len(add(memory, NOTHING, stamp_ns=4, depth=hall).obstacles) == 1
+
+
 def test_a_jump_of_odometry_and_a_way_off_forget_all():
     for way in ([1.0], [0.4, 0.8, 1.2, 1.6]):
         memory = NearMemory()
@@ -60,8 +80,7 @@ def test_a_jump_of_odometry_and_a_way_off_forget_all():
 
 def test_missing_floor_is_kept_as_such():
     memory = NearMemory()
-    memory.add(NearPoints(NONE, np.array([[0.9, 0, 0]], np.float32)), FAR, Pose(0, 0, 0), CAMERA,
-               LEVEL, 0)  # fmt: skip
+    add(memory, stands(drops=[[0.9, 0, 0]]))
     near = add(memory, stands((1.0, 0.0, 0.7)), stamp_ns=1)
     assert near.drops == pytest.approx(np.array([[0.9, 0.0]]), abs=1e-5)
     assert len(near.obstacles) == 1
@@ -72,10 +91,9 @@ def test_of_too_many_the_nearest_are_kept():
     memory = NearMemory()
     add(memory, stands((0.4, 0.0, 0.25)))
     x, y = np.meshgrid(np.arange(0.8, 2.4, 0.04), np.arange(-0.7, 0.7, 0.04))
-    table = NearPoints(np.stack([x, y, np.full_like(x, 0.75)], axis=2).reshape(-1, 3), NONE)
-    hole = NearPoints(table.obstacles, np.array([[0.6, 0.0, 0.0]], np.float32))
-    assert len(hole.obstacles) > KEPT
-    near = add(memory, hole, stamp_ns=1)
+    table = np.stack([x, y, np.full_like(x, 0.75)], axis=2).reshape(-1, 3)
+    assert len(table) > KEPT
+    near = add(memory, stands(*table, drops=[[0.6, 0.0, 0.0]]), stamp_ns=1)
     assert len(near.obstacles) + len(near.drops) == KEPT
     assert (np.hypot(*(near.obstacles - (0.4, 0.0)).T) < 1e-5).any()
     assert near.drops == pytest.approx(np.array([[0.6, 0.0]]), abs=1e-5)

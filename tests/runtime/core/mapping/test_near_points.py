@@ -58,6 +58,8 @@ def test_a_box_and_a_leg_are_where_they_stand(mount):
     assert np.hypot(x[~front] - 1.0, y[~front] - 0.5).max() < 0.06
     assert (~front).any()
     assert (z < HEIGHT_M).all()
+    assert (seen.lowest_m <= z).all()
+    assert seen.lowest_m[front].min() < 0.3
     assert not len(seen.drops)
 
 
