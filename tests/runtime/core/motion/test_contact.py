@@ -341,6 +341,14 @@ def test_a_step_back_of_less_than_it_goes_keeps_the_way_up_to_there():
     assert [round(m, 6) for m, _ in told.response._trail.poses] == [0.0, 0.048]
 
 
+def test_who_goes_back_to_where_it_was_has_come_as_far_as_that():
+    told = Told()
+    told.came(*line(0.25, step_m=0.125), Pose(0.125, 0.0, 0.0))
+    assert [m for m, _ in told.response._trail.poses] == [0.0, 0.125]
+    told.came(Pose(0.05, 0.0, 0.0))
+    assert list(told.response._trail.poses) == [(0.0, HERE)]
+
+
 def test_steps_to_the_centimetre():
     for ahead_m, way in ((0.01, [0.0, 0.01]), (0.0099, [0.0])):
         told = Told()

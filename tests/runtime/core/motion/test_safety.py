@@ -280,3 +280,14 @@ def test_an_obstacle_that_another_halt_interrupts_is_counted_again():
     assert kinds(guard, 10.15, at(0, 10.15), 10.15, 10.15) == ""
     guard.caution(Halt(HaltKind.FLOOR, "a step"))
     assert guard.halts == {"obstacle": 2, "odometry": 1, "floor": 1}
+
+
+def test_what_is_doubted_just_after_control_stood_still_is_due_to_that():
+    guard, doubt = Guard(CFG), Halt(HaltKind.FRAME, "depth comes 1.0 s late by its stamps")
+    guard.turn(-1.0)
+    guard.turn(0.0)
+    overrun = Halt(HaltKind.OVERRUN, "control stood still for 1.0 s")
+    assert guard.check(0.0, at(0, 0.0), 0.0, 0.0, doubt=doubt) == overrun
+    assert guard.check(0.29, at(0, 0.29), 0.29, 0.29, doubt=doubt) == overrun
+    assert guard.check(OVERRUN_S, at(0, 0.3), 0.3, 0.3, doubt=doubt) == doubt
+    assert Guard(CFG).check(0.0, at(0, 0.0), 0.0, 0.0, doubt=doubt) == doubt
