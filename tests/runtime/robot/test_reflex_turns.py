@@ -80,7 +80,7 @@ class Robot:
     def near_points(self, depth_m, intrinsics, mount, height_m, max_depth_m) -> NearPoints:
         self.seen.append((depth_m, intrinsics, mount, height_m, max_depth_m))
         points = np.array([[1.0, 0.0, 0.3]], np.float32)
-        return NearPoints(points, np.zeros((0, 3), np.float32))
+        return NearPoints(points, points[:, 2], np.zeros((0, 3), np.float32))
 
     def newest_depth(self) -> RawMessage | None:
         return self.newest
