@@ -81,7 +81,7 @@ def _answers(session: Any, key: str) -> bool:
     """Whether somebody serves a query, answered or not."""
     querier = session.declare_querier(key)
     try:
-        return bool(querier.matching_status.matching)
+        return _matched(querier)
     finally:
         querier.undeclare()
 
@@ -90,9 +90,17 @@ def _listens(session: Any, key: str) -> bool:
     """Whether somebody else has subscribed to a topic; nothing is published."""
     publisher = session.declare_publisher(key, allowed_destination=zenoh.Locality.REMOTE)
     try:
-        return bool(publisher.matching_status.matching)
+        return _matched(publisher)
     finally:
         publisher.undeclare()
+
+
+def _matched(declared: Any) -> bool:
+    """Whether somebody is at the other end. A client is told by its router, a moment later."""
+    until_s = time.monotonic() + SETTLE_S
+    while not (there := bool(declared.matching_status.matching)) and time.monotonic() < until_s:
+        time.sleep(0.01)
+    return there
 
 
 def judge_network(hearing: Hearing, config: Config) -> Iterator[Diagnosis]:

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
+import zenoh
 from hearings import healthy
 
 from hil_sim.driving.link import free_port
@@ -100,6 +101,24 @@ def test_tokens_a_base_and_a_runtime_are_noticed(both: tuple[Any, Any, Config]):
     assert network.runtime
     for one in (*tokens, base, runtime):
         one.undeclare()
+
+
+def test_a_client_of_a_bridge_notices_them_too():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    told = zenoh.Config()
+    told.insert_json5("mode", '"router"')
+    told.insert_json5("listen/endpoints", f'["{endpoint}"]')
+    told.insert_json5("scouting/multicast/enabled", "false")
+    config = load(None, ["bus.mode=client", f'bus.connect=["{endpoint}"]'])
+    with zenoh.open(told) as bridge, open_session(config.bus) as ours:
+        assert not heard_of(ours, config)[0].base
+        base = bridge.declare_subscriber("cmd_vel", lambda sample: None)
+        with open_session(config.bus) as running:
+            runtime = running.declare_queryable("rfnav/status", lambda query: None)
+            network, _ = heard_of(ours, config)
+            runtime.undeclare()
+        base.undeclare()
+    assert (network.routers, network.base, network.runtime) == (1, True, True)
 
 
 def test_versions_are_told_by_those_who_tell(both: tuple[Any, Any, Config]):
