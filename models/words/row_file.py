@@ -4,6 +4,7 @@ import hashlib
 import os
 import platform
 import struct
+import tokenize
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -21,6 +22,7 @@ Rows = NDArray[np.float32]
 _DAMAGE: Final = (
     OSError, ValueError, TypeError, KeyError, EOFError, MemoryError, OverflowError,
     zipfile.BadZipFile, zlib.error, RuntimeError, struct.error, IndexError,
+    tokenize.TokenError, SyntaxError,  # an array's head is read as Python's
 )  # fmt: skip
 
 

@@ -1,5 +1,8 @@
 """Embeddings from the start before: to the last bit, of the same model, or none."""
 
+import io
+import struct
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +43,19 @@ def test_those_of_another_model_or_processor_are_not_taken(
     assert RowFile(path, model).load() == {}
 
 
-@pytest.mark.parametrize("damage", [b"", b"PK\x03\x04 and no more", b"text"])
+def headed(head: bytes) -> bytes:
+    """An archive in which an array has that head."""
+    array = b"\x93NUMPY\x01\x00" + struct.pack("<H", len(head)) + head
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as made:
+        made.writestr("identity.npy", array)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [b"", b"PK\x03\x04 and no more", b"text", headed(b"{'shape': ("), headed(b"{\n  1L\n 2}")],
+)
 def test_a_damaged_file_is_told_of_and_made_anew(tmp_path: Path, model: Path, damage: bytes):
     path = tmp_path / "rows.npz"
     path.write_bytes(damage)
