@@ -35,6 +35,11 @@ def until(what: Callable[[], object]) -> None:
         time.sleep(0.01)
 
 
+def driven(pulse: Pulse, what: Callable[[], object]) -> None:
+    """Turns of the control loop until something is so, however briefly."""
+    until(lambda: (pulse.beat(True), what())[1])
+
+
 def ready(pulse: Pulse) -> None:
     by_s = time.monotonic() + PATIENCE_S
     while why := pulse.beat(False):
@@ -108,7 +113,7 @@ def test_another_guard_takes_the_place_of_one_that_is_gone_or_hangs(bus: BusConf
             first = pulse._process
             assert first is not None
             os.kill(first.pid, how)
-            until(lambda deaths=deaths: pulse.beat(False) and len(said) == deaths)
+            driven(pulse, lambda deaths=deaths: len(said) == deaths)
             assert first.returncode == -signal.SIGKILL  # it is not left there
         until(lambda: pulse.beat(False) == "")
     why = "is gone (" if how == signal.SIGKILL else "does not read what it is told"
@@ -137,7 +142,7 @@ def test_a_guard_of_somebody_else_is_waited_for_when_it_is_gone(tmp_path: Path):
 
     with door() as first, Pulse(NOWHERE, path, said.append, again_s=(0.05,) * 100) as pulse:
         first.accept()[0].close()
-        until(lambda: pulse.beat(True).startswith("the guard is gone"))
+        driven(pulse, lambda: said)
         first.close()
         path.unlink()
         until(lambda: pulse.beat(True).startswith("the guard cannot be started"))
