@@ -22,7 +22,7 @@ from runtime.experts.panel import PanelConfig
 from runtime.former_keys import FORMER, LISTED, gone, renamed
 from runtime.log import say
 from runtime.navigate import NavigateConfig
-from runtime.robot import base_config, reflex, session
+from runtime.robot import base_config, reflex, session, transforms
 from runtime.robot.battery import BatteryConfig
 from runtime.robot.topic_names import check_topics
 from runtime.robot.transforms import CameraConfig
@@ -276,6 +276,7 @@ def _check(config: Config) -> None:
         raise ConfigError("; ".join(wrong))
     cloud_config.check(config.cloud)
     session.check(config.bus)
+    transforms.check(config.camera)
     base_config.check(config.base)
     reflex.check(config.navigate)
     check_topics(config.bus)

@@ -78,15 +78,22 @@ def _registered(hearing: Hearing, color: HeardTopic, depth: HeardTopic) -> Itera
     remedy = "publish depth registered to colour (align_depth), and set bus.topics.depth to it"
     if depth.frame != color.frame:
         told = f'depth is in frame "{depth.frame}", colour in "{color.frame}"'
-        yield bad("registration", told, remedy)
+        yield _put(hearing, told, remedy)
     elif other is not None and (apart := _apart(info.intrinsics, other.intrinsics)):
-        yield bad("registration", f"same frame, but another camera: {apart}", remedy)
+        yield _put(hearing, f"same frame, but another camera: {apart}", remedy)
     elif info.frame != color.frame:
         told = f'camera_info is of frame "{info.frame}", the images of "{color.frame}"'
         remedy = "set bus.topics.camera_info to the one beside the colour images"
         yield warning("registration", told, remedy)
     else:
         yield ok("registration", f'depth and colour are both in "{color.frame}"')
+
+
+def _put(hearing: Hearing, told: str, remedy: str) -> Diagnosis:
+    """Depth of another camera: the runtime puts it into colour's pixels, where it knows how."""
+    if hearing.frames:
+        return ok("registration", f"{told}: it is put into colour's pixels")
+    return bad("registration", told, remedy)
 
 
 def _apart(a: Intrinsics, b: Intrinsics) -> str:
@@ -108,11 +115,7 @@ def _lens(hearing: Hearing) -> Iterator[Diagnosis]:
     told = f"{k.width}x{k.height}, fx {k.fx:.1f}, fy {k.fy:.1f}, cx {k.cx:.1f}, cy {k.cy:.1f}"
     if any(info.distortion):
         bent = ", ".join(f"{value:.3g}" for value in info.distortion[:5])
-        yield warning(
-            "lens",
-            f"{told}; {info.model} distortion {bent}",
-            "publish rectified images (image_proc's image_rect) with their camera_info",
-        )
+        yield ok("lens", f"{told}; {info.model} distortion {bent}: it is undone")
     else:
         yield ok("lens", f"{told}; no distortion")
 

@@ -16,6 +16,7 @@ from runtime.core.mapping.floor_plane import mount_by_floor
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.surfaces import Window, surfaces_window
+from runtime.core.optics.upright import upright_mount
 from runtime.core.types import (
     F32,
     F64,
@@ -108,10 +109,14 @@ def understand(
     """A request, see `Terms.read`, by the robot's configuration; RfNavError says what is wrong."""
     request = terms.read(body)
     config = configure(request.settings)
-    if config.camera.by_tf != configure(()).camera.by_tf:
+    robot, camera = configure(()).camera, config.camera
+    if camera.by_tf != robot.by_tf:
         raise ConfigError(
             "camera.mount: tf is read from the start or not at all: set it in rfnav's configuration"
         )
+    if (camera.turned, camera.depth_at) != (robot.turned, robot.depth_at):
+        what = "how images are set right is known from the start: set it in rfnav's configuration"
+        raise ConfigError(f"camera.roll_rad, camera.depth_at: {what}")
     goal, panel = models.accept(request.text, config)
     log_dir = request.log_dir or terms.directory()
     return Order(goal, config, panel, log_dir, request.episode, models.rooms)
@@ -295,7 +300,7 @@ class Search:
         camera was."""
         depth_m = obs.solid_m if obs.solid_m is not None else solid(obs.depth_m)
         obs = replace(obs, depth_m=depth_m, solid_m=None)
-        camera = self.config.camera
+        camera = upright_mount(self.config.camera)
         if obs.mount is not None and camera.mount == "tf":
             return obs
         if camera.mount == "floor":

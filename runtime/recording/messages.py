@@ -11,7 +11,8 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
-from runtime.core.types import F32, U8, Ballot, Decision
+from runtime.core.optics.upright import upright_mount
+from runtime.core.types import F32, Ballot, Decision
 from runtime.core.voting.explain import in_words
 from runtime.errors import SensorError
 from runtime.recording.exact import as_json, exact
@@ -19,7 +20,6 @@ from runtime.recording.pictures import Picture, compressed, drawn, transforms
 from runtime.robot import wire, wire_senses
 from runtime.robot.session import PACKED, BusConfig, TopicsConfig
 from runtime.robot.streams import ConsumedFrame, WireMessage
-from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig, peek_frame
 
 LOOP: Final = "/loop/"  # before the topics that are ours
@@ -75,10 +75,11 @@ class Encoder:
         camera = peek_frame(match.depth.payload, self.topics.depth)
         if self.camera.by_tf is None:
             frames = self.map_frame, self.camera.base_frame, camera
-            placed = transforms(obs.pose, obs.mount or self.camera, match.stamp_ns, frames)
+            mount = obs.mount or upright_mount(self.camera)
+            placed = transforms(obs.pose, mount, match.stamp_ns, frames)
             yield Draft(f"{LOOP}tf", wire.TF_MESSAGE, match.stamp_ns, placed)
         if self.colour:
-            topic, payload = color_topic(self.topics), self._color(match.color, obs.rgb)
+            topic, payload = color_topic(self.topics), self._color(frame)
             yield Draft(topic, wire.COMPRESSED_IMAGE, match.color.stamp_ns, payload)
         depth = _compact(obs.depth_m, match.stamp_ns, camera)
         yield Draft(depth_topic(self.topics), wire.IMAGE, match.stamp_ns, depth)
@@ -94,12 +95,13 @@ class Encoder:
         }
         yield _ours("frame", told, obs.stamp_ns)
 
-    def _color(self, color: RawMessage, rgb: U8) -> bytes:
+    def _color(self, frame: ConsumedFrame) -> bytes:
         """A colour image as it came where that was compressed, else as a JPEG."""
-        if self.bus.is_packed("color"):
+        color = frame.match.color
+        if self.bus.is_packed("color") and not frame.altered:
             return color.payload
-        frame = peek_frame(color.payload, self.topics.color)
-        return compressed(rgb, color.stamp_ns, frame)
+        camera = peek_frame(color.payload, self.topics.color)
+        return compressed(frame.observation.rgb, color.stamp_ns, camera)
 
     def _picture(self, picture: Picture) -> Iterator[Draft]:
         for topic, schema, payload in drawn(picture, self.map_frame):

@@ -14,12 +14,14 @@ import numpy as np
 
 from runtime.config import Config
 from runtime.core.motion.caution import FREE, Caution
+from runtime.core.optics.upright import upright_mount
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import F32, Intrinsics, Mount, Observation, Pose, Scan, Twist
+from runtime.core.types import F32, Observation, Pose, Scan, Twist
 from runtime.loops.plans import Tick
 from runtime.replay.script import Turn, observed
 from runtime.replay.stand_ins import FilmClock
 from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.optics import DepthSight
 from runtime.robot.reflex import Reflex, swept
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -90,7 +92,7 @@ class ReflexAgain:
         self._there = there
         depth_m = obs.depth_m
         if there:
-            mount = obs.mount or self._camera
+            mount = obs.mount or upright_mount(self._camera)
             depth_m = _obstructed(depth_m, self._radius_m - mount.x_m)
         self._frame.obs, self._frame.image = obs, DepthImage(depth_m.copy(), 1.0)
         self._reflex.look(RawMessage(obs.stamp_ns, b"", now_s))
@@ -141,8 +143,10 @@ class _Frame:
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
         return self.obs.pose if self.obs is not None else None
 
-    def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None:
-        return (self.obs.intrinsics, self.obs.mount) if self.obs is not None else None
+    def sight(self, depth: RawMessage, depth_m: F32) -> DepthSight | None:
+        """What was recorded is upright already, and of colour's camera."""
+        obs = self.obs
+        return DepthSight(depth_m, obs.intrinsics, obs.mount) if obs is not None else None
 
     def near_scan(self, stamp_ns: int) -> Scan | None:
         return self.obs.scan if self.obs is not None else None

@@ -128,7 +128,8 @@ class Bus:
                 self._delivered_ns = match.stamp_ns
                 self._delivered_s = match.arrival_s
                 now_s = self._clock.now_s()
-                self._record("frame", ConsumedFrame(match, observation, now_s))
+                told = ConsumedFrame(match, observation, now_s, self._streams.altered)
+                self._record("frame", told)
                 return observation
 
     def request(self) -> Request | None:
@@ -293,7 +294,7 @@ class Bus:
                 self._hear(heard[stream], stream, self._filed(stream))
         for sense in self._body.topics:
             self._hear(heard[sense], sense, partial(self._body.file, sense))
-        for topic in TF_TOPICS if transforms else ():
+        for topic in TF_TOPICS if transforms else TF_TOPICS[1:]:  # what never moves, always
             file = _unnamed(partial(streams.file_transforms, topic.name))
             self._hear(topic, topic.name, file)
         self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))

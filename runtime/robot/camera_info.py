@@ -2,23 +2,34 @@
 
 from collections.abc import Callable
 
+from runtime.core.optics.lens import Lens
 from runtime.core.types import Intrinsics
 from runtime.errors import SensorError
-from runtime.robot import wire
+from runtime.robot.calibration import decode_lens
 from runtime.robot.sync import RawMessage
+from runtime.robot.transforms import peek_frame
 
 SENSOR_TIMEOUT_S = 5.0  # how long a stream may stay away before the first frame
 
 
 class CameraInfo:
-    """Of one topic; messages that cannot be read are told to `bad`. Not for several threads."""
+    """Of one topic; messages that cannot be read are told to `bad`. `rectified`: the images are
+    without what of distortion it tells. Not for several threads."""
 
-    def __init__(self, topic: str, bad: Callable[[str, SensorError], None]) -> None:
-        self._topic, self._bad = topic, bad
+    def __init__(
+        self, topic: str, bad: Callable[[str, SensorError], None], rectified: bool = False
+    ) -> None:
+        self.topic, self._bad, self._rectified = topic, bad, rectified
         self._newest: RawMessage | None = None  # not decoded yet
         self._error: SensorError | None = None
         self._awaited_since_s: float | None = None
-        self.intrinsics: Intrinsics | None = None
+        self.lens: Lens | None = None
+        self.frame = ""  # of the camera; "" where it does not say
+
+    @property
+    def intrinsics(self) -> Intrinsics | None:
+        """Of the images as they are published."""
+        return self.lens.intrinsics if self.lens else None
 
     def file(self, raw: RawMessage) -> None:
         """Keep a message."""
@@ -29,9 +40,10 @@ class CameraInfo:
         raw, self._newest = self._newest, None
         if raw is not None:
             try:
-                self.intrinsics = wire.decode_camera_info(raw.payload, self._topic).value
+                self.frame = peek_frame(raw.payload, self.topic).lstrip("/")
+                self.lens = decode_lens(raw.payload, self.topic, self._rectified)
             except SensorError as error:
-                self._bad(self._topic, error)
+                self._bad(self.topic, error)
                 self._error = error
         return self.intrinsics
 
@@ -45,7 +57,7 @@ class CameraInfo:
         if now_s >= until_s:
             self._awaited_since_s = None
             raise SensorError(
-                f"{self._topic}: no intrinsics received in "
+                f"{self.topic}: no intrinsics received in "
                 f"{SENSOR_TIMEOUT_S:g} s although images come: publish camera_info"
             )
         return until_s

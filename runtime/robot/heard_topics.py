@@ -5,6 +5,7 @@ from typing import Final
 
 from runtime.robot import wire, wire_senses
 from runtime.robot.dialects.dialect import Qos, RosTopic
+from runtime.robot.optics import info_topic
 from runtime.robot.session import LABELS, BusConfig
 from runtime.robot.transforms import TF, TF_STATIC
 
@@ -28,6 +29,7 @@ def heard_topics(config: BusConfig) -> dict[str, RosTopic]:
         "color": _image(topics.color),
         "depth": _image(topics.depth),
         "camera_info": RosTopic(topics.camera_info, wire.CAMERA_INFO, SENSOR),
+        "depth_info": RosTopic(info_topic(topics.depth), wire.CAMERA_INFO, SENSOR),
         "odom": RosTopic(topics.pose or topics.odom, pose, LATEST),
         "scan": RosTopic(topics.scan, wire_senses.LASER_SCAN, SENSOR),
         "teleop": RosTopic(topics.teleop, wire.TWIST, LATEST, wire.TWIST_STAMPED),

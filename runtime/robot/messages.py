@@ -35,3 +35,4 @@ class ConsumedFrame:
     match: Match
     observation: Observation
     now_s: float
+    altered: bool = False  # its images are not those of the messages: turned, straightened, ...

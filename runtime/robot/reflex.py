@@ -9,7 +9,7 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Final, Protocol, cast
+from typing import Final, Protocol
 
 from runtime.clock import Clock
 from runtime.core.mapping.floor_plane import mount_by_floor
@@ -21,9 +21,10 @@ from runtime.core.motion.reflex import cautioned, sure_mps
 from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
+from runtime.core.types import F32, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.optics import DepthSight
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import FIXED, CameraConfig
 
@@ -71,7 +72,7 @@ class DepthStreams(Protocol):
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None: ...
 
-    def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None: ...
+    def sight(self, depth: RawMessage, depth_m: F32) -> DepthSight | None: ...
 
     def near_scan(self, stamp_ns: int) -> Scan | None: ...
 
@@ -95,7 +96,8 @@ class Reflex:
         self.urgent, self._stale_s = urgent, stale_s
         self._streams, self._changed, self._clock = streams, changed, clock
         self._topic, self._memory = topic, NearMemory()
-        self._body, self._camera, self._mount = body, camera, cast(Mount, camera)
+        self._body, self._camera = body, camera
+        self._mount: Mount | None = None  # as it was in the image before
         self._near: Nearby | None = None
         self._looked_s = -math.inf  # as of when, by arrival and stamp, it knows what is near
         self._unplaced_s = -math.inf  # as of when the newest image is, where it lacks odometry
@@ -111,7 +113,7 @@ class Reflex:
 
     def sweeps(self, body: SweptBody, camera: CameraConfig) -> None:
         """From the next image on, it is that body, and the camera is there."""
-        self._body, self._camera, self._mount = body, camera, camera
+        self._body, self._camera, self._mount = body, camera, None
 
     def caution(self, twist: Twist, pose: Pose | None) -> Caution:
         """What is near leaves of a velocity that is about to be driven, from where the base is now;
@@ -149,27 +151,25 @@ class Reflex:
         """What an image shows near by, in the thread of who calls: the reflex's own, once it was
         started. One that is damaged is counted where it is matched."""
         try:
-            depth = self._streams.depth(image)
-            lens = self._streams.lens(image)
+            depth_m = self._streams.depth(image).solid()  # its frame may take it, too
+            sight = self._streams.sight(image, depth_m)
         except SensorError:
             return
-        if lens is None:
+        if sight is None:
             return
-        intrinsics, mount = lens
-        if depth.depth_m.shape != (intrinsics.height, intrinsics.width):
-            return
-        depth_m = depth.solid()  # now: the frame of this image may take it, as soon as it comes
         pose = self._pose_at(image.stamp_ns)
         self._unplaced_s = image.arrival_s if pose is None else -math.inf
         if pose is None:
             return
+        depth_m, intrinsics = sight.depth_m, sight.intrinsics
         if not depth_m.any():
             self._blank_s = image.arrival_s
             return
-        body, camera = self._body, self._camera
-        if camera.mount == "floor":
-            mount = mount_by_floor(depth_m, intrinsics, camera, self._mount)
-        self._mount = mount = mount or camera
+        body, nominal = self._body, sight.mounted(self._camera)
+        mount = sight.mount or nominal
+        if self._camera.mount == "floor":
+            mount = mount_by_floor(depth_m, intrinsics, nominal, self._mount or nominal)
+        self._mount = mount
         seen = near_points(depth_m, intrinsics, mount, body.height_m, body.max_depth_m)
         near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
         scan = self._streams.near_scan(image.stamp_ns)

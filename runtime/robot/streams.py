@@ -2,25 +2,27 @@
 
 import threading
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.safety import Halt
-from runtime.core.types import F64, Intrinsics, Mount, Observation, Pose, Scan
+from runtime.core.types import F32, U8, Observation, Pose, Scan
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire, wire_senses
-from runtime.robot.bounds import check_bytes, check_size
-from runtime.robot.camera_info import SENSOR_TIMEOUT_S, CameraInfo
+from runtime.robot.bounds import check_bytes
+from runtime.robot.camera_info import SENSOR_TIMEOUT_S
 from runtime.robot.images.camera_images import CameraImages, DepthImage
-from runtime.robot.images.plausible import DepthWatch
 from runtime.robot.labels import read_labels
 from runtime.robot.laser import ScanStream
 from runtime.robot.messages import ConsumedFrame, StreamHealth, WireMessage
+from runtime.robot.optics import DepthSight, Optics, Pair
+from runtime.robot.pairing import Pairing
 from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.steady import SteadyOdometry
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
-from runtime.robot.transforms import TF, CameraConfig, Transforms, peek_frame
+from runtime.robot.transforms import TF, CameraConfig, Transforms, UnplacedError, peek_frame
 from runtime.robot.troubles import Troubles
 from runtime.robot.vigilance import Vigilance
 
@@ -53,32 +55,30 @@ class SensorStreams:
         odometry: bool = True,
     ) -> None:
         self._config, self._vigilance = config, vigilance
-        self._record = record
-        self._clock = clock
-        self._changed = changed
-        self._camera = camera
+        self._record, self._clock, self._changed = record, clock, changed
         self._transforms = Transforms(lambda error: self.count_bad(TF, error))
-        self._placing = threading.Lock()  # two threads ask where the camera is
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
         self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
         self._images = CameraImages(config, camera)
-        self._watch = None if lockstep else DepthWatch(config.topics.depth, camera)
-        self._info = CameraInfo(config.topics.camera_info, self.count_bad)
+        self._optics = Optics(camera, config.topics, self._transforms, self.count_bad)
+        self._info, self._depth_info = self._optics.color, self._optics.depth
         self._lockstep, self._steady = lockstep, SteadyOdometry()
-        self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
-        self._frame_without_mount_s: float | None = None
-        self._seen_frame = False
+        self._pairing = Pairing(self._optics, camera, config.topics, lockstep)
+        self._unplaced_since_s: float | None = None
+        self._seen_frame = self.altered = False  # altered: its images are not as they came
         self._labels: dict[str, Any] = {}  # newest message on `labels`
-        topics = config.topics
-        placed = self._placed if camera.mount == "tf" else None
-        self._laser = ScanStream(senses, topics.scan, placed)
-        self._odom_topic = topics.pose or topics.odom
+        topics, odom = config.topics, config.topics.pose or config.topics.odom
+        self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
+        placed = partial(self._transforms.placed, camera.base_frame)
+        self._laser = ScanStream(senses, topics.scan, placed if camera.mount == "tf" else None)
         self.topics = {
             "color": topics.color,
             "depth": topics.depth,
             "camera_info": topics.camera_info,
-            "odom": self._odom_topic,
+            "odom": odom,
         }
+        if self._depth_info.topic != topics.camera_info:
+            self.topics["depth_info"] = self._depth_info.topic
         if topics.scan:
             self.topics["scan"] = topics.scan
         self._health = {topic: StreamHealth() for topic in self.topics.values()}
@@ -115,6 +115,8 @@ class SensorStreams:
                 return
             if stream == "camera_info":
                 self._info.file(raw)
+            elif stream == "depth_info":
+                self._depth_info.file(raw)
             elif self._rings.file(stream, raw):
                 health.set_back += 1
             self._changed.notify_all()
@@ -176,9 +178,9 @@ class SensorStreams:
 
     def observe(self, match: Match) -> Observation | None:
         """Decode a match; None when one of its messages is bad (and counted). In lockstep, before
-        the first frame, SensorError for images of another size than the intrinsics say."""
-        topics, intrinsics = self._config.topics, self._info.intrinsics
-        assert intrinsics is not None  # wait_for_match returns no match before
+        the first frame, SensorError for images that cannot be put together."""
+        topics = self._config.topics
+        self._depth_info.read()
         before = self._pose(match.before)
         after = before if match.after is match.before else self._pose(match.after)
         topic = topics.color
@@ -189,30 +191,36 @@ class SensorStreams:
             if not depth.depth_m.any():
                 with self._changed:
                     self._health[topic].blank += 1
+            frame = peek_frame(match.depth.payload, topic)
         except SensorError as error:
             self.count_bad(topic, error)
             return None
-        mount = self._mount(match) if self._camera.mount == "tf" else self._camera
-        if mount is None:
+        pose = interpolate(before, after, match.stamp_ns)
+        pair = self._paired(rgb, depth, frame, match.stamp_ns)
+        if pair is None:
             return None
-        try:
-            for topic, image in ((topics.color, rgb), (topics.depth, depth.depth_m)):
-                check_size(image.shape, topic, intrinsics, topics.camera_info)
-            if self._watch is not None:
-                self._watch.check(depth, intrinsics, mount)
-        except SensorError as error:
-            self.count_bad(topic, error)
-            if self._lockstep and not self._seen_frame:
-                raise
-            return None
-        self._seen_frame = True
+        self._seen_frame, self.altered = True, pair.altered
         with self._changed:
             self._troubles.seen()
-        pose = interpolate(before, after, match.stamp_ns)
-        scan = self._scan("map", match.stamp_ns)
-        told = mount if self._camera.mount == "tf" else None
-        seen = rgb, depth.depth_m, pose, intrinsics, told, scan
-        return Observation(match.stamp_ns, *seen, depth.solid_m)
+        seen = pair.rgb, pair.depth_m, pose, pair.intrinsics, pair.mount
+        scan, solid_m = self._scan("map", match.stamp_ns), depth.solid_m
+        return Observation(match.stamp_ns, *seen, scan, None if pair.altered else solid_m)
+
+    def _paired(self, rgb: U8, depth: DepthImage, frame: str, stamp_ns: int) -> Pair | None:
+        """None for images that are not to be mapped (and are counted). In lockstep, before the
+        first frame, SensorError: where tf does not say, after a while."""
+        try:
+            return self._pairing.pair(rgb, depth, frame, stamp_ns)
+        except SensorError as error:
+            name, now_s, patient = str(error).partition(":")[0], self._clock.now_s(), False
+            known = name in self._health or name == TF
+            self.count_bad(name if known else self._config.topics.depth, error)
+            if isinstance(error, UnplacedError):
+                since_s = self._unplaced_since_s = self._unplaced_since_s or now_s
+                patient = now_s < since_s + SENSOR_TIMEOUT_S
+            if self._lockstep and not self._seen_frame and not patient:
+                raise
+            return None
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -242,13 +250,12 @@ class SensorStreams:
         before, after = map(self._pose, sides) if sides else (None, None)
         return interpolate(before, after, stamp_ns) if before and after else None
 
-    def lens(self, depth: RawMessage) -> tuple[Intrinsics, Mount | None] | None:
-        """How a depth image was taken, and from where, which is None where tf is not gone by; None
-        before the intrinsics are known. SensorError where tf does not say."""
-        intrinsics = self._info.intrinsics
-        if intrinsics is None:
-            return None
-        return intrinsics, self._mounted(depth) if self._camera.mount == "tf" else None
+    def sight(self, depth: RawMessage, depth_m: F32) -> DepthSight | None:
+        """A depth image as it was published, decoded -> upright and straight, as its own camera saw
+        it; None before the intrinsics are known. SensorError where tf does not say where that is,
+        or nothing how it lies to colour's."""
+        frame = peek_frame(depth.payload, self._config.topics.depth)
+        return self._optics.sight(depth_m, frame, depth.stamp_ns)
 
     def near_scan(self, stamp_ns: int) -> Scan | None:
         """What a laser met about the time of a depth image that nobody has matched; None where
@@ -294,36 +301,15 @@ class SensorStreams:
             self.count_bad(self._config.topics.scan, error)
             return None
 
-    def _placed(self, frame: str, stamp_ns: int) -> F64:
-        with self._placing:
-            return self._transforms.placed(self._camera.base_frame, frame, stamp_ns)
-
-    def _mount(self, match: Match) -> Mount | None:
-        """By tf; None when it does not say."""
-        try:
-            return self._mounted(match.depth)
-        except SensorError as error:
-            self.count_bad(TF, error)
-            now_s = self._clock.now_s()
-            since_s = self._frame_without_mount_s = self._frame_without_mount_s or now_s
-            if self._lockstep and not self._seen_frame and now_s >= since_s + SENSOR_TIMEOUT_S:
-                raise
-            return None
-
-    def _mounted(self, depth: RawMessage) -> Mount:
-        frame = self._camera.frame or peek_frame(depth.payload, self._config.topics.depth)
-        with self._placing:
-            return self._transforms.mount(self._camera.base_frame, frame, depth.stamp_ns)
-
     def _takes(self, raw: RawMessage, arrival_s: float, health: StreamHealth) -> bool:
         """Holding `changed`: whether odometry is used for images. The newest is told of whether or
         not it is: who drives has to know of a jump."""
         try:
             pose = self._pose(raw)
         except SensorError as error:
-            self.count_bad(self._odom_topic, error)
+            self.count_bad(self.topics["odom"], error)
             return False
-        self._troubles.over(self._odom_topic)
+        self._troubles.over(self.topics["odom"])
         self._newest = pose, raw.arrival_s
         if self._lockstep or self._steady.takes(pose.value, arrival_s):
             return True
@@ -332,7 +318,7 @@ class SensorStreams:
 
     def _pose(self, raw: RawMessage) -> wire.Stamped[Pose]:
         decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
-        return decode(raw.payload, self._odom_topic)
+        return decode(raw.payload, self.topics["odom"])
 
 
 def _recorded_as(stream: str, config: BusConfig) -> str:
@@ -340,4 +326,5 @@ def _recorded_as(stream: str, config: BusConfig) -> str:
     consumed is."""
     if stream == "odom":
         return wire.POSE_STAMPED if config.topics.pose else wire.ODOMETRY
-    return {"camera_info": wire.CAMERA_INFO, "scan": wire_senses.LASER_SCAN}.get(stream, "")
+    told = {"camera_info": wire.CAMERA_INFO, "depth_info": wire.CAMERA_INFO}
+    return (told | {"scan": wire_senses.LASER_SCAN}).get(stream, "")

@@ -2,6 +2,7 @@
 
 import math
 import struct
+import threading
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
@@ -12,8 +13,9 @@ import numpy as np
 
 from runtime.core.geometry import mount_of
 from runtime.core.keys import key
+from runtime.core.optics.upright import quarters_of
 from runtime.core.types import F64, Mount
-from runtime.errors import SensorError
+from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
 from runtime.robot.wire import FrameTransform
 
@@ -57,6 +59,20 @@ class CameraConfig(Mount):
         within=(0.0, 100.0),
     )
 
+    depth_at: tuple[float, ...] = key(
+        (),
+        "Where the depth camera is on the colour camera, where depth is not colour's, pixel by "
+        "pixel, and tf_static does not say: [x, y, z, roll, pitch, yaw], x ahead, y left, z up; "
+        "six zeros: depth is colour's, whatever its frame is called.",
+        "m, rad",
+        within=(-3.2, 3.2),
+    )
+
+    @property
+    def turned(self) -> int:
+        """By how many quarter turns it leans to the right."""
+        return quarters_of(self.roll_rad)
+
     @property
     def by_tf(self) -> tuple[str, str] | None:
         """The base's and the camera's frame where tf is gone by."""
@@ -64,6 +80,19 @@ class CameraConfig(Mount):
 
 
 FIXED: Final = CameraConfig()
+
+
+def check(config: CameraConfig) -> None:
+    """ConfigError for values that do not go together."""
+    if len(config.depth_at) not in (0, 6):
+        raise ConfigError(
+            f"camera.depth_at: has {len(config.depth_at)} values, must have none, or x, y, z (m), "
+            "roll, pitch, yaw (rad)"
+        )
+
+
+class UnplacedError(SensorError):
+    """tf does not say where something is; perhaps it will."""
 
 
 @dataclass
@@ -76,17 +105,23 @@ class _Link:
 
 
 class Transforms:
-    """`file` may be called by any thread, `mount` by the one that reads; it has what is damaged
-    told to `bad`, and goes on with the rest."""
+    """Any thread may call. What is damaged is told to `bad`, holding no lock, and the rest is gone
+    on with."""
 
     def __init__(self, bad: Callable[[SensorError], None]) -> None:
-        self._bad = bad
+        self._bad, self._damaged = bad, deque[SensorError]()
+        self._reading = threading.Lock()
         self._raw: deque[tuple[str, bytes]] = deque(maxlen=RAW_KEPT)
         self._links: dict[str, _Link] = {}
 
     def file(self, topic: str, payload: bytes) -> None:
         """Keep a message of `TF` or `TF_STATIC`."""
         self._raw.append((topic, payload))
+
+    @property
+    def known(self) -> bool:
+        """Whether anything was told at all."""
+        return bool(self._links or self._raw)
 
     def mount(self, base: str, camera: str, stamp_ns: int) -> Mount:
         """The camera's optical frame on the base at that time; SensorError when tf does not say."""
@@ -99,15 +134,24 @@ class Transforms:
             )
         return mount
 
-    def placed(self, base: str, frame: str, stamp_ns: int) -> F64:
-        """(4, 4) from a frame to the base's at that time; SensorError when tf does not say."""
-        self._decode()
+    def placed(self, base: str, frame: str, stamp_ns: int | None = None) -> F64:
+        """(4, 4) from a frame to the base's at that time, or as it was told last; UnplacedError
+        when tf does not say."""
+        try:
+            with self._reading:
+                self._decode()
+                return self._between(base, frame, stamp_ns)
+        finally:
+            while self._damaged:
+                self._bad(self._damaged.popleft())
+
+    def _between(self, base: str, frame: str, stamp_ns: int | None) -> F64:
         base, frame = base.lstrip("/"), frame.lstrip("/")
         up, down = self._above(frame), self._above(base)
         shared = next((one for one in up if one in down), None)
         if shared is None:
             told = ", ".join(sorted(self._links)) or "nothing"
-            raise SensorError(
+            raise UnplacedError(
                 f"{TF}: no way from {base} to {frame}; known are {told}: publish it, or set "
                 "research.camera_base_frame and research.camera_frame"
             )
@@ -126,13 +170,15 @@ class Transforms:
                 told = [error]
             for one in told:
                 if isinstance(one, SensorError):
-                    self._bad(one)
+                    self._damaged.append(one)
                 else:
                     self._take_in(one, topic == TF_STATIC)
 
     def _take_in(self, one: FrameTransform, static: bool) -> None:
         if one.child not in self._links and len(self._links) >= FRAMES:
-            self._bad(SensorError(f"{TF}: {one.child}: more than {FRAMES} frames on one robot"))
+            self._damaged.append(
+                SensorError(f"{TF}: {one.child}: more than {FRAMES} frames on one robot")
+            )
             return
         link = self._links.get(one.child)
         if link is None or link.parent != one.parent:
@@ -150,23 +196,23 @@ class Transforms:
             found.append(self._links[found[-1]].parent)
         return found
 
-    def _to(self, top: str, frame: str, above: list[str], stamp_ns: int) -> F64:
+    def _to(self, top: str, frame: str, above: list[str], stamp_ns: int | None) -> F64:
         """(4, 4) from a frame to one above it."""
         placed = np.eye(4)
         for name in above[: above.index(top)]:
             placed = _matrix(self._at(name, stamp_ns)) @ placed
         return placed
 
-    def _at(self, frame: str, stamp_ns: int) -> FrameTransform:
-        """What was told of a frame, at a time: between its neighbours, or the nearest."""
+    def _at(self, frame: str, stamp_ns: int | None) -> FrameTransform:
+        """What was told of a frame, at a time: between its neighbours, or the nearest; or last."""
         link = self._links[frame]
-        if link.static:
+        if link.static or stamp_ns is None:
             return link.told[-1]
         n = bisect_right(link.told, stamp_ns, key=lambda one: one.stamp_ns)
         before, after = link.told[max(0, n - 1)], link.told[min(n, len(link.told) - 1)]
         away_ns = min(abs(stamp_ns - before.stamp_ns), abs(stamp_ns - after.stamp_ns))
         if away_ns > HELD_NS:
-            raise SensorError(
+            raise UnplacedError(
                 f"{TF}: {frame} was told {away_ns / 1e9:.2f} s from the image's time: publish it "
                 "at 10 Hz or more, by the camera's clock"
             )

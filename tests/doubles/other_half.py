@@ -75,6 +75,55 @@ def laser_scan(
     return _cdr(kind(_header(stamp_ns, frame), *angles, step_s, 0.1, near_m, far_m, told, none))
 
 
+def base_pose(payload: bytes) -> Pose:
+    """Odometry of a base that is level -> where it is."""
+    told: Any = STORE.deserialize_cdr(payload, "nav_msgs/msg/Odometry").pose.pose
+    yaw = 2 * math.atan2(told.orientation.z, told.orientation.w)
+    return Pose(told.position.x, told.position.y, yaw)
+
+
+def odometry_of(
+    at: tuple[float, float, float],
+    quaternion: tuple[float, float, float, float],
+    stamp_ns: int,
+    child: str = "base_link",
+    frame: str = "odom",
+) -> bytes:
+    """Odometry of any frame of a robot, x y z w."""
+    pose = TYPES["geometry_msgs/msg/Pose"](
+        TYPES["geometry_msgs/msg/Point"](*map(float, at)),
+        TYPES["geometry_msgs/msg/Quaternion"](*map(float, quaternion)),
+    )
+    vector = TYPES["geometry_msgs/msg/Vector3"]
+    still = TYPES["geometry_msgs/msg/Twist"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 0.0))
+    with_covariance = TYPES["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36))
+    moving = TYPES["geometry_msgs/msg/TwistWithCovariance"](still, np.zeros(36))
+    kind = TYPES["nav_msgs/msg/Odometry"]
+    return _cdr(kind(_header(stamp_ns, frame), child, with_covariance, moving))
+
+
+def camera_info(
+    size: tuple[int, int],
+    k: tuple[float, float, float, float],
+    distortion: tuple[float, ...] = (),
+    model: str = "plumb_bob",
+    p: tuple[float, float, float, float] | None = None,
+    frame: str = "camera",
+) -> bytes:
+    """CameraInfo of width x height with fx, fy, cx, cy, as a driver sends it."""
+    fx, fy, cx, cy = k
+    px, py, qx, qy = p or k
+    region = TYPES["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    kind = TYPES["sensor_msgs/msg/CameraInfo"]
+    return _cdr(
+        kind(
+            _header(0, frame), size[1], size[0], model, np.array(distortion, float),
+            np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], float), np.eye(3).ravel(),
+            np.array([px, 0, qx, 0, 0, py, qy, 0, 0, 0, 1, 0], float), 0, 0, region,
+        )
+    )  # fmt: skip
+
+
 def flag(value: bool) -> bytes:
     """Bool, as a bumper sends it."""
     return _cdr(TYPES["std_msgs/msg/Bool"](value))

@@ -17,6 +17,7 @@ PyObject *kernel_in_sight(PyObject *module, PyObject *const *args, Py_ssize_t co
 PyObject *kernel_means(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_near_points(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_register_depth(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_steps_clear(PyObject *module, PyObject *const *args, Py_ssize_t count);

@@ -13,6 +13,7 @@ static PyMethodDef methods[] = {
     {"means", (PyCFunction)(void (*)(void))kernel_means, METH_FASTCALL, NULL},
     {"near_points", (PyCFunction)(void (*)(void))kernel_near_points, METH_FASTCALL, NULL},
     {"nearest", (PyCFunction)(void (*)(void))kernel_nearest, METH_FASTCALL, NULL},
+    {"register_depth", (PyCFunction)(void (*)(void))kernel_register_depth, METH_FASTCALL, NULL},
     {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},
     {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},
     {"steps_clear", (PyCFunction)(void (*)(void))kernel_steps_clear, METH_FASTCALL, NULL},

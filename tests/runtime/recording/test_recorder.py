@@ -5,6 +5,7 @@ import json
 import threading
 import time
 import weakref
+from dataclasses import replace
 from pathlib import Path
 from types import FrameType
 
@@ -123,6 +124,21 @@ def test_depth_is_recorded_as_it_was_used_whatever_it_came_as(tmp_path: Path):
     (image,) = read(tmp_path)["/cam/depth"]
     assert peek_frame(image.payload, "d") == "camera"
     assert np.array_equal(decode_depth(image.payload, "d").value, told.observation.depth_m)
+
+
+def test_images_that_were_set_right_are_recorded_as_they_were_used(tmp_path: Path):
+    bus = BusConfig(topics=TopicsConfig(color="cam/compressed"))
+    recorder, told = begun(tmp_path, bus=bus), frame(np.ones((24, 32), np.float32), "16UC1")
+    upright = np.full((32, 24), 1 / 3, np.float32)
+    seen = replace(told.observation, depth_m=upright, rgb=np.full((32, 24, 3), 90, np.uint8))
+    recorder("frame", replace(told, observation=seen, altered=True))
+    recorder.close()
+    found = read(tmp_path)
+    image = decode_depth(found[DEPTH][0].payload, "depth")
+    assert np.array_equal(image.value, upright)
+    assert image.stamp_ns == 8
+    rgb = decode_color(found["/cam/compressed"][0].payload, "colour", packed=True).value
+    assert rgb.shape == (32, 24, 3)
 
 
 def test_damaged_odometry_is_kept_and_ends_nothing(tmp_path: Path):

@@ -233,8 +233,8 @@ def test_a_depth_image_of_another_size_is_reported_at_its_first_frame(
     lockstep: tuple[Robot, Bus],
 ) -> None:
     robot, bus = lockstep
-    robot.publish(1, depth=np.ones((6, 8), np.float32))
-    with pytest.raises(SensorError, match=r"image is 8x6 but camera/color/camera_info .* 16x12"):
+    robot.publish(1, depth=np.ones((7, 8), np.float32))
+    with pytest.raises(SensorError, match=r"image is 8x7 but camera/color/camera_info .* 16x12"):
         bus.next(PATIENCE_S)
 
 
@@ -316,7 +316,7 @@ def test_after_the_first_frame_bad_messages_are_counted_and_survived(
     assert observation is not None
     assert observation.stamp_ns == 2
     assert observation.intrinsics == K
-    robot.publish(3, depth=np.ones((6, 8), np.float32))
+    robot.publish(3, depth=np.ones((7, 8), np.float32))
     robot.publish(4)
     observation = bus.next(PATIENCE_S)
     assert observation is not None
@@ -324,7 +324,7 @@ def test_after_the_first_frame_bad_messages_are_counted_and_survived(
     assert bus.next(0.0) is None
     health = bus.health()
     assert health["camera/depth/image_raw"].bad == 2
-    assert "8x6" in health["camera/depth/image_raw"].last_error
+    assert "8x7" in health["camera/depth/image_raw"].last_error
     assert health["camera/color/camera_info"].bad == 1
     assert health["odom"].bad == 1
     assert health["camera/color/image_raw"].bad == 0

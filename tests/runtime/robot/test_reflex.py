@@ -15,8 +15,10 @@ from runtime.core.motion.safety import Halt, HaltKind
 from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
+from runtime.robot.bounds import check_size
 from runtime.robot.images.camera_images import DepthImage
 from runtime.robot.images.reading import decode_depth
+from runtime.robot.optics import DepthSight
 from runtime.robot.reflex import POSE_S, Reflex, SweptBody
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -53,10 +55,13 @@ class Streams:
     def pose_at(self, stamp_ns, alone=False):
         return None if self.alone and not alone else self.pose
 
-    def lens(self, depth):
+    def sight(self, depth, depth_m):
         if isinstance(self.mount, SensorError):
             raise self.mount
-        return (self.intrinsics, self.mount) if self.intrinsics else None
+        if self.intrinsics is None:
+            return None
+        check_size(depth_m.shape, "depth", self.intrinsics, "info")
+        return DepthSight(depth_m, self.intrinsics, self.mount)
 
     def near_scan(self, stamp_ns):
         return self.scan
@@ -282,7 +287,7 @@ def test_what_a_laser_met_holds_too():
 def test_what_ends_it_is_raised_where_it_is_asked():
     streams = Streams()
     with reflex(streams) as made:
-        streams.lens = lambda depth: 1 / 0
+        streams.sight = lambda depth, depth_m: 1 / 0
         streams.show(BLOCKED)
 
         def raised():

@@ -18,8 +18,10 @@ from runtime.core.types import Intrinsics, Mount, Pose, Scan, Twist
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import reflex as module
 from runtime.robot import wire
+from runtime.robot.bounds import check_size
 from runtime.robot.images.camera_images import DepthImage
 from runtime.robot.images.reading import decode_depth
+from runtime.robot.optics import DepthSight
 from runtime.robot.reflex import IDLE_S, POSE_S, Reflex, SweptBody, check, swept
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
@@ -92,11 +94,14 @@ class Robot:
         assert stamp_ns == 7
         return self.poses[alone]
 
-    def lens(self, depth: RawMessage) -> Any:
+    def sight(self, depth: RawMessage, depth_m: Any) -> DepthSight | None:
         assert depth.stamp_ns == 7
         if isinstance(self.optics, Exception):
             raise self.optics
-        return self.optics
+        if self.optics is None:
+            return None
+        check_size(depth_m.shape, "depth", self.optics[0], "info")
+        return DepthSight(depth_m, *self.optics)
 
     def near_scan(self, stamp_ns: int) -> Scan | None:
         assert stamp_ns == 7
@@ -250,9 +255,9 @@ def test_a_mount_that_tf_tells_is_taken_and_without_it_the_configured_one(robot:
 def test_a_mount_that_the_floor_tells_begins_with_the_configured_one_and_is_kept(monkeypatch):
     camera = CameraConfig(mount="floor", z_m=0.9)
     robot, asked = Robot(monkeypatch, camera), []
-    found: list[Mount | None] = [Mount(z_m=0.91), Mount(z_m=0.92), None]
+    found = [Mount(z_m=0.91), Mount(z_m=0.92), Mount(z_m=0.93)]
 
-    def by_floor(*given: Any) -> Mount | None:
+    def by_floor(*given: Any) -> Mount:
         asked.append(given)
         return found.pop(0)
 
@@ -262,13 +267,12 @@ def test_a_mount_that_the_floor_tells_begins_with_the_configured_one_and_is_kept
     assert [given[3] for given in asked] == [camera, Mount(z_m=0.91), Mount(z_m=0.92)]
     assert {(given[1], given[2]) for given in asked} == {(CAMERA, camera)}
     assert asked[0][0].shape == IMAGE.shape
-    assert [seen[2] for seen in robot.seen] == [Mount(z_m=0.91), Mount(z_m=0.92), camera]
+    assert [seen[2] for seen in robot.seen] == [Mount(z_m=0.91), Mount(z_m=0.92), Mount(z_m=0.93)]
 
 
 def test_another_body_and_camera_are_taken_with_the_next_image(robot: Robot):
     body, camera = SweptBody(0.3, 0.6, 0.7, 3.0), CameraConfig(z_m=0.4)
     robot.reflex.sweeps(body, camera)
-    assert robot.reflex._mount is camera
     robot.reflex.look(robot.shows())
     assert robot.seen[0][2:] == (camera, 0.6, 3.0)
     robot.reflex.caution(AHEAD, HERE)

@@ -1,0 +1,29 @@
+"""Pairs of images that may be mapped by: they go together, in a unit that can be."""
+
+from runtime.core.optics.upright import upright_mount
+from runtime.core.types import U8
+from runtime.robot.images.camera_images import DepthImage
+from runtime.robot.images.plausible import DepthWatch
+from runtime.robot.optics import Optics, Pair
+from runtime.robot.session import TopicsConfig
+from runtime.robot.transforms import CameraConfig
+
+
+class Pairing:
+    """Of one robot. In lockstep a harness answers for units."""
+
+    def __init__(
+        self, optics: Optics, camera: CameraConfig, topics: TopicsConfig, lockstep: bool
+    ) -> None:
+        self._optics, self._camera = optics, camera
+        self._watch = None if lockstep else DepthWatch(topics.depth, camera)
+
+    def pair(self, rgb: U8, depth: DepthImage, frame: str, stamp_ns: int) -> Pair:
+        """Of images as they were published, depth of that frame. SensorError for what is
+        not to be mapped."""
+        pair = self._optics.pair(rgb, depth.depth_m, frame, stamp_ns)
+        if self._watch is not None:
+            mount = pair.mount or upright_mount(self._camera)
+            seen = DepthImage(pair.depth_m, depth.unit_m) if pair.altered else depth
+            self._watch.check(seen, pair.intrinsics, mount)
+        return pair
