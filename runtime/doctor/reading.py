@@ -25,6 +25,7 @@ from runtime.robot import wire, wire_senses
 from runtime.robot.bounds import check_bytes
 from runtime.robot.heard_topics import TF_TOPICS, heard_topics
 from runtime.robot.images.camera_images import CameraImages
+from runtime.robot.odometry import checked_pose
 from runtime.robot.streams import IMAGES
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, TF_STATIC
@@ -199,13 +200,12 @@ def read_pose(payload: bytes, topic: str, slam: bool) -> HeardPose:
     """Odometry, or the pose of a SLAM; SensorError for what the runtime could not use."""
     message = wire.decode(payload, wire.POSE_STAMPED if slam else wire.ODOMETRY, topic)
     pose = message.pose if slam else message.pose.pose
-    where, q = wire.planar(pose, topic), pose.orientation
-    norm = math.hypot(q.x, q.y, q.z, q.w)  # `planar` has seen that it is about 1
+    norm, at, q = checked_pose(pose, topic), pose.position, pose.orientation
     turned = (q.x / norm, q.y / norm, q.z / norm, q.w / norm)
     child = "" if slam else str(message.child_frame_id).lstrip("/")
     frame = str(message.header.frame_id).lstrip("/")
     stamp_ns = wire.header_stamp(message, topic)
-    return HeardPose(stamp_ns, shown(frame), shown(child), (where.x_m, where.y_m), turned)
+    return HeardPose(stamp_ns, shown(frame), shown(child), (float(at.x), float(at.y)), turned)
 
 
 def shown(text: str) -> str:

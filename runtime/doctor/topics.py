@@ -11,8 +11,8 @@ from runtime.doctor.advertised import BRIDGE, instead, prefix_of
 from runtime.doctor.diagnosis import Diagnosis, bad, ok, unknown, warning
 from runtime.doctor.hearing import HeardTopic, Hearing
 from runtime.robot import wire
+from runtime.robot.odometry_stream import GAP_S
 from runtime.robot.publications import cmd_vel_topic
-from runtime.robot.streams import ODOMETRY_GAP_S
 
 DEPTH_INFO: Final = "depth_info"  # of the camera that takes depth, where it has one of its own
 NEEDED: Final = ("color", "depth", "camera_info", "odom")
@@ -145,7 +145,7 @@ def _spoken(name: str, heard: HeardTopic, config: Config) -> Iterator[Diagnosis]
 def _bounds(name: str, config: Config) -> Bounds:
     safety = config.safety
     if name == "odom":
-        return Bounds(safety.odom_stale_s, min(ODOMETRY_GAP_S, safety.odom_stale_s))
+        return Bounds(safety.odom_stale_s, min(GAP_S, safety.odom_stale_s))
     stale_s = safety.depth_stale_s if name == "depth" else safety.frame_stale_s
     return Bounds(stale_s, stale_s)
 

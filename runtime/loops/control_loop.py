@@ -235,10 +235,10 @@ class ControlLoop:
         if stopping:
             twist = STILL
         elif plan is not None and odometry is not None and halt is None:
-            here, age_s = (odometry.pose, self._twist, dt_s), now_s - plan.frame_s
-            watched = felt.cliffs_watched
-            twist = steer(plan.course, *here, plan.radius_m, plan.control, age_s, watched)
-            twist = self._response.allowed(twist, odometry.pose)
+            here = self._guard.pace.here(odometry.pose, self._twist, now_s - odometry.arrival_s)
+            known = plan.radius_m, plan.control, now_s - plan.frame_s, felt.cliffs_watched
+            twist = steer(plan.course, here, self._twist, dt_s, *known)
+            twist = self._guard.pace.allowed(self._response.allowed(twist, here))
         caution = self._senses.caution(twist)
         with self._changed:
             halt, twist = self._careful(caution, twist, halt)

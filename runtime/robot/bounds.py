@@ -10,6 +10,7 @@ MOST_PIXELS: Final = 16_000_000  # a size field beyond this is damage, not a cam
 IMAGE_BYTES: Final = 4 * MOST_PIXELS + 4096
 OTHER_BYTES: Final = 1 << 17  # of a message that is no image: tf of a humanoid has 20,000
 FARTHEST_M: Final = 1e5  # from where odometry began
+ANYWHERE_M: Final = 1e8  # from the origin of a frame that may be in another country
 SIDE_PX: Final = (8, 8192)  # of an image
 FOCAL: Final = (0.1, 50.0)  # in widths and heights of its image: 157 degrees to 1
 MIDDLE: Final = (-1.0, 2.0)  # of the optical axis, the same

@@ -73,8 +73,7 @@ class Bus:
         tap: Callable[[str, bytes], None] = lambda name, payload: None,
     ) -> None:
         self._config, self._brake = config, Handbrake()
-        kinds = bool(config.topics.pose), config.is_packed("depth")
-        self._vigilance = None if lockstep else Vigilance(safety, *kinds)
+        self._vigilance = None if lockstep else Vigilance(safety, packed=config.is_packed("depth"))
         self._record, self._tap = record, tap
         self._clock, self._lockstep = clock, lockstep
         self._changed = threading.Condition()

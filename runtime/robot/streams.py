@@ -17,10 +17,12 @@ from runtime.robot.images.camera_images import CameraImages, DepthImage
 from runtime.robot.labels import read_labels
 from runtime.robot.laser import ScanStream
 from runtime.robot.messages import ConsumedFrame, StreamHealth, WireMessage
+from runtime.robot.odometry import BaseOdometry
+from runtime.robot.odometry_stream import GAP_S, OdometryStream
 from runtime.robot.optics import DepthSight, Optics, Pair
 from runtime.robot.pairing import Pairing
 from runtime.robot.session import BusConfig, SensesConfig
-from runtime.robot.steady import SteadyOdometry
+from runtime.robot.stamps import STREAMS, StreamClocks
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
 from runtime.robot.transforms import TF, CameraConfig, Transforms, UnplacedError, peek_frame
 from runtime.robot.troubles import Troubles
@@ -29,7 +31,7 @@ from runtime.robot.vigilance import Vigilance
 __all__ = ["ConsumedFrame", "SensorStreams", "StreamHealth", "WireMessage"]
 
 PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
-ODOMETRY_GAP_S = 0.25  # longest span that is interpolated over
+UNSTAMPED_S = 0.06  # the same by arrival
 SENSES = SensesConfig()
 IMAGES = ("color", "depth")
 
@@ -58,17 +60,20 @@ class SensorStreams:
         self._record, self._clock, self._changed = record, clock, changed
         self._transforms = Transforms(lambda error: self.count_bad(TF, error))
         self._depth: RawMessage | None = None  # newest, whether or not colour has come
-        self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(ODOMETRY_GAP_S * 1e9), lockstep)
+        self._rings = Rings(int(PAIR_TOLERANCE_S * 1e9), int(GAP_S * 1e9), lockstep)
         self._images = CameraImages(config, camera)
         self._optics = Optics(camera, config.topics, self._transforms, self.count_bad)
         self._info, self._depth_info = self._optics.color, self._optics.depth
-        self._lockstep, self._steady = lockstep, SteadyOdometry()
+        self._lockstep, self._clocks = lockstep, StreamClocks()
         self._pairing = Pairing(self._optics, camera, config.topics, lockstep)
         self._unplaced_since_s: float | None = None
         self._seen_frame = self.altered = False  # altered: its images are not as they came
         self._labels: dict[str, Any] = {}  # newest message on `labels`
         topics, odom = config.topics, config.topics.pose or config.topics.odom
-        self._newest: tuple[wire.Stamped[Pose], float] | None = None  # odometry
+        told = BaseOdometry(odom, bool(topics.pose), camera, self._optics.known)
+        self._odometry = OdometryStream(told, self._rings, lockstep)
+        if vigilance is not None:
+            vigilance.read = told.read
         placed = partial(self._transforms.placed, camera.base_frame)
         self._laser = ScanStream(senses, topics.scan, placed if camera.mount == "tf" else None)
         self.topics = {
@@ -97,6 +102,8 @@ class SensorStreams:
             try:
                 check_bytes(payload, topic, stream in IMAGES)
                 raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
+                if stream in STREAMS and not self._lockstep:
+                    raw = self._clocks.restamped(stream, raw, topic)
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
             except SensorError as error:
@@ -181,8 +188,8 @@ class SensorStreams:
         the first frame, SensorError for images that cannot be put together."""
         topics = self._config.topics
         self._depth_info.read()
-        before = self._pose(match.before)
-        after = before if match.after is match.before else self._pose(match.after)
+        before = self._odometry.pose(match.before)
+        after = before if match.after is match.before else self._odometry.pose(match.after)
         topic = topics.color
         try:
             rgb = self._images.color(match.color)
@@ -225,7 +232,7 @@ class SensorStreams:
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
         with self._changed:
-            return self._newest
+            return self._odometry.newest
 
     def newest_depth(self) -> RawMessage | None:
         """The depth image that came last; None before the first. Holding `changed`."""
@@ -240,15 +247,8 @@ class SensorStreams:
         return image
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
-        """Where the base was, by the odometry on both sides; `alone`: or by the newest, where that
-        is no older than what is interpolated over. None where there is none. Holding `changed`."""
-        odom = self._rings.odom
-        sides = self._rings.around(stamp_ns)
-        if sides is None and alone and odom:
-            late_s = (stamp_ns - odom[-1].stamp_ns) / 1e9
-            sides = (odom[-1], odom[-1]) if 0 <= late_s < ODOMETRY_GAP_S else None
-        before, after = map(self._pose, sides) if sides else (None, None)
-        return interpolate(before, after, stamp_ns) if before and after else None
+        """See `OdometryStream.at`. Holding `changed`."""
+        return self._odometry.at(stamp_ns, alone)
 
     def sight(self, depth: RawMessage, depth_m: F32) -> DepthSight | None:
         """A depth image as it was published, decoded -> upright and straight, as its own camera saw
@@ -296,29 +296,24 @@ class SensorStreams:
         try:
             with self._changed:
                 found = self._laser.take(by, stamp_ns, self._rings)
-            return self._laser.read(found, self._pose) if found is not None else None
+            return self._laser.read(found, self._odometry.pose) if found is not None else None
         except SensorError as error:
             self.count_bad(self._config.topics.scan, error)
             return None
 
     def _takes(self, raw: RawMessage, arrival_s: float, health: StreamHealth) -> bool:
-        """Holding `changed`: whether odometry is used for images. The newest is told of whether or
-        not it is: who drives has to know of a jump."""
+        """Holding `changed`: whether odometry is used for images."""
         try:
-            pose = self._pose(raw)
+            takes = self._odometry.takes(raw, arrival_s)
         except SensorError as error:
             self.count_bad(self.topics["odom"], error)
             return False
         self._troubles.over(self.topics["odom"])
-        self._newest = pose, raw.arrival_s
-        if self._lockstep or self._steady.takes(pose.value, arrival_s):
-            return True
-        health.jumped += 1
-        return False
-
-    def _pose(self, raw: RawMessage) -> wire.Stamped[Pose]:
-        decode = wire.decode_pose if self._config.topics.pose else wire.decode_odometry
-        return decode(raw.payload, self.topics["odom"])
+        if self._clocks.unstamped:
+            self._rings.tolerance_ns = int(UNSTAMPED_S * 1e9)
+        if not takes:
+            health.jumped += 1
+        return takes
 
 
 def _recorded_as(stream: str, config: BusConfig) -> str:

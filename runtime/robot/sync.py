@@ -49,6 +49,7 @@ class Rings:
 
     In real time the newest match wins and what is older is forgotten. In lockstep nothing is
     forgotten: matches leave in the order of their stamps, which must be equal in all streams.
+    tolerance_ns: between the images of a pair; odometry_gap_ns: that is interpolated over.
     """
 
     def __init__(self, tolerance_ns: int, odometry_gap_ns: int, lockstep: bool) -> None:

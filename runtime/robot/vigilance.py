@@ -2,7 +2,6 @@
 what cannot be true. No clock, no lock: times are arguments, monotonic seconds."""
 
 import math
-from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
@@ -10,13 +9,15 @@ from typing import Final
 import numpy as np
 
 from runtime.core.geometry import wrap_angle
+from runtime.core.motion.pace import Pace
 from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.types import F32, Pose, Twist
 from runtime.log import say
 from runtime.robot import wire
-from runtime.robot.sync import CLOCK_BACK_NS, RawMessage
+from runtime.robot.odometry import BaseOdometry, Told
+from runtime.robot.stamps import StampAge
+from runtime.robot.sync import RawMessage
 
-WINDOW_S: Final = 10.0  # over which the least delay of a stream is taken for its clock's offset
 NOTED_S: Final = 0.5  # how long one message that cannot be true is doubted after
 REPEATS_S: Final = 0.5  # a sensor that says the same for so long, although it must not
 FORGIVEN_S: Final = 10.0  # odometry of a base that does not move at all may be true, after all
@@ -30,35 +31,6 @@ ANOTHER, ANOTHER_OF = 0.05, 0.25  # readings that differ by that share, in that 
 STILL_STAMPS: Final = 5  # on end, that are one: a message may come twice
 _STAMPED: Final = 12  # bytes of a message before what is not its stamp
 _TOLD: Final = 200  # and within which its encoding stands
-
-
-class StampAge:
-    """How late the messages of a stream come. A stamp and an arrival are of two clocks: their least
-    difference of the last WINDOW_S is taken for the clocks' own, and what is beyond it, for age."""
-
-    def __init__(self) -> None:
-        self.offset_s = math.inf
-        self.stands_still = False  # its stamps do not: then there is no age by them
-        self._least: deque[tuple[float, float]] = deque()  # rising offsets, by arrival
-        self._last_ns: int | None = None
-
-    def late_s(self, stamp_ns: int, arrival_s: float, other_s: float = math.inf) -> float:
-        """Seconds >= 0 of a message that has just come. `other_s`: the offset of another stream of
-        the same clock, which a stream that is late from its beginning is known by."""
-        last_ns, self._last_ns = self._last_ns, stamp_ns
-        self.stands_still = stamp_ns == 0 or stamp_ns == last_ns
-        if self.stands_still:
-            return 0.0
-        if last_ns is not None and stamp_ns < last_ns - CLOCK_BACK_NS:
-            self._least.clear()
-        offset_s = arrival_s - stamp_ns / 1e9
-        while self._least and self._least[-1][1] >= offset_s:
-            self._least.pop()
-        self._least.append((arrival_s, offset_s))
-        while self._least[0][0] < arrival_s - WINDOW_S:
-            self._least.popleft()
-        self.offset_s = self._least[0][1]
-        return max(0.0, offset_s - min(self.offset_s, other_s))
 
 
 @dataclass
@@ -86,24 +58,26 @@ class _Odometry:
 
 
 class Vigilance:
-    """Of one robot in real time. `doubt` says what the base is held for. `slam`: odometry is told
-    as PoseStamped. `packed`: depth is compressed; what it shows is told by `looked`. `unstamped`:
-    topics of which the stamps stand still, of which `tell` is told."""
+    """Of one robot in real time. `doubt` says what the base is held for. `read`: how odometry is
+    read. `packed`: depth is compressed; what it shows is told by `looked`. `unstamped`: topics of
+    which the stamps stand still, of which `tell` is told."""
 
     def __init__(
         self,
         config: SafetyConfig,
-        slam: bool = False,
+        read: Callable[[RawMessage], Told] | None = None,
         packed: bool = False,
         tell: Callable[[str], None] = say,
     ) -> None:
-        self._config, self._slam, self._packed, self._tell = config, slam, packed, tell
+        self._config, self._packed, self._tell = config, packed, tell
+        self.read = read or BaseOdometry().read
         self._ages = {name: StampAge() for name in ("odom", "depth", "color")}
         self._late: dict[str, tuple[float, float]] = {}  # by stream: how late, when it came
         self._noted: dict[HaltKind, tuple[Halt, float]] = {}  # until when
         self._last: wire.Stamped[Pose] | None = None
         self._start: Pose | None = None
         self._depth, self._odometry, self._color = _Depth(), _Odometry(), b""
+        self._pace = Pace()  # of odometry: that which comes seldom says the same for longer
         self.unstamped: set[str] = set()
         self._still: dict[str, int] = {}  # by topic: messages on end with one stamp
         self._told: set[str] = set()  # topics
@@ -117,7 +91,7 @@ class Vigilance:
             return raw
         now_s, content = raw.arrival_s, raw.payload[_STAMPED:]
         if stream == "odom":
-            self._moved(raw.payload, content, now_s, topic)
+            self._moved(raw, content, now_s)
         elif stream == "depth":
             self._looked(raw.payload, content, now_s)
         elif content != self._color:
@@ -162,9 +136,10 @@ class Vigilance:
         elif told.else_s is None and now_s >= told.told_s and _differ(told.sight, sight):
             told.else_s = now_s
 
-    def _moved(self, payload: bytes, content: bytes, now_s: float, topic: str) -> None:
-        told, tilt_rad = _decoded(payload, topic, self._slam)
+    def _moved(self, raw: RawMessage, content: bytes, now_s: float) -> None:
+        told, tilt_rad = self.read(raw)
         last, self._last = self._last, told
+        self._pace.note(now_s)
         pose = told.value
         start = self._start = self._start or pose
         if last is not None:
@@ -252,24 +227,13 @@ class Vigilance:
         told = self._odometry
         if abs(sent.v_mps) >= LEAST_MPS or abs(sent.w_radps) >= LEAST_RADPS:
             told.told_s = min(told.told_s, now_s)
-        if told.else_s is None or now_s - told.told_s < REPEATS_S:
+        if told.else_s is None or now_s - told.told_s < self._pace.patience_s(REPEATS_S):
             return None
         if now_s - told.else_s > FORGIVEN_S:
             told.told_s, told.sight, told.else_s = math.inf, None, None
             return None
         what = f"odometry repeats itself for {now_s - told.since_s:.1f} s, while the camera moves"
         return Halt(HaltKind.ODOMETRY, what)
-
-
-def _decoded(payload: bytes, topic: str, slam: bool) -> tuple[wire.Stamped[Pose], float]:
-    """A base's pose, and how far it leans (rad)."""
-    message = wire.decode(payload, wire.POSE_STAMPED if slam else wire.ODOMETRY, topic)
-    placed = message.pose if slam else message.pose.pose
-    told = wire.Stamped(wire.header_stamp(message, topic), wire.planar(placed, topic))
-    q = placed.orientation
-    # The share of the base's own z axis that still points up; `planar` has checked the norm.
-    up = 1 - 2 * (q.x * q.x + q.y * q.y) / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)
-    return told, math.acos(max(-1.0, min(1.0, up)))
 
 
 def _sight(payload: bytes) -> F32:

@@ -24,8 +24,8 @@ SILENCE_S = 0.2  # without a message, after which it is looked again
 class RobotDouble:
     """`sending` names the streams that are alive, "bumper" and "battery" among them where it has
     those; `blind`: the camera goes on without depth; `bend` alters the place that odometry tells,
-    `filmed` the messages of color, depth and camera_info, of which b"" is none. While a `hand` has
-    the sticks the base obeys nobody else."""
+    `telling` how it does, `filmed` the messages of color, depth and camera_info, of which b"" is
+    none. While a `hand` has the sticks the base obeys nobody else."""
 
     def __init__(
         self,
@@ -40,6 +40,7 @@ class RobotDouble:
         self.sending, self.blind = {"odom", "frames"}, False
         self.bend: Callable[[Pose], Pose] = lambda pose: pose
         self.clock_ns = 0  # what its clock says beyond the machine's
+        self.telling: Callable[[Pose, int], bytes] = wire.encode_odometry
         self.filmed: Callable[[str, bytes], bytes] = lambda stream, payload: payload
         self.twist, self.told_s = Twist(), -math.inf
         self.hand: Twist | None = None
@@ -134,7 +135,7 @@ class RobotDouble:
             if now_s - said_s >= self._odom_s and "odom" in self.sending:
                 said_s = now_s
                 pose, stamp = self.bend(self.home.pose), time.time_ns() + self.clock_ns
-                self._put(self.topics.odom, wire.encode_odometry(pose, stamp))
+                self._put(self.topics.odom, self.telling(pose, stamp))
 
     def _tell_of_the_body(self) -> None:
         if self.hand is not None:

@@ -56,10 +56,11 @@ def process(
     *settings: str,
     env: Mapping[str, str] = os.environ,
     spoken: Spoken = "ros2dds",
+    odom_hz: float = 20.0,
 ) -> Iterator[tuple[subprocess.Popen[str], RobotDouble]]:
     """`rfnav run` with models that fail after so many frames."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    robot = RobotDouble(home, BusConfig(listen=(endpoint,)), spoken=spoken)
+    robot = RobotDouble(home, BusConfig(listen=(endpoint,)), odom_hz, spoken=spoken)
     code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)
     given = [*settings, f"bus.connect=['{endpoint}']", *robot.wire.settings]
     arguments = [part for setting in given for part in ("--set", setting)]

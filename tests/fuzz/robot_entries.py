@@ -10,7 +10,16 @@ from contextlib import redirect_stderr
 import numpy as np
 from answers import REFUSALS, refused, refused_in_a_line
 from manual_clock import ManualClock
-from other_half import battery_state, flag, hazards, laser_scan, slam_pose, tf
+from other_half import (
+    battery_state,
+    camera_info,
+    flag,
+    hazards,
+    laser_scan,
+    odometry_of,
+    slam_pose,
+    tf,
+)
 from rover_bytes import rover_bytes
 
 from runtime.clock import Deadline
@@ -20,9 +29,12 @@ from runtime.errors import RfNavError, SensorError
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
 from runtime.robot import wire
 from runtime.robot.body_senses import BodySenses
+from runtime.robot.calibration import decode_lens
+from runtime.robot.odometry import BaseOdometry
 from runtime.robot.requests import WAITING, Requests
 from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
+from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, CameraConfig
 
 S = 10**9
@@ -48,12 +60,36 @@ SENSES = {
     "hazards": [hazards([("bump_left", 1), ("cliff_left", 2)], 5 * S)],
 }
 OPTICAL = (-0.5, 0.5, -0.5, 0.5)
+TELLING = {
+    "told": [
+        odometry_of((1.0, 2.0, 0.5), OPTICAL, 5 * S, "camera_optical_frame"),
+        odometry_of((5e5, 4e6, 0.0), (0.0, 0.0, 0.0, 1.0), 5 * S),
+    ],
+    "info": [
+        camera_info((16, 12), (20.0, 20.0, 8.0, 6.0), (-0.2, 0.1, 0.0, 0.0, 0.0)),
+        camera_info((16, 12), (20.0, 20.0, 8.0, 6.0), (0.1, 0.0, 0.0, 0.0), "equidistant"),
+    ],
+}
+
+
+def slam(payload: bytes, topic: str) -> object:
+    """The pose that a SLAM tells."""
+    return BaseOdometry(topic, slam=True, tell=lambda line: None).read(RawMessage(0, payload, 0.0))
+
+
+def odometry(payload: bytes, topic: str) -> object:
+    """Odometry, perhaps of a camera."""
+    return BaseOdometry(topic, tell=lambda line: None).read(RawMessage(0, payload, 0.0))
+
+
 OTHERS: dict[Callable[[bytes, str], object], list[bytes]] = {
-    wire.decode_pose: [slam_pose(Pose(1.0, 2.0, 0.5), 5 * S)],
+    slam: [slam_pose(Pose(1.0, 2.0, 0.5), 5 * S)],
     wire.decode_transforms: [tf(("base_link", "camera", (0.1, 0.0, 0.8), OPTICAL), stamp_ns=5 * S)],
     wire.decode_json: [wire.encode_json({"boxes": [[0, 0, 4, 4]], "names": ["bed"]})],
     wire.decode_twist: [wire.encode_twist(0.1, 0.2)],
     wire.peek_stamp: [],
+    odometry: TELLING["told"],
+    decode_lens: TELLING["info"],
 }
 LABELS = {"stamp_ns": 5, "boxes": [[0, 0, 4, 4]], "names": ["bed"], "scores": [0.5], "room": None}
 

@@ -17,6 +17,8 @@ from runtime.robot.mavlink.odometry import VehicleOdometry
 from runtime.robot.mavlink.set_points import set_point
 from runtime.robot.mavlink.takeover import Takeover
 from runtime.robot.mavlink.vehicle import Vehicle
+from runtime.robot.odometry import BaseOdometry
+from runtime.robot.sync import RawMessage
 
 S = 10**9
 CHUNK = 40  # bytes that a stream brings at once
@@ -100,7 +102,8 @@ class Rover:
             pose = self.odometry.hear(message, round(self.now_s * S))
             if pose is not None:
                 with suppress(SensorError):  # of beyond reason, which is counted where it is filed
-                    wire.decode_odometry(wire.encode_odometry(*pose), "odom")
+                    told = wire.encode_odometry(*pose)
+                    BaseOdometry().read(RawMessage(pose[1], told, self.now_s))
         self._asked()
 
     def _asked(self) -> None:

@@ -18,6 +18,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import NOTHING
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Spin
+from runtime.core.motion.pace import BETWEEN_M, LONGEST_S
 from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.motion.velocity_policy import FRESH_S, HOLD_S
 from runtime.core.types import Pose, SearchState, Twist
@@ -543,3 +544,72 @@ def test_a_fault_is_said_before_the_process_ends(parts):
     ticks(clock, control, 2)
     control.fault("a bug")
     assert base.states[-1]["runtime"] == {"state": "fault", "cause": "a bug"}
+
+
+class Told(FakeBase):
+    """A base that does what it is told at once, and tells where it is so many times a second."""
+
+    def __init__(self, clock, odom_hz: float) -> None:
+        super().__init__(clock)
+        self.odom_hz, self.true, self.last_s = odom_hz, Pose(0.0, 0.0, 0.0), clock.now_s()
+        self.odom_s, self.at = clock.now_s(), self.true
+
+    def move(self) -> None:
+        now_s = self.clock.now_s()
+        dt_s, self.last_s = now_s - self.last_s, now_s
+        v, w = self.twists[-1] if self.twists else (0.0, 0.0)
+        yaw = self.true.yaw_rad + w * dt_s
+        x = self.true.x_m + v * dt_s * math.cos(yaw)
+        self.true = Pose(x, self.true.y_m + v * dt_s * math.sin(yaw), yaw)
+        if now_s - self.odom_s >= 1 / self.odom_hz - 1e-6:
+            self.odom_s, self.at = now_s, self.true
+
+
+def driven(odom_hz: float, seconds: float) -> tuple[Told, list[float], list[str]]:
+    """The base, how fast it went in each turn, and why it was held."""
+    clock = ManualClock(100.0)
+    base = Told(clock, odom_hz)
+    control, speeds, held = looped(base, clock), [], []
+    for _ in range(round(seconds / TICK_S)):
+        control.follow(plan(clock))
+        control.tick()
+        speeds.append(base.twists[-1][0])
+        held.append(control.halted())
+        clock.advance(TICK_S)
+        base.move()
+    return base, speeds, held
+
+
+@pytest.mark.parametrize("odom_hz", [2.0, 3.0, 4.0])
+def test_it_drives_on_and_no_farther_than_agreed_between_two_messages(odom_hz: float):
+    _, speeds, held = driven(odom_hz, 12.0)
+    assert not any(held[60:])
+    assert max(speeds[60:]) / odom_hz <= BETWEEN_M + 1e-9
+    assert min(speeds[100:]) > 0.8 * BETWEEN_M * odom_hz
+
+
+def test_at_20_hz_it_is_as_fast_as_ever():
+    _, speeds, held = driven(20.0, 4.0)
+    assert not any(held)
+    assert speeds[-1] == pytest.approx(ControlConfig().max_speed_mps)
+
+
+def test_at_one_message_a_second_it_is_held_between_them():
+    base, _, held = driven(1.0, 12.0)
+    assert any("no odometry for" in why for why in held[100:])
+    assert base.true.x_m < 0.5 * ControlConfig().max_speed_mps * 12.0
+
+
+def test_odometry_that_ends_holds_it_however_seldom_it_came():
+    clock = ManualClock(100.0)
+    base = Told(clock, 3.0)
+    control = looped(base, clock)
+    for n in range(300):
+        control.follow(plan(clock))
+        control.tick()
+        clock.advance(TICK_S)
+        if n < 240:
+            base.move()
+            ended_s = base.odom_s
+        elif clock.now_s() - ended_s > LONGEST_S + 2 * TICK_S:
+            assert base.twists[-1] == (0.0, 0.0)

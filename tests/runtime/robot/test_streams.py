@@ -229,3 +229,51 @@ def test_intrinsics_may_change_with_the_size_of_the_images():
     obs = camera.streams.observe(match)
     assert obs.intrinsics == half
     assert obs.depth_m.shape == (12, 8)
+
+
+def live(camera: Camera, seconds: float, odom_hz: float, stamped=True) -> list[Observation]:
+    """Images 10 times a second, 30 ms after they were taken, of a base that goes along x at 0.3
+    m/s; the frames that come of it."""
+    found: list[Observation] = []
+    next_odom_s = next_image_s = camera.clock.now_s()
+    until_s = camera.clock.now_s() + seconds
+    while camera.clock.now_s() < until_s:
+        camera.clock.advance(0.005)
+        now_s = camera.clock.now_s()
+        if now_s >= next_odom_s:
+            next_odom_s += 1 / odom_hz
+            pose, stamp_ns = Pose(0.3 * now_s, 0.0, 0.0), round(now_s * S) if stamped else 0
+            camera.streams.file("odom", wire.encode_odometry(pose, stamp_ns))
+        if now_s >= next_image_s:
+            next_image_s += 0.1
+            stamp_ns = round((now_s - 0.03) * S) if stamped else 0
+            rgb = np.zeros((12, 16, 3), np.uint8)
+            camera.streams.file("color", wire.encode_color(rgb, stamp_ns))
+            image = np.full((12, 16), 2.0 + now_s / 100, np.float32)
+            camera.streams.file("depth", wire.encode_depth(image, stamp_ns))
+        with camera.changed:
+            match = camera.streams.wait_for_match(Deadline.after(0.0, camera.clock), lambda: True)
+        if match is not None and (obs := camera.streams.observe(match)) is not None:
+            found.append(obs)
+    return found
+
+
+def test_odometry_at_3_hz_is_interpolated_once_it_is_known_how_often_it_comes():
+    camera = Camera()
+    live(camera, 3.0, odom_hz=3.0)
+    frames = live(camera, 3.0, odom_hz=3.0)
+    assert len(frames) >= 8  # those that an odometry message ends: the newest of three
+    for obs in frames:
+        assert obs.pose.x_m == pytest.approx(0.3 * obs.stamp_ns / S, abs=0.003)
+
+
+def test_without_stamps_images_go_with_the_odometry_of_their_arrival(capsys):
+    camera = Camera()
+    frames = live(camera, 2.0, odom_hz=30.0, stamped=False)
+    assert len(frames) > 15
+    for obs in frames:
+        seen_s = 100 * (float(obs.depth_m[0, 0]) - 2.0)  # when the image came
+        assert obs.pose.x_m == pytest.approx(0.3 * seen_s, abs=0.02)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 3
+    assert all("header.stamp is 0: arrival is taken" in line for line in lines)

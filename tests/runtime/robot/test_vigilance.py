@@ -12,13 +12,13 @@ from runtime.core.motion.courses import STILL
 from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Pose, Twist
 from runtime.robot import wire
+from runtime.robot.odometry import BaseOdometry
+from runtime.robot.stamps import WINDOW_S, StampAge
 from runtime.robot.sync import RawMessage
 from runtime.robot.vigilance import (
     FORGIVEN_S,
     NOTED_S,
     STILL_STAMPS,
-    WINDOW_S,
-    StampAge,
     Vigilance,
     _differ,
     _sight,
@@ -289,7 +289,8 @@ class Told:
     """Messages that a test dates and fills by hand."""
 
     def __init__(self, cfg: SafetyConfig | None = None, slam: bool = False) -> None:
-        self.vigilance, self.slam = Vigilance(cfg or SafetyConfig(), slam), slam
+        read = BaseOdometry(slam=slam).read
+        self.vigilance, self.slam = Vigilance(cfg or SafetyConfig(), read), slam
 
     def take(self, stream: str, payload: bytes, now_s: float, stamp_s: float | None = None):
         stamp_ns = round((now_s if stamp_s is None else stamp_s) * 1e9)

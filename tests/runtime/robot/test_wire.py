@@ -26,8 +26,6 @@ POSES = st.builds(
 DECODERS: list[Callable[[bytes, str], object]] = [
     wire.peek_stamp,
     wire.decode_camera_info,
-    wire.decode_odometry,
-    wire.decode_pose,
     wire.decode_transforms,
     wire.decode_json,
     wire.decode_twist,
@@ -41,18 +39,6 @@ SAMPLES = [
     wire.encode_json({"a": 1}),
     wire.encode_twist(0.1, 0.2),
 ]
-
-
-@given(POSES, STAMPS)
-def test_odometry_and_pose_round_trip(pose: Pose, stamp_ns: int) -> None:
-    for got in (
-        wire.decode_odometry(wire.encode_odometry(pose, stamp_ns), "odom"),
-        wire.decode_pose(slam_pose(pose, stamp_ns), "pose"),
-    ):
-        assert got.stamp_ns == stamp_ns
-        assert (got.value.x_m, got.value.y_m) == (pose.x_m, pose.y_m)
-        assert abs(math.remainder(got.value.yaw_rad - pose.yaw_rad, math.tau)) < 1e-9
-        assert -math.pi < got.value.yaw_rad <= math.pi
 
 
 @given(
@@ -100,7 +86,6 @@ def test_sizes_that_contradict_are_both_named() -> None:
 @pytest.mark.parametrize(
     ("payload", "decode", "wanted"),
     [
-        (wire.encode_odometry(Pose(math.nan, 0, 0), 0), wire.decode_odometry, "finite"),
         (wire.encode_twist(math.inf, 0), wire.decode_twist, "not finite"),
     ],
 )

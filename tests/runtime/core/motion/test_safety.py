@@ -57,6 +57,20 @@ def test_stale_odometry_is_counted_once_and_forgiven_when_fresh():
     assert guard.halts == {"odometry": 2}
 
 
+def test_odometry_at_3_hz_is_waited_for_and_one_that_stays_away_is_not():
+    guard, now = Guard(CFG), 10.0
+    held = []
+    for n in range(40):
+        odometry = at(0.01 * n, now)
+        for later in (0.05, 0.15, 0.32):
+            held.append(kinds(guard, now + later, odometry, now, now))
+        now += 1 / 3
+    assert set(held[:12]) == {"", "odometry"}  # until it is known how often it comes
+    assert set(held[15:]) == {""}
+    assert kinds(guard, now + 0.25, odometry, now, now) == ""
+    assert kinds(guard, now + 0.30, odometry, now, now) == "odometry"  # 0.63 s after the last
+
+
 def test_frames_that_come_back_before_a_plan_are_one_halt():
     guard = Guard(CFG)
     assert kinds(guard, 5.0, at(0, 5.0), 3.0, 3.0) == "frame"

@@ -1,0 +1,48 @@
+"""Odometry as it comes: which of it images go by, how often it comes, and where the base was."""
+
+from typing import Final
+
+from runtime.core.motion.pace import Pace
+from runtime.core.types import Pose
+from runtime.robot.odometry import BaseOdometry
+from runtime.robot.steady import SteadyOdometry
+from runtime.robot.sync import RawMessage, Rings, interpolate
+from runtime.robot.wire import Stamped
+
+GAP_S: Final = 0.25  # longest span that is interpolated over; more where it comes seldom
+
+
+class OdometryStream:
+    """Of one robot; its messages are in `rings`. Nothing is locked."""
+
+    def __init__(self, told: BaseOdometry, rings: Rings, lockstep: bool) -> None:
+        self._told, self._rings, self._lockstep = told, rings, lockstep
+        self._steady, self._pace = SteadyOdometry(), Pace()
+        self.newest: tuple[Stamped[Pose], float] | None = None
+        """The last message and when it arrived, monotonic s, as old as its stamp says."""
+
+    def pose(self, raw: RawMessage) -> Stamped[Pose]:
+        """SensorError for one that cannot be read."""
+        return self._told.read(raw)[0]
+
+    def takes(self, raw: RawMessage, arrival_s: float) -> bool:
+        """Whether a message is used for images. The newest is told of whether or not it is: who
+        drives has to know of a jump. SensorError as `pose`."""
+        pose = self.pose(raw)
+        self.newest = pose, raw.arrival_s
+        if self._lockstep:
+            return True
+        self._pace.note(raw.arrival_s)
+        self._rings.odometry_gap_ns = int(self._pace.patience_s(GAP_S) * 1e9)
+        return self._steady.takes(pose.value, arrival_s)
+
+    def at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
+        """Where the base was, by the odometry on both sides; `alone`: or by the newest, where that
+        is no older than what is interpolated over. None where there is none."""
+        odom, sides = self._rings.odom, self._rings.around(stamp_ns)
+        if sides is None and alone and odom:
+            late_ns = stamp_ns - odom[-1].stamp_ns
+            near = 0 <= late_ns < self._rings.odometry_gap_ns
+            sides = (odom[-1], odom[-1]) if near else None
+        before, after = map(self.pose, sides) if sides else (None, None)
+        return interpolate(before, after, stamp_ns) if before and after else None
