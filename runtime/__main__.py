@@ -13,6 +13,7 @@ import cv2
 from runtime import config as configuration
 from runtime.clock import SystemClock
 from runtime.commands.bench import bench_command
+from runtime.commands.calibrate import calibrate_command
 from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
@@ -59,6 +60,7 @@ cli.add_command(cloud_command)
 cli.add_command(config_command)
 cli.add_command(check_command)
 cli.add_command(doctor_command)
+cli.add_command(calibrate_command)
 cli.add_command(bench_command)
 cli.add_command(replay_command)
 cli.add_command(guard_command)

@@ -7,10 +7,11 @@ from typing import Final
 import cv2
 import numpy as np
 
+from runtime.core.mapping.floor_plane import MISTAKEN, floor_seen
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.optics.lens import Lens, straightened
 from runtime.core.optics.registered import Extrinsics, registered, resized
-from runtime.core.types import Intrinsics
+from runtime.core.types import Intrinsics, Mount
 
 TURNS: Final = 100
 CAMERA: Final = Intrinsics(388.0, 388.0, 320.0, 240.0, 640, 480)
@@ -35,6 +36,8 @@ def stages() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "registered to colour", lambda: registered(depth, Lens(CAMERA), placed, CAMERA)
     small = np.ascontiguousarray(depth[::2, ::2])
     yield "of half the size", lambda: resized(solid(small), 640, 480)
+    mount = Mount()
+    yield "the floor, by a mistaken mount", lambda: floor_seen(depth, CAMERA, mount, MISTAKEN)
 
 
 def main() -> None:

@@ -3,12 +3,11 @@
 import math
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from runtime.config import Config
-from runtime.core.mapping.floor_plane import HEIGHT_M, TILT_RAD, mount_by_floor
+from runtime.core.mapping.floor_plane import CARRIED, floor_seen
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.types import F32, Intrinsics, Mount
 from runtime.doctor.diagnosis import Diagnosis, bad, ok, unknown, warning
@@ -17,7 +16,6 @@ from runtime.robot.transforms import TF
 
 SAME_M, SAME_RAD = 0.02, math.radians(1.0)  # as much a map hardly shows
 WRONG_M, WRONG_RAD = 0.06, math.radians(3.0)  # a floor that is mapped as obstacle or as drop
-NOWHERE: Final = 1e3  # m; of a mount that none is near to
 
 
 def judge_floor(hearing: Hearing, config: Config) -> Iterator[Diagnosis]:
@@ -42,8 +40,8 @@ def judge_floor(hearing: Hearing, config: Config) -> Iterator[Diagnosis]:
     else:
         yield unknown(
             "floor",
-            f"no floor is seen within {HEIGHT_M:g} m and {math.degrees(TILT_RAD):.0f} degrees of "
-            f"that of a camera {_placed(mount)}",
+            f"no floor is seen within {CARRIED.height_m:g} m and "
+            f"{math.degrees(CARRIED.tilt_rad):.0f} degrees of that of a camera {_placed(mount)}",
             "face free floor; or measure the camera's height and tilt anew (camera.z_m, "
             "camera.pitch_rad, camera.roll_rad)",
         )
@@ -52,9 +50,7 @@ def judge_floor(hearing: Hearing, config: Config) -> Iterator[Diagnosis]:
 def seen_mount(depth_m: F32, intrinsics: Intrinsics, nominal: Mount) -> Mount | None:
     """The mount by the floor in one image; None where too little floor is seen near enough to where
     it should be."""
-    nowhere = replace(nominal, z_m=NOWHERE)
-    found = mount_by_floor(solid(depth_m), intrinsics, nominal, nowhere)
-    return None if found is nowhere else found
+    return floor_seen(solid(depth_m), intrinsics, nominal, CARRIED)
 
 
 def _compared(camera: Mount, found: list[Mount], looks: int, by_tf: bool) -> Diagnosis:

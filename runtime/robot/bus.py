@@ -216,6 +216,7 @@ class Bus:
 
     def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
         """What drives from now on, and where its camera is: a goal may bring its own."""
+        self._streams.mounts(camera)
         if self._reflex is not None:
             self._reflex.sweeps(swept(config), camera)
 

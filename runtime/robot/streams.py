@@ -203,7 +203,7 @@ class SensorStreams:
             self.count_bad(topic, error)
             return None
         pose = interpolate(before, after, match.stamp_ns)
-        pair = self._paired(rgb, depth, frame, match.stamp_ns)
+        pair = self._paired(rgb, depth, frame, match.stamp_ns, pose)
         if pair is None:
             return None
         self._seen_frame, self.altered = True, pair.altered
@@ -213,11 +213,13 @@ class SensorStreams:
         scan, solid_m = self._scan("map", match.stamp_ns), depth.solid_m
         return Observation(match.stamp_ns, *seen, scan, None if pair.altered else solid_m)
 
-    def _paired(self, rgb: U8, depth: DepthImage, frame: str, stamp_ns: int) -> Pair | None:
+    def _paired(
+        self, rgb: U8, depth: DepthImage, frame: str, stamp_ns: int, pose: Pose
+    ) -> Pair | None:
         """None for images that are not to be mapped (and are counted). In lockstep, before the
         first frame, SensorError: where tf does not say, after a while."""
         try:
-            return self._pairing.pair(rgb, depth, frame, stamp_ns)
+            return self._pairing.pair(rgb, depth, frame, stamp_ns, pose)
         except SensorError as error:
             name, now_s, patient = str(error).partition(":")[0], self._clock.now_s(), False
             known = name in self._health or name == TF
@@ -228,6 +230,10 @@ class SensorStreams:
             if self._lockstep and not self._seen_frame and not patient:
                 raise
             return None
+
+    def mounts(self, camera: CameraConfig) -> None:
+        """From the next image on the camera is there."""
+        self._pairing.mounts(camera)
 
     def newest_pose(self) -> tuple[wire.Stamped[Pose], float] | None:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
@@ -256,6 +262,13 @@ class SensorStreams:
         or nothing how it lies to colour's."""
         frame = peek_frame(depth.payload, self._config.topics.depth)
         return self._optics.sight(depth_m, frame, depth.stamp_ns)
+
+    def look(self, depth: RawMessage) -> DepthSight | None:
+        """The same, without flying pixels, of an image that nobody drives by."""
+        with self._changed:
+            self._info.read()
+            self._depth_info.read()
+        return self.sight(depth, self.depth(depth).solid())
 
     def near_scan(self, stamp_ns: int) -> Scan | None:
         """What a laser met about the time of a depth image that nobody has matched; None where

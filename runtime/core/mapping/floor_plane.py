@@ -2,7 +2,7 @@
 changes and that nobody reports."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -12,8 +12,6 @@ from runtime.core.types import F32, F64, Intrinsics, Mount
 
 STRIDE: Final = 4  # every n-th pixel
 RANGE_M: Final = (0.3, 4.0)  # of depth; what is farther is too uncertain
-HEIGHT_M: Final = 0.15  # that the mount may be off by, up and down,
-TILT_RAD: Final = math.radians(12.0)  # and its pitch and its roll
 WITHIN_M: Final = 0.03  # of the plane: floor
 BELOW_M: Final = 0.06  # under the plane: then it is not the lowest
 FLOOR_SHARE: Final = 0.05  # of the image, at least,
@@ -26,19 +24,39 @@ JUDGES: Final = 1500  # points that those are judged by
 _LEAST: Final = 50  # points to begin with
 
 
+@dataclass(frozen=True)
+class Slack:
+    """That a mount may be off by: up and down, and its pitch and its roll."""
+
+    height_m: float
+    tilt_rad: float
+
+
+CARRIED: Final = Slack(0.15, math.radians(12.0))  # a mount that changes while it drives
+MISTAKEN: Final = Slack(0.6, math.radians(35.0))  # one that somebody has measured wrongly
+
+
 def mount_by_floor(depth_m: F32, intrinsics: Intrinsics, nominal: Mount, last: Mount) -> Mount:
     """(H, W) m along the optical axis, 0 where unknown, the mount as configured and as it was in
-    the image before -> the mount in this image: height, pitch and roll by the lowest large plane
-    near enough to the configured mount's floor; `last` where too little of one is seen."""
+    the image before -> the mount in this image: height, pitch and roll by the floor that it shows;
+    `last` where too little of one is seen."""
+    found = floor_seen(depth_m, intrinsics, nominal, CARRIED, last)
+    return last if found is None else _steady(found, last)
+
+
+def floor_seen(
+    depth_m: F32, intrinsics: Intrinsics, nominal: Mount, slack: Slack, last: Mount | None = None
+) -> Mount | None:
+    """The mount by the lowest large plane that is near enough to the configured mount's floor;
+    None where too little of one is seen. `last`: where it may be as well."""
     points = _points(depth_m, intrinsics)
     if len(points) < _LEAST:
-        return last
-    planes = np.concatenate(
-        [_planes(_maybe_floor(points, nominal)), _plane_of(last)[None], _plane_of(nominal)[None]]
-    )
-    planes = planes[_allowed(planes, nominal)]
+        return None
+    likely = [_plane_of(mount)[None] for mount in (last, nominal) if mount is not None]
+    planes = np.concatenate([_planes(_maybe_floor(points, nominal, slack)), *likely])
+    planes = planes[_allowed(planes, nominal, slack)]
     if not len(planes):
-        return last
+        return None
     judges, single = points[:: max(1, len(points) // JUDGES)], planes.astype(np.float32)
     height = 1 - judges.astype(np.float32) @ single.T  # as a share of the camera's
     height /= np.linalg.norm(single, axis=1)
@@ -47,12 +65,12 @@ def mount_by_floor(depth_m: F32, intrinsics: Intrinsics, nominal: Mount, last: M
     for _ in range(3):
         floor = points[np.abs((1 - points @ plane) / np.linalg.norm(plane)) < WITHIN_M]
         if not _is_floor(floor, depth_m.size / STRIDE**2):
-            return last
+            return None
         # By inverse depth, in which cameras that triangulate err alike wherever the floor is.
         plane = np.linalg.lstsq(floor / floor[:, 2:], 1 / floor[:, 2], rcond=None)[0]
-    if not _allowed(plane[None], nominal)[0]:
-        return last
-    return _steady(_mounted(plane, nominal), last)
+    if not _allowed(plane[None], nominal, slack)[0]:
+        return None
+    return _mounted(plane, nominal)
 
 
 def _points(depth_m: F32, intrinsics: Intrinsics) -> F64:
@@ -63,11 +81,11 @@ def _points(depth_m: F32, intrinsics: Intrinsics) -> F64:
     return found
 
 
-def _maybe_floor(points: F64, nominal: Mount) -> F64:
+def _maybe_floor(points: F64, nominal: Mount, slack: Slack) -> F64:
     """What a mount that is off by as much as may be could have seen of the floor."""
     height = nominal.z_m + points @ optical_to_base(nominal)[2]
-    slack = HEIGHT_M + math.sin(TILT_RAD) * np.linalg.norm(points, axis=1)
-    return np.asarray(points[np.abs(height) < slack], np.float64)
+    most = slack.height_m + math.sin(slack.tilt_rad) * np.linalg.norm(points, axis=1)
+    return np.asarray(points[np.abs(height) < most], np.float64)
 
 
 # A plane is the vector (3,) with points @ plane = 1: away from the camera along the floor's normal,
@@ -90,13 +108,15 @@ def _plane_of(mount: Mount) -> F64:
     return np.asarray(-optical_to_base(mount)[2] / mount.z_m, np.float64)
 
 
-def _allowed(planes: F64, nominal: Mount) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def _allowed(
+    planes: F64, nominal: Mount, slack: Slack
+) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
     """(K, 3) -> (K,) which are near enough to the floor of the configured mount."""
     height, pitch, roll = _angles(planes)
     turned = np.abs(np.remainder(roll - nominal.roll_rad + math.pi, math.tau) - math.pi)
     tilted = np.abs(pitch - nominal.pitch_rad)
-    allowed = (np.abs(height - nominal.z_m) < HEIGHT_M) & (tilted < TILT_RAD)
-    return np.asarray(allowed & (turned < TILT_RAD), bool)
+    allowed = (np.abs(height - nominal.z_m) < slack.height_m) & (tilted < slack.tilt_rad)
+    return np.asarray(allowed & (turned < slack.tilt_rad), bool)
 
 
 def _angles(planes: F64) -> tuple[F64, F64, F64]:

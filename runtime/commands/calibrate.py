@@ -1,0 +1,144 @@
+"""`rfnav calibrate`: how the camera is mounted, by the floor that it sees."""
+
+import json
+import math
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import click
+import numpy as np
+
+from runtime.clock import Deadline, SystemClock
+from runtime.config import Config, load
+from runtime.core.geometry import wrap_angle
+from runtime.core.mapping.floor_plane import MISTAKEN, floor_seen
+from runtime.core.optics.upright import QUARTER_RAD, quarters_of
+from runtime.core.types import F64, Mount
+from runtime.errors import SensorError
+from runtime.robot.depth_listener import DepthListener
+from runtime.robot.optics import DepthSight
+
+LEAST: Final = 3  # images that show a floor: one may be a table's
+SHARE: Final = 0.5  # of those that came, at least
+
+
+@click.command(
+    "calibrate",
+    epilog="Example:  rfnav calibrate --config robot.toml. Exit status: 0 measured, 1 no floor "
+    "was seen, 2 an error.",
+)
+@click.option(
+    "--config", "path", type=click.Path(path_type=Path), help="TOML file; defaults otherwise."
+)
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@click.option("--seconds", type=click.FloatRange(1.0, 60.0), default=5.0, help="How long to look.")
+@click.option(
+    "--json", "told", type=click.Path(path_type=Path), help="Write the figures to a file."
+)
+def calibrate_command(
+    path: Path | None, settings: tuple[str, ...], seconds: float, told: Path | None
+) -> None:
+    """Measure the camera's height, pitch and roll, while the robot stands still before free, level
+    floor, and print what the configuration should have. A table that fills the image is taken for
+    a floor."""
+    config = load(path, settings)
+    measured, images = _look(config, seconds)
+    if len(measured) < max(LEAST, SHARE * images):
+        click.echo(
+            f"rfnav: a floor in {len(measured)} of {images} depth images on "
+            f"{config.bus.topics.depth}: turn the robot to free floor, 1 to 4 m ahead",
+            err=True,
+        )
+        sys.exit(1)
+    seen = np.array([[m.z_m, m.pitch_rad, m.roll_rad] for m in measured])
+    middle, spread = np.median(seen, axis=0), _spread(seen)
+    click.echo("\n".join(_report(config.camera, middle, spread, len(measured), images)))
+    if told is not None:
+        names = "z_m", "pitch_rad", "roll_rad"
+        figures = {
+            n: {"value": v, "spread": s} for n, v, s in zip(names, middle, spread, strict=True)
+        }
+        told.write_text(json.dumps({"images": images, "floors": len(measured), **figures}) + "\n")
+
+
+def _look(config: Config, seconds: float) -> tuple[list[Mount], int]:
+    """The mounts that the depth images of so long show, as the keys have them, and how many images
+    came."""
+    clock = SystemClock()
+    by, found, images = Deadline.after(seconds, clock), [], 0
+    with DepthListener(config.bus, config.camera, clock) as camera:
+        while not by.passed():
+            try:
+                sight = camera.look(by)
+            except SensorError as error:
+                click.echo(f"rfnav: {error}", err=True)
+                sys.exit(1)
+            if sight is None:
+                continue
+            images += 1
+            mount = _mount(sight, config.camera)
+            if mount is not None:
+                found.append(mount)
+    return found, images
+
+
+def _mount(sight: DepthSight, configured: Mount) -> Mount | None:
+    """What the floor in an image says of the camera that is configured: colour's, where depth is
+    another's."""
+    nominal = sight.mounted(configured)
+    seen = floor_seen(sight.depth_m, sight.intrinsics, nominal, MISTAKEN)
+    if seen is None:
+        return None
+    if sight.beside is None:
+        turned = quarters_of(configured.roll_rad) * QUARTER_RAD
+        return replace(seen, roll_rad=wrap_angle(seen.roll_rad + turned))
+    return _before(sight, seen, configured)
+
+
+def _before(sight: DepthSight, seen: Mount, configured: Mount) -> Mount:
+    """The configured camera's mount, by that of the depth camera beside it: what differs between
+    them is the same, whatever the mount."""
+    assert sight.beside is not None
+    found = configured
+    for _ in range(3):  # the angles act on one another a little
+        is_now = sight.mounted(found)
+        found = replace(
+            found,
+            z_m=found.z_m + seen.z_m - is_now.z_m,
+            pitch_rad=found.pitch_rad + seen.pitch_rad - is_now.pitch_rad,
+            roll_rad=wrap_angle(found.roll_rad + wrap_angle(seen.roll_rad - is_now.roll_rad)),
+        )
+    return Mount(found.x_m, found.y_m, found.z_m, found.roll_rad, found.pitch_rad, found.yaw_rad)
+
+
+def _spread(seen: F64) -> F64:
+    """(N, 3) -> (3,) within which two thirds lie, about their median."""
+    off = np.abs(seen - np.median(seen, axis=0))
+    return np.asarray(np.quantile(off, 2 / 3, axis=0), np.float64)
+
+
+def _report(configured: Mount, middle: F64, spread: F64, floors: int, images: int) -> list[str]:
+    """For people, and for the file."""
+    was = np.array([configured.z_m, configured.pitch_rad, configured.roll_rad])
+    lines = [f"A floor in {floors} of {images} depth images."]
+    for n, (name, unit, factor) in enumerate(
+        (
+            ("height", "m", 1.0),
+            ("pitch", "degrees", math.degrees(1)),
+            ("roll", "degrees", math.degrees(1)),
+        )
+    ):
+        lines.append(
+            f"{name:7}{factor * middle[n]:8.3f} {unit}, two thirds within {factor * spread[n]:.3f};"
+            f" configured {factor * was[n]:.3f}"
+        )
+    return [
+        *lines,
+        "",
+        "[camera]",
+        f"z_m = {middle[0]:.3f}",
+        f"pitch_rad = {middle[1]:.4f}",
+        f"roll_rad = {middle[2]:.4f}",
+    ]
