@@ -91,7 +91,7 @@ class Bus:
         self._frames = FrameNames()
         self._node = RosNode(self._session, spoken(config), self._strange)
         self._out = Publications(self._node, config, lockstep, record)
-        self._listen(odometry, camera.mount == "tf")
+        self._listen(odometry, camera.mount == "tf" or bool(config.map_frame))
         for kind in WAITING if serves else ():
             self._serve(kind, OWN_TOPICS[kind])
         if serves and not lockstep:
@@ -133,6 +133,7 @@ class Bus:
 
     def request(self) -> Request | None:
         """The next request that waits, or None; see `Requests`."""
+        self._streams.frames.update(self._clock.now_s())
         request = self._requests.take()
         if request is not None:
             told = {"kind": request.kind, "body": request.body, "now_s": self._clock.now_s()}
@@ -246,10 +247,10 @@ class Bus:
         return BaseCondition("", self._body.hand(), self._body.battery_percent())
 
     def publish_feedback(self, feedback: Mapping[str, object]) -> None:
-        self._out.report("feedback", feedback)
+        self._out.report("feedback", self._streams.frames.told(feedback, self._clock.now_s()))
 
     def publish_state(self, state: Mapping[str, object]) -> None:
-        self._out.report("state", state)
+        self._out.report("state", self._streams.frames.told(state, self._clock.now_s()))
 
     def publish_decision(self, decision: Mapping[str, object]) -> None:
         self._out.report("decision", decision)

@@ -56,6 +56,7 @@ class BaseOdometry:
         self._kind = wire.POSE_STAMPED if slam else wire.ODOMETRY
         self._optical: bool | None = None  # by its first pose, whatever its frame is called
         self._told: set[str] = set()
+        self.frame = ""  # that it is told in, as it is called
         self.origin_xy: tuple[float, float] | None = None
         """Where the map's origin is in odometry's frame, m; None before the first message."""
 
@@ -63,6 +64,7 @@ class BaseOdometry:
         """SensorError for what is no pose."""
         message = wire.decode(raw.payload, self._kind, self._topic)
         placed = message.pose if self._slam else message.pose.pose
+        self.frame = message.header.frame_id.lstrip("/")
         whose = self._whose(message, placed, raw.stamp_ns)
         if whose is BASE:
             x_m, y_m, yaw, tilt = _plain(placed, self._topic)

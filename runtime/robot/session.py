@@ -97,6 +97,11 @@ class BusConfig:
     draws: tuple[str, ...] = key(
         DRAWN, "What is published for others to draw; [] for nothing of it."
     )
+    map_frame: str = key(
+        "",
+        'Frame of a localisation\'s map, e.g. "map", where its tf corrects odometry (REP 105): '
+        "poses and places are told in it, too.",
+    )
     topics: TopicsConfig = field(default_factory=TopicsConfig)
     tls: TlsConfig = field(default_factory=TlsConfig)
 

@@ -24,6 +24,7 @@ from runtime.robot.pairing import Pairing
 from runtime.robot.session import BusConfig, SensesConfig
 from runtime.robot.stamps import STREAMS, StreamClocks
 from runtime.robot.sync import Match, RawMessage, Rings, interpolate
+from runtime.robot.told_frames import ToldFrames
 from runtime.robot.transforms import TF, CameraConfig, Transforms, UnplacedError, peek_frame
 from runtime.robot.troubles import Troubles
 from runtime.robot.vigilance import Vigilance
@@ -74,6 +75,7 @@ class SensorStreams:
         self._odometry = OdometryStream(told, self._rings, lockstep)
         if vigilance is not None:
             vigilance.read = told.read
+        self.frames = ToldFrames(config.map_frame, self._transforms, told)
         placed = partial(self._transforms.placed, camera.base_frame)
         self._laser = ScanStream(senses, topics.scan, placed if camera.mount == "tf" else None)
         self.topics = {
