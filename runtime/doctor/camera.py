@@ -6,14 +6,13 @@ from typing import Final
 import numpy as np
 
 from runtime.config import Config
-from runtime.core.types import F64, Intrinsics
+from runtime.core.types import F64
 from runtime.doctor.diagnosis import Diagnosis, bad, ok, unknown, warning
 from runtime.doctor.hearing import HeardTopic, Hearing
 from runtime.robot.streams import PAIR_TOLERANCE_S
 
 LACKS: Final = "mend pairs, clocks and odometry's rate"
 PAIRED: Final = 0.8  # of the images that come more seldom, at least
-SAME_K: Final = 0.01  # focal lengths and middle of two cameras that are one, as a share of a side
 BENT_PX: Final = 2.0  # that the lens moves the image's corners by, at least, to be told of
 SEEN: Final = 0.2  # of a depth image's pixels with a reading, at least
 
@@ -39,8 +38,8 @@ def _stamps(heard: HeardTopic) -> F64:
 def _paired(color: HeardTopic, depth: HeardTopic) -> Diagnosis:
     """Of the stream that has fewer images, how many find one of the other in time."""
     few, many = sorted((_stamps(color), _stamps(depth)), key=len)
-    if not len(few):
-        return unknown("pairs", "no image is stamped")
+    if len(np.unique(few)) < 2 or len(np.unique(many)) < 2:
+        return unknown("pairs", "stamps do not tell; colour and depth go together as they come")
     apart = np.abs(few[:, None] - many[None]).min(axis=1)
     share, most_ms = float((apart <= PAIR_TOLERANCE_S).mean()), 1e3 * PAIR_TOLERANCE_S
     told = f"{share:.0%} of the images have colour and depth within {most_ms:.0f} ms"
@@ -70,41 +69,16 @@ def _framed(hearing: Hearing, depth: HeardTopic) -> Diagnosis:
 
 
 def _registered(hearing: Hearing, color: HeardTopic, depth: HeardTopic) -> Iterator[Diagnosis]:
-    """Whether depth is of colour's pixels."""
-    info, other = hearing.info, hearing.depth_info
-    if info is None or not depth.frame or not color.frame:
-        yield unknown("registration", "no depth image, or no camera_info, could be read")
+    """Whether depth is of colour's pixels, or is taken to them; where that cannot be, no frame
+    comes, and that says why."""
+    if not hearing.frames or hearing.intrinsics is None:
         return
-    remedy = "publish depth registered to colour (align_depth), and set bus.topics.depth to it"
+    k, own = hearing.intrinsics, {"depth": depth.frame, "colour": color.frame}
+    told = f'depth and colour are both in "{color.frame}"'
     if depth.frame != color.frame:
-        told = f'depth is in frame "{depth.frame}", colour in "{color.frame}"'
-        yield _put(hearing, told, remedy)
-    elif other is not None and (apart := _apart(info.intrinsics, other.intrinsics)):
-        yield _put(hearing, f"same frame, but another camera: {apart}", remedy)
-    elif info.frame != color.frame:
-        told = f'camera_info is of frame "{info.frame}", the images of "{color.frame}"'
-        remedy = "set bus.topics.camera_info to the one beside the colour images"
-        yield warning("registration", told, remedy)
-    else:
-        yield ok("registration", f'depth and colour are both in "{color.frame}"')
-
-
-def _put(hearing: Hearing, told: str, remedy: str) -> Diagnosis:
-    """Depth of another camera: the runtime puts it into colour's pixels, where it knows how."""
-    if hearing.frames:
-        return ok("registration", f"{told}: it is put into colour's pixels")
-    return bad("registration", told, remedy)
-
-
-def _apart(a: Intrinsics, b: Intrinsics) -> str:
-    """How depth's own intrinsics differ from colour's; "" where they do not."""
-    sides = {"fx": a.width, "cx": a.width, "fy": a.height, "cy": a.height}
-    off = {
-        name: (getattr(a, name), getattr(b, name))
-        for name, side in sides.items()
-        if abs(getattr(a, name) - getattr(b, name)) > SAME_K * side
-    }
-    return ", ".join(f"{name} {x:.1f} and {y:.1f}" for name, (x, y) in off.items())
+        told = " and ".join(f'{name} is in "{frame}"' for name, frame in own.items())
+        told += ": rfnav takes depth to colour's pixels"
+    yield ok("registration", f"{told}; frames are {k.width}x{k.height}")
 
 
 def _lens(hearing: Hearing) -> Iterator[Diagnosis]:
@@ -115,7 +89,7 @@ def _lens(hearing: Hearing) -> Iterator[Diagnosis]:
     told = f"{k.width}x{k.height}, fx {k.fx:.1f}, fy {k.fy:.1f}, cx {k.cx:.1f}, cy {k.cy:.1f}"
     if any(info.distortion):
         bent = ", ".join(f"{value:.3g}" for value in info.distortion[:5])
-        yield ok("lens", f"{told}; {info.model} distortion {bent}: it is undone")
+        yield ok("lens", f"{told}; {info.model} distortion {bent} is undone")
     else:
         yield ok("lens", f"{told}; no distortion")
 

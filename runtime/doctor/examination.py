@@ -7,6 +7,7 @@ from tempfile import TemporaryDirectory
 
 from runtime.clock import Clock
 from runtime.config import Config
+from runtime.core.optics.upright import upright_mount
 from runtime.doctor.camera import judge_camera
 from runtime.doctor.diagnosis import Diagnosis, bad, can_search
 from runtime.doctor.floor import judge_floor
@@ -86,7 +87,7 @@ def _by_the_way(hearing: Hearing, config: Config) -> Iterator[Diagnosis]:
     """What odometry and images tell of a turn, where there was one."""
     if hearing.intrinsics is None or not hearing.odometry:
         return
-    mount = hearing.mount or config.camera
+    mount = hearing.mount or upright_mount(config.camera)
     seen = seen_turns(hearing.glimpses, hearing.intrinsics, mount)
     yield from judge_turning(hearing.odometry, seen)
 
@@ -113,7 +114,9 @@ def _turned(hearing: Hearing, config: Config, by: Instruments) -> Iterator[Diagn
     yield from judge_turn(turned)
     if turned.intrinsics is None:
         return
-    seen = seen_turns(turned.glimpses, turned.intrinsics, turned.mount or config.camera)
+    seen = seen_turns(
+        turned.glimpses, turned.intrinsics, turned.mount or upright_mount(config.camera)
+    )
     yield from judge_turning(turned.odometry, seen, turned.sent_rad)
     yield from judge_middle(turned.odometry)
 

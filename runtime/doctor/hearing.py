@@ -166,7 +166,6 @@ class Hearing:
     advertised: Sequence[Advertised] = ()
     odometry: list[HeardPose] = field(default_factory=list)
     info: HeardInfo | None = None
-    depth_info: HeardInfo | None = None
     frames: int = 0
     depths: list[F32] = field(default_factory=list)
     rgb: U8 | None = None

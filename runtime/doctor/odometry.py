@@ -31,11 +31,7 @@ def _frames(poses: list[HeardPose], slam: bool) -> Iterator[Diagnosis]:
             "one node alone publishes odometry on a topic: stop the others",
         )
     elif any(word in frames[0][1].lower() for word in OF_A_CAMERA):
-        yield warning(
-            "odometry frames",
-            f"{told}: it is of the camera, not of the base",
-            "publish it of base_link",
-        )
+        yield ok("odometry frames", f"{told}: the camera's, taken to the base by its mount")
     elif frames[0][0].strip("/") == "map":
         yield warning(
             "odometry frames",

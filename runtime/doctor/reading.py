@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from runtime.config import Config
+from runtime.core.geometry import wrap_angle
 from runtime.core.types import Intrinsics, Observation
 from runtime.doctor.hearing import (
     Arrival,
@@ -19,13 +20,12 @@ from runtime.doctor.hearing import (
     Hearing,
     glimpse,
 )
-from runtime.doctor.topics import DEPTH_INFO
 from runtime.errors import SensorError
 from runtime.robot import wire, wire_senses
 from runtime.robot.bounds import check_bytes
 from runtime.robot.heard_topics import TF_TOPICS, heard_topics
 from runtime.robot.images.camera_images import CameraImages
-from runtime.robot.odometry import checked_pose
+from runtime.robot.odometry import BaseOdometry
 from runtime.robot.streams import IMAGES
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, TF_STATIC
@@ -35,6 +35,7 @@ IMAGE_S: Final = 0.4  # between two images of a stream that are read here
 GLIMPSE_S: Final = 0.1  # between two frames that are compared with each other
 GLIMPSES: Final = 200  # that are kept
 DEPTHS: Final = 8  # that are kept whole
+SAME_RAD: Final = 1e-3
 POSES: Final = 20_000
 UNSTAMPED: Final = frozenset({"bumper", "stop", "teleop", TF, TF_STATIC})
 SENSES: Final[Mapping[str, Callable[[bytes, str], object]]] = {
@@ -79,7 +80,7 @@ class Reading:
     def __init__(self, config: Config) -> None:
         self._streams = topics_heard(config)
         self._hearing = Hearing(0.0, self._streams)
-        self._images = CameraImages(config.bus, config.camera)
+        self._images, self._poses = CameraImages(config.bus, config.camera), PoseReader(config)
         self._changed = threading.Condition()
         self._waiting: deque[HeardMessage] = deque(maxlen=WAITING)
         self._refused: list[tuple[str, SensorError]] = []  # not even stamped, or too large
@@ -173,14 +174,12 @@ class Reading:
         if name in IMAGES:
             self._image(message, heard)
         elif name == "odom":
-            told = read_pose(payload, heard.topic, heard.kind == wire.POSE_STAMPED)
+            told = self._poses.read(payload)
             heard.frame = shown(f"{told.frame} -> {told.child}" if told.child else told.frame)
             if len(hearing.odometry) < POSES:
                 hearing.odometry.append(told)
         elif name == "camera_info":
             hearing.info = _info(payload, heard)
-        elif name == DEPTH_INFO:
-            hearing.depth_info = _info(payload, heard)
         else:
             SENSES[name](payload, heard.topic)
 
@@ -196,16 +195,34 @@ class Reading:
         heard.what = f"{shown(str(how))} {width}x{height}"
 
 
-def read_pose(payload: bytes, topic: str, slam: bool) -> HeardPose:
-    """Odometry, or the pose of a SLAM; SensorError for what the runtime could not use."""
-    message = wire.decode(payload, wire.POSE_STAMPED if slam else wire.ODOMETRY, topic)
-    pose = message.pose if slam else message.pose.pose
-    norm, at, q = checked_pose(pose, topic), pose.position, pose.orientation
-    turned = (q.x / norm, q.y / norm, q.z / norm, q.w / norm)
-    child = "" if slam else str(message.child_frame_id).lstrip("/")
-    frame = str(message.header.frame_id).lstrip("/")
-    stamp_ns = wire.header_stamp(message, topic)
-    return HeardPose(stamp_ns, shown(frame), shown(child), (float(at.x), float(at.y)), turned)
+class PoseReader:
+    """Odometry, or the poses of a SLAM, as the runtime reads them, with the whole rotation that was
+    told. Not for several threads."""
+
+    def __init__(self, config: Config) -> None:
+        topics = config.bus.topics
+        self._topic, self._slam = topics.pose or topics.odom, bool(topics.pose)
+        known = self._topic, self._slam, config.camera
+        self._base = BaseOdometry(*known, tell=lambda line: None)
+
+    def read(self, payload: bytes) -> HeardPose:
+        """SensorError for what the runtime could not use."""
+        stamp_ns = wire.peek_stamp(payload, self._topic)
+        told = self._base.read(RawMessage(stamp_ns, payload, 0.0))[0].value
+        kind = wire.POSE_STAMPED if self._slam else wire.ODOMETRY
+        message = wire.decode(payload, kind, self._topic)
+        q = (message.pose if self._slam else message.pose.pose).orientation
+        norm = math.hypot(q.x, q.y, q.z, q.w)  # it was found to be about 1
+        child = "" if self._slam else shown(str(message.child_frame_id).lstrip("/"))
+        frame = shown(str(message.header.frame_id).lstrip("/"))
+        xy = told.x_m, told.y_m
+        heard = HeardPose(
+            stamp_ns, frame, child, xy, (q.x / norm, q.y / norm, q.z / norm, q.w / norm)
+        )
+        if abs(wrap_angle(heard.yaw_rad - told.yaw_rad)) < SAME_RAD:
+            return heard
+        half = told.yaw_rad / 2  # it is another frame's, and was taken to the base
+        return HeardPose(stamp_ns, frame, child, xy, (0.0, 0.0, math.sin(half), math.cos(half)))
 
 
 def shown(text: str) -> str:

@@ -13,7 +13,7 @@ from runtime.core.motion.courses import Spin
 from runtime.core.types import Intrinsics, Mount, Observation, SearchState, Twist
 from runtime.doctor.diagnosis import Diagnosis, bad, ok, warning
 from runtime.doctor.hearing import Glimpse, HeardPose, glimpse
-from runtime.doctor.reading import read_pose
+from runtime.doctor.reading import PoseReader
 from runtime.errors import SensorError
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.plans import Plan
@@ -74,13 +74,12 @@ def turn_once(config: Config, clock: Clock, budgets: Budgets, ending: Callable[[
     """Turn the robot once to the left at `control.look_radps`. `ending` ends it, and all motion, at
     once. RfNavError when bus or base cannot be opened. Nobody else may drive on that bus."""
     turned, lock = Turned(), threading.Lock()
-    slam = bool(config.bus.topics.pose)
-    odom = config.bus.topics.pose or config.bus.topics.odom
+    poses, odom = PoseReader(config), config.bus.topics.pose or config.bus.topics.odom
 
     def record(kind: str, value: object) -> None:
         if kind == "wire" and isinstance(value, WireMessage) and value.topic == odom:
             try:
-                pose = read_pose(value.payload, odom, slam)
+                pose = poses.read(value.payload)
             except SensorError:
                 return  # the bus counts it
             with lock:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from typing import Final
 
 from runtime.config import Config
+from runtime.core.motion.pace import BRISK_S, LONGEST_S, PATIENCE
 from runtime.doctor.advertised import BRIDGE, instead, prefix_of
 from runtime.doctor.diagnosis import Diagnosis, bad, ok, unknown, warning
 from runtime.doctor.hearing import HeardTopic, Hearing
 from runtime.robot import wire
-from runtime.robot.odometry_stream import GAP_S
 from runtime.robot.publications import cmd_vel_topic
+from runtime.robot.stamps import AHEAD_S, LATE_S
 
-DEPTH_INFO: Final = "depth_info"  # of the camera that takes depth, where it has one of its own
 NEEDED: Final = ("color", "depth", "camera_info", "odom")
 IMAGES: Final = ("color", "depth")
 COMMANDS: Final = {wire.TWIST: "Twist", wire.TWIST_STAMPED: "TwistStamped"}
@@ -129,23 +129,26 @@ def _spoken(name: str, heard: HeardTopic, config: Config) -> Iterator[Diagnosis]
     if name == "camera_info":
         yield ok(name, told)
         return
-    bounds = _bounds(name, config)
     longest_s = float(heard.gaps_s.max(initial=0.0))
     median_s = 1 / heard.rate_hz if heard.rate_hz else math.inf
+    bounds = _bounds(name, median_s, config)
     if median_s > bounds.useless_s:
         least = f"publish it at {math.ceil(1 / bounds.useless_s)} Hz or more"
         yield bad(name, f"{told}: too seldom", least)
     elif longest_s > bounds.stale_s:
         what = f"{told}; once nothing for {longest_s:.2f} s, which holds the base"
         yield warning(name, what, "look for what delays it: Wi-Fi, a full processor, a slow driver")
+    elif name == "odom" and median_s > BRISK_S:
+        slow = f"{told}: so seldom that the robot is driven slower for it"
+        yield warning(name, slow, f"publish it at {math.ceil(1 / BRISK_S)} Hz or more")
     else:
         yield ok(name, told)
 
 
-def _bounds(name: str, config: Config) -> Bounds:
+def _bounds(name: str, period_s: float, config: Config) -> Bounds:
     safety = config.safety
     if name == "odom":
-        return Bounds(safety.odom_stale_s, min(GAP_S, safety.odom_stale_s))
+        return Bounds(max(safety.odom_stale_s, min(LONGEST_S, PATIENCE * period_s)), LONGEST_S)
     stale_s = safety.depth_stale_s if name == "depth" else safety.frame_stale_s
     return Bounds(stale_s, stale_s)
 
@@ -167,7 +170,7 @@ def _clocks(hearing: Hearing) -> Iterator[Diagnosis]:
     for name in still:
         yield warning(
             f"{name} stamps",
-            "do not move: zero, or always the same",
+            "do not move: zero, or always the same; rfnav goes by when they come",
             "have its driver stamp each message with the time that it was taken at",
         )
     ages = {name: age for name, age in ages.items() if name not in still}
@@ -175,10 +178,14 @@ def _clocks(hearing: Hearing) -> Iterator[Diagnosis]:
         return
     first, last = min(ages, key=ages.__getitem__), max(ages, key=ages.__getitem__)
     apart_s = ages[last] - ages[first]
-    if apart_s > CLOCKS_APART_S:
+    told = f"{last} is stamped {apart_s:.2f} s before {first}, for the same moment"
+    if apart_s > min(LATE_S, AHEAD_S):
+        way = "rfnav relates them by when they come, which is less exact: synchronise them (chrony)"
+        yield warning("clocks", told, way)
+    elif apart_s > CLOCKS_APART_S:
         yield bad(
             "clocks",
-            f"{last} is stamped {apart_s:.2f} s before {first}, for the same moment",
+            told,
             "synchronise the clocks of the base and of the camera's computer (chrony), or find "
             f"what holds {last} back",
         )
@@ -207,7 +214,6 @@ def _optional(hearing: Hearing) -> Iterator[Diagnosis]:
             yield warning(name, f"{heard.bad} of {heard.received} cannot be used", heard.error)
         elif heard.received:
             yield ok(name, _figures(heard))
-    others.pop(DEPTH_INFO, None)
     silent = [f"{one.topic} ({name})" for name, one in others.items() if not one.received]
     if silent:
         yield ok("other senses", f"not there, and not needed: {', '.join(silent)}")

@@ -149,8 +149,8 @@ def test_depth_that_is_not_registered(robot: tuple[RobotDouble, int], tmp_path: 
     patient.start()
     status, found = doctor(port, state=tmp_path)
     assert status == 1
-    assert bad(found) == {"registration"}
-    assert "align_depth" in found["registration"]["remedy"]
+    assert bad(found) == {"frames"}
+    assert "align_depth" in found["frames"]["remedy"]
 
 
 def test_a_mount_that_is_configured_wrongly(robot: tuple[RobotDouble, int], tmp_path: Path):

@@ -36,8 +36,8 @@ def test_the_configured_mount_is_well():
 
 @pytest.mark.parametrize(
     ("height_m", "pitch_deg", "grade"),
-    [(0.92, 0.0, Grade.WARNING), (0.88, 2.0, Grade.WARNING), (0.98, 0.0, Grade.BAD),
-     (0.88, 5.0, Grade.BAD)],
+    [(0.935, 0.0, Grade.WARNING), (0.88, 0.8, Grade.WARNING), (0.98, 0.0, Grade.BAD),
+     (0.88, 5.0, Grade.BAD), (0.88, 20.0, Grade.BAD)],
 )  # fmt: skip
 def test_another_is_told_with_the_lines_that_fit(height_m: float, pitch_deg: float, grade: Grade):
     told = found(floor_depth(height_m, math.radians(pitch_deg)))
@@ -49,7 +49,7 @@ def test_another_is_told_with_the_lines_that_fit(height_m: float, pitch_deg: flo
     assert math.degrees(turned) == pytest.approx(pitch_deg, abs=0.3)
 
 
-@pytest.mark.parametrize("depth", [floor_depth(0.88, math.radians(30.0)), np.ones((120, 160))])
+@pytest.mark.parametrize("depth", [np.full((120, 160), 9.0), np.ones((120, 160))])
 def test_no_floor_is_not_known(depth: np.ndarray):
     told = found(np.asarray(depth, np.float32))
     assert told.grade is Grade.UNKNOWN
@@ -68,6 +68,19 @@ def test_a_mount_that_tf_tells_is_held_against_the_floor():
     assert off.grade is Grade.BAD
     assert "URDF" in off.remedy
     assert not off.settings
+
+
+def test_a_mount_that_the_floor_tells_may_be_off():
+    config = load(None, ["camera.mount=floor"])
+    assert found(floor_depth(0.8, 0.1), config).grade is Grade.OK
+
+
+def test_a_camera_on_its_side_keeps_its_roll():
+    mount = Mount(roll_rad=math.pi / 2)
+    seen = seen_mount(floor_depth(0.9), LEVEL, mount)  # images are upright by then
+    assert seen is not None
+    assert seen.z_m == pytest.approx(0.9, abs=0.01)
+    assert seen.roll_rad == pytest.approx(math.pi / 2, abs=0.01)
 
 
 def test_without_a_frame_nothing_is_said():

@@ -10,7 +10,7 @@ from other_half import battery_state, compressed_color, flag, hazards, laser_sca
 from runtime.config import Config, load
 from runtime.core.types import Intrinsics, Observation, Pose
 from runtime.doctor.hearing import Hearing
-from runtime.doctor.reading import Reading, read_pose, topics_heard
+from runtime.doctor.reading import PoseReader, Reading, topics_heard
 from runtime.errors import SensorError
 from runtime.robot import wire
 
@@ -155,4 +155,13 @@ def test_it_reads_in_a_thread_of_its_own_until_it_is_closed():
 
 def test_reading_a_pose_raises_for_what_the_runtime_could_not_use():
     with pytest.raises(SensorError):
-        read_pose(wire.encode_odometry(Pose(1e9, 0.0, 0.0), 0), "odom", False)
+        PoseReader(Config()).read(wire.encode_odometry(Pose(float("nan"), 0.0, 0.0), stamp()))
+
+
+def test_a_cameras_pose_is_taken_to_the_base_as_the_runtime_takes_it():
+    config = load(None, ["camera.x_m=0.2", "camera.yaw_rad=0.3"])
+    told = wire.encode_odometry(Pose(1.2, 2.0, 0.3), stamp(), "odom", "camera_link")
+    pose = PoseReader(config).read(told)
+    assert pose.child == "camera_link"
+    assert pose.yaw_rad == pytest.approx(0.0, abs=1e-6)
+    assert pose.xy == pytest.approx((1.0, 2.0), abs=1e-6)

@@ -90,8 +90,14 @@ def heard(hearing: Hearing, name: str, **how: float) -> Hearing:
     return fresh
 
 
-def test_odometry_that_is_too_seldom_is_bad_and_a_gap_is_warned_of():
-    assert found(heard(healthy(CONFIG), "odom", hz=3.0))["odom"].grade is Grade.BAD
+@pytest.mark.parametrize(("hz", "grade"), [(8, Grade.OK), (3, Grade.WARNING), (1, Grade.BAD)])
+def test_odometry_that_is_seldom_makes_the_robot_slower_and_more_seldom_is_no_use(
+    hz: float, grade: Grade
+):
+    assert found(heard(healthy(CONFIG), "odom", hz=hz))["odom"].grade is grade
+
+
+def test_a_gap_is_warned_of():
     told = healthy(CONFIG)
     del told.streams["odom"].arrivals[40:50]
     assert found(told)["odom"].grade is Grade.WARNING
@@ -118,6 +124,8 @@ def test_clocks_that_differ_are_told_apart_from_one_that_is_off():
     apart = found(heard(healthy(CONFIG), "odom", hz=20.0, clock_s=-2.0))["clocks"]
     assert apart.grade is Grade.BAD
     assert "odom is stamped 2.00 s before" in apart.told
+    far = found(heard(healthy(CONFIG), "odom", hz=20.0, clock_s=-3600.0))["clocks"]
+    assert far.grade is Grade.WARNING  # such are related by arrivals
     off = healthy(CONFIG)
     for name, hz in (("color", 10.0), ("depth", 10.0), ("odom", 20.0)):
         off = heard(off, name, hz=hz, clock_s=5.0)
