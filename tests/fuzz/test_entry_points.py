@@ -5,6 +5,7 @@ import runpy
 import time
 
 import pytest
+from answers import EntryPoint
 from entry_points import ENTRY_POINTS, REFUSALS
 from hypothesis import HealthCheck, given, settings
 from mutations import SPOILINGS, Spoiling, spoilt
@@ -25,9 +26,14 @@ EVERY = [
 def test_bytes_from_outside_are_answered(name: str, spoiling: Spoiling):
     entry = ENTRY_POINTS[name]
     given_bytes = spoilt(entry.seeds, spoiling)
+    # Within the first there may have been a collection of all that other tests have left.
+    assert computed_s(entry, given_bytes) < LONGEST_S or computed_s(entry, given_bytes) < LONGEST_S
+
+
+def computed_s(entry: EntryPoint, given_bytes: bytes) -> float:
     began_s = time.thread_time()
     entry.run(given_bytes)
-    assert time.thread_time() - began_s < LONGEST_S
+    return time.thread_time() - began_s
 
 
 @pytest.mark.parametrize("name", sorted(set(ENTRY_POINTS) - {"requests"}))
