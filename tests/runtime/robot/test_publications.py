@@ -9,7 +9,8 @@ from runtime.core.types import Action, Twist
 from runtime.errors import BusError
 from runtime.robot import wire
 from runtime.robot.dialects.choice import spoken
-from runtime.robot.publications import Publications
+from runtime.robot.dialects.dialect import Qos, RosTopic
+from runtime.robot.publications import Publications, _topic, cmd_vel_topic
 from runtime.robot.ros_node import RosNode
 from runtime.robot.session import BusConfig, TopicsConfig
 from runtime.robot.streams import WireMessage
@@ -148,3 +149,11 @@ def test_nothing_is_recorded_where_nobody_asked_for_it():
     node = RosNode(session, spoken(CONFIG))
     Publications(node, CONFIG, False).twist(Twist(0.1, 0.0), 0)
     assert len(session.publishers["r1/base/cmd_vel"].put_payloads) == 1
+
+
+def test_of_velocities_a_base_keeps_the_newest_alone_and_reports_are_text():
+    assert cmd_vel_topic(CONFIG) == RosTopic("base/cmd_vel", wire.TWIST, Qos(depth=1))
+    stamped = BusConfig(cmd_vel_type="TwistStamped")
+    assert cmd_vel_topic(stamped) == RosTopic("cmd_vel", wire.TWIST_STAMPED, Qos(depth=1))
+    assert _topic("cmd_vel", CONFIG) == cmd_vel_topic(CONFIG)
+    assert _topic("state", CONFIG) == RosTopic("rfnav/state", wire.STRING)

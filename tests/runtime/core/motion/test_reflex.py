@@ -313,3 +313,22 @@ def test_the_halting_speed_where_there_is_no_way_and_no_end_of_it():
 def test_the_surest_speed_of_a_camera_that_sees_less_far_and_of_other_brakes():
     v = sure_mps(0.2, 1.0, 1.0)
     assert v * 0.7 + v * v / 2 == pytest.approx(1.0 - 0.2 - REST_M)
+
+
+def test_what_a_tight_turn_is_turned_against_is_not_passed_by():
+    """Within the rim alone, on an arc of 17 cm."""
+    told = caution_at(Twist(0.5, 3.0), near((1 / 6 + 0.17, 1 / 6)))
+    assert (told.kind, told.most_mps) == (HaltKind.OBSTACLE, 0.0)
+
+
+def test_beyond_what_is_passed_by_it_halts_before_what_is_on_the_way():
+    fast, passed = Twist(0.7, 0.0), (0.3, 0.17)
+    way_m = stopping_m(0.7, BRAKE) + RADIUS_M - INSIDE_M + REST_M
+    assert caution_at(fast, near(passed, (way_m - 0.01, 0.0))).most_mps == 0.0
+    beside_m = 0.3 - math.sqrt((RADIUS_M + BESIDE_M) ** 2 - 0.17**2)
+    slower = caution_at(fast, near(passed, (way_m + 0.01, 0.0)))
+    assert slower.most_mps == pytest.approx(halting(beside_m), rel=1e-6)
+
+
+def test_what_is_in_the_middle_of_an_arc_of_the_body_s_own_radius_is_no_mistake():
+    assert free_way_m(np.array([[0.0, 0.5]]), 2.0, 0.5) == math.inf
