@@ -241,9 +241,9 @@ GONE = {
     "runtime/perception/goal_words.py": {"goal.same_as_similarity": "SAME_AS_SIMILARITY"},
     "runtime/robot/streams.py": {
         "bus.pair_tolerance_s": "PAIR_TOLERANCE_S",
-        "bus.odometry_gap_s": "ODOMETRY_GAP_S",
         "bus.sensor_timeout_s": "SENSOR_TIMEOUT_S",
     },
+    "runtime/robot/odometry_stream.py": {"bus.odometry_gap_s": "GAP_S"},
     "runtime/robot/session.py": {
         "bus.topics.action": "ACTION",
         "bus.topics.state": "STATE",

@@ -202,9 +202,9 @@ class _Lossy:
         self._publisher = publisher
         self.sent = self.lost = 0
 
-    def put(self, payload: bytes) -> None:
+    def put(self, payload: bytes, attachment: bytes | None) -> None:
         self.sent += 1
         if self.sent in (1, 4):
             self.lost += 1
         else:
-            self._publisher.put(payload)
+            self._publisher.put(payload, attachment=attachment)
