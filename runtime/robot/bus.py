@@ -315,7 +315,9 @@ class Bus:
             self._tap(stream, payload)
             file(name, payload)
 
-        self._node.subscribe(topic, receive)
+        # Whatever comes there is of a hand, even where what it says cannot be read.
+        name, hand = self._config.key(topic.name), stream == "teleop"
+        self._node.subscribe(topic, receive, lambda: file(name, b"") if hand else None)
 
     def _wake(self) -> None:
         with self._changed:

@@ -88,7 +88,8 @@ def serve_handbrake(
 
     button = heard_topics(config).get("stop")
     if button is not None:
-        node.subscribe(button, press)
+        name = config.key(button.name)  # one of another type says no more than one that is broken
+        node.subscribe(button, press, lambda: press(name, b""))
     return [
         session.declare_queryable(config.key(STOP), stop),
         session.declare_queryable(config.key(RELEASE), release),

@@ -108,15 +108,22 @@ class RosNode:
         self._declared: list[Any] = []
         self._tell(dialect.node_tokens(self._zid))
 
-    def subscribe(self, topic: RosTopic, receive: Callable[[str, bytes], None]) -> None:
-        """`receive` is called in Zenoh's threads, with the topic's name and CDR. What was published
-        before comes too where the topic is latched and its publisher keeps it."""
+    def subscribe(
+        self,
+        topic: RosTopic,
+        receive: Callable[[str, bytes], None],
+        strange: Callable[[], None] = lambda: None,
+    ) -> None:
+        """`receive` is called in Zenoh's threads, with the topic's name and CDR; `strange` instead
+        of it, after the node's own, for a message of another type. What was published before comes
+        too where the topic is latched and its publisher keeps it."""
 
         def hear(sample: zenoh.Sample) -> None:
             try:
                 name = self._dialect.name_of(str(sample.key_expr), topic)
             except SensorError as error:
                 self._strange(topic.name, error)
+                strange()
                 return
             receive(name, sample.payload.to_bytes())
 

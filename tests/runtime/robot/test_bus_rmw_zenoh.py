@@ -128,6 +128,25 @@ def test_a_body_is_felt_and_a_hand_and_a_stop_are_heard(robot: Robot):
         until(lambda: (health := bus.health().get("rfnav/labels")) and health.bad)
 
 
+@pytest.mark.parametrize("hashed", ["TypeHashNotSupported", "RIHS01_0"])
+@pytest.mark.parametrize("kind", ["Bool", "Empty"])
+def test_a_stop_of_another_type_or_distribution_stops_and_such_a_hand_is_a_hand(
+    robot: Robot, kind: str, hashed: str
+):
+    """As what cannot be read on those topics does behind the bridge."""
+    hurried: list[int] = []
+    with robot.bus() as bus:
+        bus.on_urgent = lambda: hurried.append(1)
+        for topic, felt in (
+            ("cmd_vel_teleop", lambda: bus.condition().hand),
+            ("stop", lambda: bus.doubt(Twist())),
+        ):
+            key = f"0/{topic}/std_msgs::msg::dds_::{kind}_/{hashed}"
+            until(lambda key=key, felt=felt: robot.session.put(key, flag(False)) or felt())
+        assert bus.doubt(Twist()).kind == "stop"  # type: ignore[union-attr]
+        assert hurried
+
+
 @pytest.mark.parametrize("through", ["robot", "routed"])
 def test_commands_and_reports_go_out_as_the_others_read_them(
     through: str, request: pytest.FixtureRequest

@@ -2,14 +2,16 @@
 
 import json
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, Literal
 
 from other_half import flag
 
 from runtime.robot.dialects.choice import spoken
+from runtime.robot.dialects.type_hashes import type_hash
 from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.ros_node import RosNode
 from runtime.robot.session import BusConfig, TopicsConfig
+from runtime.robot.wire_senses import BOOL
 
 
 def reason(brake: Handbrake) -> str:
@@ -79,6 +81,9 @@ class Session:
     def zid(self) -> str:
         return "f00"
 
+    def liveliness(self) -> Any:
+        return SimpleNamespace(declare_token=lambda token: None)
+
     def declare_queryable(self, key: str, serve: Any) -> str:
         self.served[key] = serve
         return f"queryable {key}"
@@ -105,9 +110,13 @@ class Query:
 class Served:
     """A handbrake on a bus whose robot is called r1."""
 
-    def __init__(self, topics: TopicsConfig = TopicsConfig()) -> None:  # noqa: B008 -- a value
+    def __init__(
+        self,
+        topics: TopicsConfig = TopicsConfig(),  # noqa: B008 -- a value
+        dialect: Literal["ros2dds", "rmw_zenoh"] = "ros2dds",
+    ) -> None:
         self.session, self.brake, self.urgent = Session(), Handbrake(), []
-        config = BusConfig(prefix="r1", topics=topics)
+        config = BusConfig(prefix="r1", topics=topics, dialect=dialect)
         hurry = lambda: self.urgent.append(reason(self.brake))  # noqa: E731
         node = RosNode(self.session, spoken(config))
         self.declared = serve_handbrake(self.session, node, config, self.brake, hurry)
@@ -118,9 +127,10 @@ class Served:
         assert query.dropped
         return query.answers
 
-    def press(self, payload: bytes) -> None:
+    def press(self, payload: bytes, key: str = "r1/stop") -> None:
         taken = SimpleNamespace(to_bytes=lambda: payload)
-        self.session.served["r1/stop"](SimpleNamespace(key_expr="r1/stop", payload=taken))
+        (hear,) = (take for where, take in self.session.served.items() if "r1/stop" in where)
+        hear(SimpleNamespace(key_expr=key, payload=taken))
 
 
 def test_a_stop_holds_the_base_before_it_is_answered_and_a_release_is_answered_too():
@@ -152,6 +162,18 @@ def test_what_cannot_be_read_on_the_button_s_topic_is_a_stop():
     bus.press(b"\x00")
     assert reason(bus.brake).startswith("stop: stopped by r1/stop")
     assert len(bus.urgent) == 1
+
+
+def test_a_message_of_another_type_on_the_button_s_topic_is_a_stop_of_the_same_button():
+    bus = Served(dialect="rmw_zenoh")
+    key = "0/r1/stop/std_msgs::msg::dds_::{}_/{}"
+    bus.press(flag(False), key.format("Empty", "RIHS01_0"))
+    assert reason(bus.brake).startswith("stop: stopped by r1/stop")
+    assert len(bus.urgent) == 1
+    why = "r1/stop is still pressed"
+    assert bus.ask("r1/rfnav/release")[0][1] == {"released": False, "error": why}
+    bus.press(flag(False), key.format("Bool", type_hash(BOOL, "jazzy")))
+    assert bus.ask("r1/rfnav/release")[0][1] == {"released": True}
 
 
 def test_what_was_declared_is_handed_back_and_without_a_topic_there_is_no_button():
