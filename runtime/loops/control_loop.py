@@ -155,7 +155,7 @@ class ControlLoop:
     def fault(self, reason: str) -> None:
         """The process ends for that: the base stands, and the state says so."""
         with self._changed:
-            self._fault, self._plan = reason, None
+            self._fault, self._plan, self._zeros = reason, None, max(1, self._zeros)
         self._say(None)
 
     def changes(self) -> tuple[Change, ...]:
@@ -184,7 +184,7 @@ class ControlLoop:
     def close(self) -> None:
         """End the loop and command zero, whatever state it is in. Idempotent."""
         with self._changed:
-            self._ending, self._plan = True, None
+            self._ending, self._plan, self._zeros = True, None, max(1, self._zeros)
             self._changed.notify_all()
         if self._thread.is_alive():
             self._thread.join(timeout=2.0)

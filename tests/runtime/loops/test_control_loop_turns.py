@@ -497,6 +497,32 @@ def test_a_fault_drives_no_plan_any_more(loop: Loop):
     assert not loop.robot.orders[-1].searching
 
 
+def test_a_base_that_moves_is_not_told_to_stand_by_a_fault_before_zero_was_sent(loop: Loop):
+    """Else the watchdog would be told so, and leave a base alone that nobody has stopped."""
+    loop.tick(40)  # all the zeros of before are said
+    loop.plan()
+    loop.tick(2)
+    assert loop.beats[-1]
+    said = len(loop.robot.orders)
+    loop.control.fault("a bug")
+    loop.tick()
+    assert [order.twist for order in loop.robot.orders[said:]] == [STILL]
+    assert not loop.beats[-1]
+
+
+def test_a_turn_that_close_overtakes_sends_zero():
+    meanwhile: list[Any] = []
+    loop = Loop(stopping=lambda: bool([call() for call in meanwhile]) and False)
+    loop.tick(40)
+    loop.plan()
+    loop.tick(2)
+    said = len(loop.robot.orders)
+    meanwhile.append(loop.control.close)
+    loop.tick()
+    assert [order.twist for order in loop.robot.orders[said:]] == [STILL, STILL]  # one is close's
+    assert not loop.beats[-1]
+
+
 def test_a_hand_that_has_let_go_is_told_of_once_with_what_the_base_says_now(loop: Loop):
     loop.robot.said = BaseCondition(hand="sticks")
     loop.tick()
