@@ -194,6 +194,7 @@ class Bus:
 
     def doubt(self, sent: Twist) -> Halt | None:
         """See `RobotSenses`; any thread may ask."""
+        self._streams.drives(sent)
         if held := self._brake.halt():
             return held
         if self._vigilance is None:
@@ -207,8 +208,7 @@ class Bus:
         may ask."""
         if self._reflex is None:
             return FREE
-        newest = self._streams.newest_pose()
-        return self._reflex.caution(twist, newest[0].value if newest else None)
+        return self._reflex.caution(twist, self._streams.here())
 
     def unstamped(self) -> tuple[str, ...]:
         """Topics of which the stamps stand still."""

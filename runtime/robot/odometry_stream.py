@@ -2,8 +2,9 @@
 
 from typing import Final
 
+from runtime.core.motion.courses import STILL
 from runtime.core.motion.pace import Pace
-from runtime.core.types import Pose
+from runtime.core.types import Pose, Twist
 from runtime.robot.odometry import BaseOdometry
 from runtime.robot.steady import SteadyOdometry
 from runtime.robot.sync import RawMessage, Rings, interpolate
@@ -18,6 +19,8 @@ class OdometryStream:
     def __init__(self, told: BaseOdometry, rings: Rings, lockstep: bool) -> None:
         self._told, self._rings, self._lockstep = told, rings, lockstep
         self._steady, self._pace = SteadyOdometry(), Pace()
+        self.sent: Twist = STILL
+        """What the base was sent last, by which it has gone on since odometry that comes seldom."""
         self.newest: tuple[Stamped[Pose], float] | None = None
         """The last message and when it arrived, monotonic s, as old as its stamp says."""
 
@@ -40,9 +43,16 @@ class OdometryStream:
         """Where the base was, by the odometry on both sides; `alone`: or by the newest, where that
         is no older than what is interpolated over. None where there is none."""
         odom, sides = self._rings.odom, self._rings.around(stamp_ns)
-        if sides is None and alone and odom:
-            late_ns = stamp_ns - odom[-1].stamp_ns
-            near = 0 <= late_ns < self._rings.odometry_gap_ns
-            sides = (odom[-1], odom[-1]) if near else None
-        before, after = map(self.pose, sides) if sides else (None, None)
-        return interpolate(before, after, stamp_ns) if before and after else None
+        if sides is not None:
+            return interpolate(self.pose(sides[0]), self.pose(sides[1]), stamp_ns)
+        late_ns = stamp_ns - odom[-1].stamp_ns if alone and odom else -1
+        if not 0 <= late_ns < self._rings.odometry_gap_ns:
+            return None
+        return self._pace.here(self.pose(odom[-1]).value, self.sent, late_ns / 1e9)
+
+    def here(self, now_s: float) -> Pose | None:
+        """Where the base is by now; None before the first message."""
+        if self.newest is None:
+            return None
+        told, arrival_s = self.newest
+        return self._pace.here(told.value, self.sent, now_s - arrival_s)

@@ -7,7 +7,7 @@ from typing import Any
 
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.safety import Halt
-from runtime.core.types import F32, U8, Observation, Pose, Scan
+from runtime.core.types import F32, U8, Observation, Pose, Scan, Twist
 from runtime.errors import SensorError
 from runtime.record import Record, unrecorded
 from runtime.robot import wire, wire_senses
@@ -241,6 +241,16 @@ class SensorStreams:
         """The odometry that came last and when it arrived (monotonic s); None before the first."""
         with self._changed:
             return self._odometry.newest
+
+    def drives(self, sent: Twist) -> None:
+        """What the base was sent last. Any thread may say so."""
+        with self._changed:
+            self._odometry.sent = sent
+
+    def here(self) -> Pose | None:
+        """Where the base is by now; None before the first odometry. Any thread may ask."""
+        with self._changed:
+            return self._odometry.here(self._clock.now_s())
 
     def newest_depth(self) -> RawMessage | None:
         """The depth image that came last; None before the first. Holding `changed`."""

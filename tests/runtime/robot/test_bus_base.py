@@ -12,15 +12,19 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
+from manual_clock import ManualClock
 from places import ROOT
 
 from hil_sim.driving.link import free_port
 from runtime.clock import SystemClock
+from runtime.core.motion.caution import FREE
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import Pose, Twist
 from runtime.errors import BusError
 from runtime.robot import wire
 from runtime.robot.base import ORDER_S, WELL, DriveOrder, Sent
 from runtime.robot.bus import Bus, BusConfig
+from runtime.robot.reflex import Reflex
 from runtime.robot.session import open_session
 
 CLOCK, PATIENCE_S = SystemClock(), 20.0
@@ -133,3 +137,20 @@ def test_odometry_by_another_wire_is_as_if_it_had_come_over_the_bus(heard):
     assert newest[0].value.x_m == 1.0
     assert newest[0].value.yaw_rad == pytest.approx(0.5)
     assert bus.health()["odom"].received == 1
+
+
+def test_what_is_near_is_held_against_where_the_base_is_by_now(monkeypatch):
+    """Where odometry comes seldom, that is not where it was told last."""
+    asked: list[Pose | None] = []
+    look = lambda self, twist, pose: asked.append(pose) or FREE  # noqa: E731
+    monkeypatch.setattr(Reflex, "caution", look)
+    clock, ahead = ManualClock(100.0), Twist(0.25, 0.0)
+    with Bus(BusConfig(), clock, odometry=False, reflex=NavigateConfig()) as bus:
+        assert (bus.caution(ahead), asked) == (FREE, [None])
+        for n in range(8):
+            bus.file_odometry(Pose(0.1 * n, 0.0, 0.0), round(clock.now_s() * 1e9))
+            clock.advance(0.4)
+        bus.doubt(ahead)
+        bus.caution(ahead)
+        assert asked[-1] is not None
+        assert asked[-1].x_m == pytest.approx(0.8)
