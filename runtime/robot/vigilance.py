@@ -100,7 +100,10 @@ class Vigilance:
         age = self._ages[stream]
         other_s = self._ages["odom"].offset_s if stream != "odom" else math.inf
         late_s = age.late_s(raw.stamp_ns, now_s, other_s)
-        self._stamped(topic, age.stands_still)
+        dated = raw.stamp_ns != 0 and not any(raw.payload[4:_STAMPED])  # by who has said so
+        if dated:
+            self._told.add(topic)
+        self._stamped(topic, age.stands_still or dated)
         self._late[stream] = late_s, now_s
         return replace(raw, arrival_s=now_s - late_s)
 

@@ -9,6 +9,7 @@ from manual_clock import ManualClock
 from other_half import laser_scan, tf
 
 from runtime.clock import Deadline
+from runtime.core.motion.safety import SafetyConfig
 from runtime.core.types import Intrinsics, Observation, Pose
 from runtime.robot import wire
 from runtime.robot.images import camera_images
@@ -16,6 +17,7 @@ from runtime.robot.session import BusConfig
 from runtime.robot.steady import STEADY_S
 from runtime.robot.streams import SensorStreams
 from runtime.robot.transforms import FIXED, CameraConfig
+from runtime.robot.vigilance import Vigilance
 
 K = Intrinsics(20.0, 20.0, 8.0, 6.0, 16, 12)
 S = 1_000_000_000
@@ -75,6 +77,17 @@ def test_time_that_goes_back_is_counted_and_what_comes_after_is_used():
     assert again.pose == Pose(0.4, 0.0, 0.0)  # nothing of the other time is mixed in
     assert camera.streams.health()[ODOM].set_back == 1
     assert sum(h.set_back for h in camera.streams.health().values()) == 1
+
+
+def test_stamps_that_are_0_degrade_a_search_as_others_that_stand_still_do():
+    clock, vigilance = ManualClock(1.0), Vigilance(SafetyConfig(), tell=lambda line: None)
+    told = BusConfig(), clock, threading.Condition(), False, FIXED
+    streams = SensorStreams(*told, vigilance=vigilance)
+    for stamp_ns, unstamped in ((0, {ODOM}), (S, set()), (S, {ODOM})):
+        for n in range(9 if unstamped else 1):
+            streams.file("odom", wire.encode_odometry(Pose(0.01 * n, 0.0, 0.0), stamp_ns))
+            clock.advance(0.05)
+        assert vigilance.unstamped == unstamped
 
 
 def test_a_jump_of_5_m_is_used_when_it_has_stayed_there():

@@ -370,6 +370,20 @@ def test_the_least_difference_counts_for_ten_seconds():
     assert age.offset_s == 16.0
 
 
+def test_stamps_that_are_none_stand_still_though_each_message_was_dated_anew():
+    """Whoever dates it has told of that: it is not said twice."""
+    said: list[str] = []
+    vigilance = Vigilance(SafetyConfig(), tell=said.append)
+    none = wire.encode_odometry(Pose(0.0, 0.0, 0.0), 0)
+    for n in range(STILL_STAMPS + 1):
+        assert vigilance.unstamped == ({"odom"} if n >= STILL_STAMPS else set())
+        vigilance.take("odom", RawMessage(EPOCH_NS + n, none, 10.0 + n), "odom")
+    assert said == []
+    stamped = wire.encode_odometry(Pose(0.0, 0.0, 0.0), EPOCH_NS + 9)
+    vigilance.take("odom", RawMessage(EPOCH_NS + 9, stamped, 20.0), "odom")
+    assert vigilance.unstamped == set()
+
+
 def test_what_is_no_stream_of_the_watched_ones_is_left_alone():
     told, raw = Told(), RawMessage(5, b"anything", 1.0)
     assert told.vigilance.take("tf", raw, "tf") is raw
