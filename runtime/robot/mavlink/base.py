@@ -110,8 +110,11 @@ class MavlinkBase:
             held = takeover.hand or hand or self._held(now_s)
             time_ms = round((now_s - self._began_s) * 1e3)
             point = set_point(vehicle, STILL if held else order.twist, time_ms)
-            self._stands = max(0, self._stands - 1) if point.twist == STILL else STANDS
             error = self._send(point.message)
+            if point.twist != STILL:
+                self._stands = STANDS
+            elif not error:
+                self._stands = max(0, self._stands - 1)
         return Sent(None, error) if error else Sent(point.twist, held or point.why)
 
     def condition(self) -> BaseCondition:

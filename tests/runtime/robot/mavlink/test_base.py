@@ -17,6 +17,7 @@ from runtime.errors import BaseError
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.mavlink import base as module
 from runtime.robot.mavlink.base import STANDS, MavlinkBase
+from runtime.robot.mavlink.links import UdpLink
 
 CLOCK = SystemClock()
 AHEAD = Twist(0.3, 0.5)
@@ -140,6 +141,21 @@ def test_a_hand_that_somebody_else_tells_of_stops_it_and_then_is_told_nothing(ro
         assert heard() == len(told)
         said[0] = BaseCondition()
         until(lambda: turn() and rover.velocities[-1].v_mps > 0)
+
+
+def test_what_stops_it_counts_when_the_link_has_taken_it(rover, monkeypatch):
+    """A hand takes over while the link is full: it is told to stand as often as ever after that."""
+    said = [BaseCondition()]
+    with on(rover, beside=lambda: said[0]) as base:
+        until(lambda: base.drive(order(AHEAD)) and rover.velocities[-1] != Twist())
+        said[0] = BaseCondition(hand="cmd_vel_teleop")
+        with monkeypatch.context() as full:
+            full.setattr(UdpLink, "send", lambda link, data: "does not take more")
+            for _ in range(3 * STANDS):
+                assert base.drive(order(AHEAD)) == Sent(None, "does not take more")
+        sent = [base.drive(order(AHEAD)).twist for _ in range(STANDS + 2)]
+        assert sent == [*[Twist()] * STANDS, None, None]
+        until(lambda: rover.rover.velocity(time.monotonic()) == Twist())
 
 
 def test_what_a_hand_drives_when_a_search_ends_stays_armed(rover):
