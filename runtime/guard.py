@@ -175,7 +175,8 @@ def watch(link: socket.socket, say: Any = print) -> None:
     try:
         brake = Brake(Orders.read(told))
     except (ValueError, TypeError, KeyError, zenoh.ZError) as error:
-        say(f"rfnav guard: cannot guard: {' '.join(str(error).split())[:200]}")
+        what = " ".join(str(error).split(" at /")[0].split())  # without places in Zenoh's source
+        say(f"rfnav guard: cannot guard: {what[:200]}")
         return
     try:
         _guard(link, brake, say)

@@ -33,7 +33,10 @@ SHARE: Final = 0.5  # of those that came, at least
     "--config", "path", type=click.Path(path_type=Path), help="TOML file; defaults otherwise."
 )
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
-@click.option("--seconds", type=click.FloatRange(1.0, 60.0), default=5.0, help="How long to look.")
+@click.option(
+    "--seconds", type=click.FloatRange(1.0, 60.0), default=5.0, show_default=True,
+    help="How long to look.",
+)  # fmt: skip
 @click.option(
     "--json", "told", type=click.Path(path_type=Path), help="Write the figures to a file."
 )
@@ -45,10 +48,18 @@ def calibrate_command(
     a floor."""
     config = load(path, settings)
     measured, images = _look(config, seconds)
+    topics = config.bus.topics
+    if not images:
+        click.echo(
+            f"rfnav: {topics.depth}: no depth image with its camera info ({topics.camera_info}) in "
+            f"{seconds:g} s: rfnav doctor tells what comes and what to mend",
+            err=True,
+        )
+        sys.exit(1)
     if len(measured) < max(LEAST, SHARE * images):
         click.echo(
             f"rfnav: a floor in {len(measured)} of {images} depth images on "
-            f"{config.bus.topics.depth}: turn the robot to free floor, 1 to 4 m ahead",
+            f"{topics.depth}: turn the robot to free floor, 1 to 4 m ahead",
             err=True,
         )
         sys.exit(1)

@@ -177,6 +177,8 @@ def open_session(config: BusConfig) -> zenoh.Session:
         what = " ".join(str(error).split(" at /")[0].split())
         if not config.connect and not config.listen:  # somebody is there, whom we did not expect
             what += f'; if that is a bridge or a router: bus.connect = ["{DEFAULT_LISTEN[0]}"]'
+        elif config.mode == "client":
+            what += "; is the bridge or router up, and bus.connect where it listens?"
         raise BusError(f"bus ({config.mode}, {where}): cannot be opened: {what}") from error
 
 

@@ -334,6 +334,15 @@ def test_orders_that_cannot_be_kept_are_said_in_a_line(world: World, monkeypatch
     assert world.closed == 0
 
 
+def test_where_zenoh_failed_in_its_source_is_not_said(world: World, monkeypatch):
+    def refused(config: Any) -> None:
+        raise zenoh.ZError("nobody there!  at /src/zenoh.rs:447.")
+
+    monkeypatch.setattr(guard.zenoh, "open", refused)
+    world.watch(MOVING)
+    assert world.said == ["rfnav guard: cannot guard: nobody there!"]
+
+
 def test_a_mistake_closes_the_session_too(world: World):
     world.turns = iter((ORDERS.told(), MOVING, RuntimeError("mistake")))
     with pytest.raises(RuntimeError, match="mistake"):

@@ -126,4 +126,7 @@ def test_without_a_camera_it_ends_with_1():
     finally:
         session.close()
     assert done.exit_code == 1
-    assert "a floor in 0 of 0 depth images" in done.stderr
+    assert done.stderr == (
+        "rfnav: camera/depth/image_raw: no depth image with its camera info "
+        "(camera/color/camera_info) in 3 s: rfnav doctor tells what comes and what to mend\n"
+    )

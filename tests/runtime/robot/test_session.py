@@ -102,6 +102,14 @@ def test_a_port_that_is_taken_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
             assert ("bus.connect" in str(told.value)) is bool(remedy)
 
 
+def test_a_bridge_that_is_not_there_is_told_with_what_to_look_at() -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    said = rf"^bus \(client, {endpoint}\): cannot be opened: .*; is the bridge or router up, and "
+    with pytest.raises(BusError, match=said) as told:
+        open_session(BusConfig(mode="client", connect=(endpoint,)))
+    assert " at /" not in str(told.value)
+
+
 @contextmanager
 def answering(config: BusConfig) -> Iterator[Bus]:
     """The runtime's side of the bus, that answers whoever asks."""
