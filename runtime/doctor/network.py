@@ -164,7 +164,7 @@ def first_steps(network: NetworkHeard, config: Config) -> Iterator[str]:
         "The robot's ROS 2 comes to rfnav through zenoh-bridge-ros2dds. On the robot's computer:",
         "",
         "  1. start the drivers of its camera and its base; `ros2 topic list` shows them",
-        f"  2. ROS_LOCALHOST_ONLY=1 zenoh-bridge-ros2dds --listen {endpoint} "
-        "--no-multicast-scouting",
-        f"  3. rfnav doctor --set bus.mode=client --set 'bus.connect=[\"{endpoint}\"]'",
+        "  2. export ROS_DISTRO=humble ROS_LOCALHOST_ONLY=1  # ROS_DISTRO: that of those drivers",
+        f"  3. zenoh-bridge-ros2dds --listen {endpoint} --no-multicast-scouting",
+        f"  4. rfnav doctor --set bus.mode=client --set 'bus.connect=[\"{endpoint}\"]'",
     )

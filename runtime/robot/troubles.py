@@ -77,8 +77,8 @@ class Troubles:
         if not silent:
             return None
         what = f"{', '.join(silent)}: nothing received in {SILENCE_S:g} s"
-        remedy = "publish it, or set bus.topics and bus.prefix to where it is"
-        return Halt(self._kinds[silent[0]], f"{what}: {remedy}")
+        where = "bus.topics and bus.prefix to where it is (rfnav doctor lists what there is)"
+        return Halt(self._kinds[silent[0]], f"{what}: publish it, or set {where}")
 
     def _badness(self, now_s: float) -> Halt | None:
         """What was wrong for the longest time."""

@@ -2,15 +2,18 @@
 used, and a bridge carries what the runtime listens to and nothing else. No robot is there."""
 
 import json
+import os
 import re
-import socket
-import threading
+import shlex
+import subprocess
+import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
 import pytest
 import zenoh
 from click.testing import CliRunner
+from lockstep_double import free_port
 from places import ROOT
 
 from runtime.__main__ import cli
@@ -22,6 +25,7 @@ from runtime.robot.transforms import TF, TF_STATIC
 DEPLOYED = ROOT / "deploy" / "robots"
 ROBOTS = sorted(DEPLOYED.glob("*.toml"))
 BRIDGES = sorted(DEPLOYED.glob("*.bridge.json5"))
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
 NAMES = [robot.stem for robot in ROBOTS]
 
@@ -151,27 +155,25 @@ def test_every_file_that_is_deployed_for_robots_is_named_on_the_page() -> None:
         assert f"deploy/robots/{file.name}" in PAGE or file in BRIDGES, file.name
 
 
-def test_a_goal_is_asked_for_as_the_page_says() -> None:
-    [block] = re.findall(r"^```python\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+@pytest.mark.parametrize("page", [PAGE, README], ids=["robots.md", "README.md"])
+def test_a_goal_is_asked_for_as_the_page_says(page: str) -> None:
+    [line] = re.findall(r"^(scripts/ask rfnav/goal .*?) *#", page, re.MULTILINE)
+    script, name, goal = shlex.split(line)
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
-    config.insert_json5("listen/endpoints", json.dumps([f"tcp/127.0.0.1:{port}"]))
+    config.insert_json5("listen/endpoints", json.dumps([endpoint]))
     config.insert_json5("scouting/multicast/enabled", "false")
     asked: list[dict[str, str]] = []
 
     def answer(query: zenoh.Query) -> None:
         assert query.payload is not None
         asked.append(json.loads(query.payload.to_string()))
-        query.reply("rfnav/goal", '{"accepted": true}')
+        query.reply(name, '{"accepted": true}')
 
-    with zenoh.open(config) as robot, robot.declare_queryable("rfnav/goal", answer):
-        told: list[str] = []
-        lines = block.replace("7447", str(port))
-        asking = threading.Thread(target=exec, args=(lines, {"print": told.append}))
-        asking.start()
-        asking.join(timeout=60.0)
-    assert asked == [{"goal": "chair"}]
-    assert told == ['{"accepted": true}']
+    with zenoh.open(config) as robot, robot.declare_queryable(name, answer):
+        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
+        asking = [ROOT / script, name, goal, endpoint]
+        told = subprocess.check_output(asking, text=True, env={**os.environ, "PATH": path})
+    assert [set(one) for one in asked] == [{"goal"}]
+    assert told == '{"accepted": true}\n'

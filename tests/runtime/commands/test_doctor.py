@@ -64,7 +64,9 @@ def test_what_is_not_has_its_remedy_below_it_and_the_lines_that_fit_at_the_end(f
 
 def test_who_sees_nothing_is_told_what_to_type(finds: dict):
     finds["network"] = NetworkHeard()
-    assert "  2. ROS_LOCALHOST_ONLY=1 zenoh-bridge-ros2dds" in run().output
+    told = run().output
+    assert "  2. export ROS_DISTRO=humble ROS_LOCALHOST_ONLY=1" in told
+    assert "  3. zenoh-bridge-ros2dds --listen tcp/127.0.0.1:7447 --no-multicast-scouting" in told
 
 
 def test_as_json(finds: dict):
