@@ -43,6 +43,8 @@ class DrawingBus(Protocol):
 
     def frame_of(self, stream: str, otherwise: str) -> str: ...
 
+    def origin_xy(self) -> tuple[float, float]: ...
+
     def health(self) -> Mapping[str, StreamHealth]: ...
 
 
@@ -89,7 +91,7 @@ class Drawings:
         """The world as it is now; no command while somebody else drives. Raises what went wrong in
         drawing."""
         self._thread.check()
-        at = Stamp(world.stamp_ns, self._bus.frame_of("odom", ODOM))
+        at = Stamp(world.stamp_ns, self._bus.frame_of("odom", ODOM), self._bus.origin_xy())
         if self._is_due("map"):
             copy = world.map.copied(world.map.known_window())
             self._hand("map", lambda: drawn_messages.encode_map(copy, at))

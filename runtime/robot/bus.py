@@ -222,8 +222,7 @@ class Bus:
             self._reflex.sweeps(swept(config), camera)
 
     def health(self) -> dict[str, StreamHealth]:
-        """By topic: received, bad and the last error; of what a robot may do without, where it is
-        there."""
+        """By topic: received, bad, the last error; of what is not needed, where it is there."""
         return self._streams.health() | self._body.health()
 
     # -- out -----------------------------------------------------------------------------------
@@ -266,6 +265,10 @@ class Bus:
     def frame_of(self, stream: str, otherwise: str) -> str:
         """The frame that the newest message of "odom" or "color" names; any thread may ask."""
         return self._frames.of(stream, otherwise)
+
+    def origin_xy(self) -> tuple[float, float]:
+        """Where the map begins in odometry's frame, m; any thread may ask."""
+        return self._streams.frames.origin_xy
 
     def close(self) -> None:
         """Undeclare everything, drop unanswered requests and close the session. Idempotent."""

@@ -71,10 +71,12 @@ class DrawnObject:
 
 @dataclass(frozen=True)
 class Stamp:
-    """What stands in a header: when it was true, and in which frame."""
+    """What stands in a header: when it was true, and in which frame; and where in that frame, m,
+    the map begins that is drawn."""
 
     stamp_ns: int
     frame: str
+    origin_xy: tuple[float, float] = (0.0, 0.0)
 
     def header(self) -> Any:
         return wire.header(self.stamp_ns, self.frame)
@@ -86,8 +88,8 @@ def encode_map(copy: MapCopy, at: Stamp) -> bytes:
     data: NDArray[np.int8] = np.full(copy.free.shape, _UNKNOWN, np.int8)
     data[copy.free] = _FREE
     data[copy.occupied] = _OCCUPIED
-    x_m = frame.x0_m + frame.first_col * frame.resolution_m
-    y_m = frame.y0_m + frame.first_row * frame.resolution_m
+    x_m = at.origin_xy[0] + frame.x0_m + frame.first_col * frame.resolution_m
+    y_m = at.origin_xy[1] + frame.y0_m + frame.first_row * frame.resolution_m
     header = at.header()
     rows, cols = copy.free.shape[:2]
     info = _T["nav_msgs/msg/MapMetaData"](
@@ -98,14 +100,14 @@ def encode_map(copy: MapCopy, at: Stamp) -> bytes:
 
 def encode_path(path_xy: F64, at: Stamp) -> bytes:
     """(N, 2) m -> Path; each pose looks to the next."""
-    points = _coarser(path_xy)
+    points, (x0_m, y0_m) = _coarser(path_xy), at.origin_xy
     steps = np.diff(points, axis=0, append=points[-1:]) if len(points) else points
     yaws = np.arctan2(steps[:, 1], steps[:, 0]) if len(points) else np.zeros(0)
     if len(yaws) > 1:
         yaws[-1] = yaws[-2]
     header = at.header()
     poses = [
-        _T[wire.POSE_STAMPED](header, _pose(float(x), float(y), 0.0, float(yaw)))
+        _T[wire.POSE_STAMPED](header, _pose(x0_m + float(x), y0_m + float(y), 0.0, float(yaw)))
         for (x, y), yaw in zip(points, yaws, strict=True)
     ]
     return wire.encode(_T[PATH](header, poses))
@@ -208,7 +210,7 @@ def _marker(
         id=id,
         type=int(shape),
         action=action,
-        pose=_pose(*where_m),
+        pose=_pose(where_m[0] + at.origin_xy[0], where_m[1] + at.origin_xy[1], where_m[2]),
         scale=_T["geometry_msgs/msg/Vector3"](*scale_m),
         color=_T["std_msgs/msg/ColorRGBA"](*colour),
         lifetime=for_ever,

@@ -43,11 +43,16 @@ class ToldFrames:
         elif _differ(before, told):
             self._blend = self._at(now_s), told, now_s
 
+    @property
+    def origin_xy(self) -> tuple[float, float]:
+        """Where the map begins in odometry's frame, m."""
+        return self._odometry.origin_xy or (0.0, 0.0)
+
     def told(self, report: Mapping[str, object], now_s: float) -> dict[str, object]:
         """A report whose `pose` and places are in odometry's frame from the map's origin on; with
         `origin_xy` where that is not odometry's own, and with `map`: its frame, where odometry's
         lies on it (`from_odom`: x, y, yaw), and what of pose and places there is."""
-        told, origin = dict(report), self._odometry.origin_xy or (0.0, 0.0)
+        told, origin = dict(report), self.origin_xy
         if any(origin):
             told["origin_xy"] = origin
         if self._blend is None:

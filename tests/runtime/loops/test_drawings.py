@@ -43,6 +43,7 @@ class FakeBus:
     def __init__(self) -> None:
         self.changed = threading.Condition()
         self.publishers: dict[str, FakePublisher] = {}
+        self.origin = (0.0, 0.0)
 
     def publisher(self, topic: RosTopic) -> Any:
         self.publishers[topic.name] = FakePublisher(topic, self.changed)
@@ -50,6 +51,9 @@ class FakeBus:
 
     def frame_of(self, stream: str, otherwise: str) -> str:
         return {"odom": "odom_combined", "color": "lens"}[stream]
+
+    def origin_xy(self) -> tuple[float, float]:
+        return self.origin
 
     def health(self) -> Mapping[str, StreamHealth]:
         return {"odom": StreamHealth(received=1)}
@@ -102,6 +106,25 @@ def test_a_world_is_drawn_in_the_odometrys_frame(world: World):
     (frontiers,) = bus.told("rfnav/frontiers", 1)
     assert {m.id for m in frontiers.markers} == {f.id for f in world.frontiers}
     drawer.close()
+
+
+def test_where_the_map_begins_far_away_all_is_drawn_there(world: World):
+    """Odometry in UTM: the map is kept about where it began."""
+
+    def drawn(origin: tuple[float, float]) -> np.ndarray:
+        bus = FakeBus()
+        bus.origin = origin
+        drawer = drawings(bus, ManualClock())
+        drawer.note(world, COMMAND)
+        (grid,), (path,) = bus.told("rfnav/map", 1), bus.told("rfnav/path", 1)
+        (frontiers,) = bus.told("rfnav/frontiers", 1)
+        drawer.close()
+        places = [grid.info.origin, *(one.pose for one in path.poses)]
+        placed = [m.pose.position for m in frontiers.markers] + [p.position for p in places]
+        return np.array([(p.x, p.y) for p in placed])
+
+    moved = drawn((500_000.0, 4_000_000.0)) - drawn((0.0, 0.0))
+    assert np.allclose(moved, (500_000.0, 4_000_000.0), atol=1e-6)
 
 
 def test_each_is_drawn_at_its_own_rate_and_only_what_is_asked_for(world: World):
