@@ -35,6 +35,7 @@ from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision
 ROOM_M = 20.0  # around the robot, frontiers are told to be in its own room or not
 WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore
 FAINT_LOG_ODDS = -3.0  # and at the very last
+SHUT_IN_M2 = 1.0  # of free floor in all: no home has less
 Deadline = TypeVar("Deadline", contravariant=True)
 
 
@@ -215,7 +216,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         return weak
     resort = explored.resort.next()
     if resort is None:
-        why = f"no {world.goal} found and nothing left to explore"
+        why = f"no {world.goal} found and nothing left to explore{_shut_in(world)}"
         return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
     explored.resort = resort
     if resort is Resort.RETRY:
@@ -224,6 +225,17 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     with_frontiers(world, cfg)
     course = Spin(cfg.control.look_radps)
     return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
+
+
+def _shut_in(world: World) -> str:
+    """What to look at where a search ended with next to no floor: a camera that is on its side sees
+    none, and without a floor nothing else tells of that."""
+    if world.map.free.sum() * world.map.frame.resolution_m**2 >= SHUT_IN_M2:
+        return ""
+    return (
+        ": hardly any free floor was seen: the robot is shut in, or its camera is not mounted as "
+        "[camera] has it (rfnav calibrate, rfnav doctor --turn)"
+    )
 
 
 def _evidence(world: World) -> tuple[object, ...]:

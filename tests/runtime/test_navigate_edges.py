@@ -123,7 +123,7 @@ def test_from_beside_an_edge_the_robot_searches_and_does_not_fall(pit, place, mo
 def test_on_a_table_it_stays(mode):
     poses, said = search(SMALL, Pose(0.0, 0.0, 0.3), mode, steps=200)
     assert not any(SMALL.falls(pose.x_m, pose.y_m) for pose in poses)
-    assert "nothing left to explore" in said[-1]
+    assert "nothing left to explore: hardly any free floor was seen: the robot is shut" in said[-1]
 
 
 def test_where_it_creeps_it_says_so():
