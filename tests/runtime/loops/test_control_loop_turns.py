@@ -505,7 +505,7 @@ def test_a_base_that_moves_is_not_told_to_stand_by_a_fault_before_zero_was_sent(
     assert loop.beats[-1]
     said = len(loop.robot.orders)
     loop.control.fault("a bug")
-    loop.tick()
+    loop.tick(3)
     assert [order.twist for order in loop.robot.orders[said:]] == [STILL]
     assert not loop.beats[-1]
 
@@ -519,6 +519,8 @@ def test_a_turn_that_close_overtakes_sends_zero():
     said = len(loop.robot.orders)
     meanwhile.append(loop.control.close)
     loop.tick()
+    meanwhile.clear()
+    loop.tick(2)
     assert [order.twist for order in loop.robot.orders[said:]] == [STILL, STILL]  # one is close's
     assert not loop.beats[-1]
 
