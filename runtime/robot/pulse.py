@@ -30,6 +30,7 @@ AGAIN_S: Final = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 60.0)
 SETTLED_S: Final = 60.0  # one that was there for so long was a good one: what comes counts anew
 LINK_BYTES: Final = 16_384  # holds the turns of about two seconds
 UNREAD: Final = 20  # turns in a row that a full link did not take: who should read them hangs
+HANGS: Final = "the guard does not read what it is told"
 GUARD_NODE: Final = "rfnav_guard"  # what others call it
 
 
@@ -76,7 +77,7 @@ class Pulse:
                     self._hear(link)
             except OSError as error:
                 self._lose(f"the guard is gone ({error.strerror})")
-            return self._lost or ("" if self._ready else "the guard reaches nobody")
+            return self._lost or self._lacks()
 
     def close(self) -> None:
         """After zero was commanded. The guard may go; where the last turn left the base moving, as
@@ -107,8 +108,16 @@ class Pulse:
             self._unread = 0
         except BlockingIOError:  # it has not read what was sent, which tells it enough
             self._unread += 1
-            if self._ready and self._unread >= UNREAD:
-                self._lose("the guard does not read what it is told")
+            # One that somebody else started cannot be killed: it would find the end of its link
+            # when it goes on, and command zero to a base that is driven.
+            if self._path is None and self._lacks() == HANGS:
+                self._lose(HANGS)
+
+    def _lacks(self) -> str:
+        """Why a guard that has a link does not guard; "" when it does."""
+        if not self._ready:
+            return "the guard reaches nobody"
+        return HANGS if self._unread >= UNREAD else ""
 
     def _hear(self, link: socket.socket) -> None:
         with suppress(BlockingIOError):  # it is not ready yet

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from places import ROOT
 
 from hil_sim.driving.link import free_port
 from runtime import guard
@@ -300,6 +301,55 @@ def test_a_guard_that_reads_nothing_for_twenty_turns_hangs_where_it_was_ready(fe
             heard += 1
     if is_ready:
         assert count - (heard - 1) == module.UNREAD - 1  # and its orders
+        assert set(said[count:]) == {module.HANGS}
+    assert fed.pulse.beat(True) == well  # it goes on, and so is no other waited for
+    assert fed.heard() == guard.MOVING
+    assert fed.told == []
+
+
+def test_a_guard_of_its_own_that_hangs_is_given_up(monkeypatch):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    monkeypatch.setattr(Pulse, "_started", lambda pulse: ours)
+    theirs.send(guard.READY)
+    with Pulse(NOWHERE, None, lambda line: None, ()) as pulse:
+        driven(pulse, lambda: ours.fileno() == -1)
+        assert pulse.beat(True) == module.HANGS
+    theirs.close()
+
+
+def test_a_guard_of_somebody_else_that_hung_commands_no_zero_when_it_goes_on(tmp_path: Path):
+    """It is told of the turns again, as if nothing had been; the base is driven all the while."""
+    path, zeros, said = tmp_path / "guard", list[bytes](), list[str]()
+    command = [sys.executable, "-m", "runtime.guard", "--socket", str(path)]
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    listener = open_session(BusConfig(listen=(endpoint,)))
+    listener.declare_subscriber("cmd_vel", lambda sample: zeros.append(sample.payload.to_bytes()))
+    with subprocess.Popen(command, cwd=ROOT) as process:
+        try:
+            until(path.exists)
+            until(lambda: _accepts(path))
+            with Pulse(BusConfig(connect=(endpoint,)), path, said.append) as pulse:
+                ready(pulse)
+                process.send_signal(signal.SIGSTOP)
+                until(lambda: pulse.beat(True) == module.HANGS)
+                process.send_signal(signal.SIGCONT)
+                driven(pulse, lambda: pulse.beat(True) == "")
+                by_s = time.monotonic() + 1.0
+                while time.monotonic() < by_s:
+                    pulse.beat(True)
+                    time.sleep(0.02)
+                pulse.beat(False)
+        finally:
+            process.kill()
+            listener.close()
+    assert (zeros, said) == ([], [])
+
+
+def _accepts(path: Path) -> bool:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as link, suppress(OSError):
+        link.connect(str(path))
+        return link.send(guard.BYE) > 0
+    return False
 
 
 class Child:
