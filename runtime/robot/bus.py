@@ -151,8 +151,7 @@ class Bus:
         return self._streams.newest_pose()
 
     def frame_arrival_s(self) -> float | None:
-        """When the newest matched frame arrived, handed over or not; None before the first. Any
-        thread may ask."""
+        """When the newest matched frame came, used or not; None before one; any thread may ask."""
         with self._changed:
             waiting_s = self._streams.waiting_arrival_s()
             return waiting_s if waiting_s is not None else self._delivered_s
@@ -204,8 +203,7 @@ class Bus:
         return noticed or (self._reflex.doubt() if self._reflex is not None else None)
 
     def caution(self, twist: Twist) -> Caution:
-        """What the newest depth image leaves of a velocity that is about to be driven; any thread
-        may ask."""
+        """What the newest depth image leaves of a velocity; see `RobotSenses`."""
         if self._reflex is None:
             return FREE
         return self._reflex.caution(twist, self._streams.here())
