@@ -142,14 +142,14 @@ def _report(configured: Mount, middle: F64, spread: F64, floors: int, images: in
         )
     ):
         lines.append(
-            f"{name:7}{factor * middle[n]:8.3f} {unit}, two thirds within {factor * spread[n]:.3f};"
-            f" configured {factor * was[n]:.3f}"
+            f"{name:7}{factor * middle[n]:z8.3f} {unit}, two thirds within "
+            f"{factor * spread[n]:.3f}; configured {factor * was[n]:.3f}"
         )
     return [
         *lines,
         "",
         "[camera]",
         f"z_m = {middle[0]:.3f}",
-        f"pitch_rad = {middle[1]:.4f}",
-        f"roll_rad = {middle[2]:.4f}",
+        f"pitch_rad = {middle[1]:z.4f}",
+        f"roll_rad = {middle[2]:z.4f}",
     ]

@@ -17,6 +17,7 @@ from lockstep_double import free_port
 from other_half import camera_info, tf
 
 from runtime.__main__ import cli
+from runtime.commands.calibrate import _report
 from runtime.core.geometry import optical_rays, optical_to_base
 from runtime.core.optics.registered import Extrinsics, mount_beside
 from runtime.core.types import F32, Intrinsics, Mount
@@ -108,6 +109,12 @@ def test_by_the_depth_camera_s_image_it_is_colour_s_mount():
     camera = tomllib.loads(done.stdout[done.stdout.index("[camera]") :])["camera"]
     assert camera["z_m"] == pytest.approx(0.8, abs=0.01)
     assert camera["pitch_rad"] == pytest.approx(0.1, abs=0.005)
+
+
+def test_no_angle_is_minus_nothing():
+    told = "\n".join(_report(Mount(), np.array([0.88, -1e-6, -1e-6]), np.zeros(3), 3, 3))
+    assert "-0.0" not in told
+    assert told.endswith("z_m = 0.880\npitch_rad = 0.0000\nroll_rad = 0.0000")
 
 
 def test_without_a_floor_it_ends_with_1_and_says_what_to_do():
