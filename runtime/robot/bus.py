@@ -55,8 +55,7 @@ class Bus:
     """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks.
     Without `odometry` that is not listened for: `file_odometry` brings it. `reflex`: the body that
     it keeps from touching anything; without one there is no reflex. One that does not `serve` only
-    listens. `tap`: who is told of every message as it comes, by stream or sense, in the threads of
-    the bus."""
+    listens. `tap` is told of every message, by stream or sense, in the bus's threads."""
 
     def __init__(
         self,
@@ -297,8 +296,7 @@ class Bus:
         for sense in self._body.topics:
             self._hear(heard[sense], sense, partial(self._body.file, sense))
         for topic in TF_TOPICS if transforms else TF_TOPICS[1:]:  # what never moves, always
-            file = _unnamed(partial(streams.file_transforms, topic.name))
-            self._hear(topic, topic.name, file)
+            self._hear(topic, topic.name, _unnamed(partial(streams.file_transforms, topic.name)))
         self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
 
     def _filed(self, stream: str) -> Callable[[str, bytes], None]:
