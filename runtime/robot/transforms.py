@@ -111,17 +111,18 @@ class Transforms:
     def __init__(self, bad: Callable[[SensorError], None]) -> None:
         self._bad, self._damaged = bad, deque[SensorError]()
         self._reading = threading.Lock()
-        self._raw: deque[tuple[str, bytes]] = deque(maxlen=RAW_KEPT)
+        # By topic: what never moves is told once, and nothing that comes often may push it out.
+        self._raw = {topic: deque[bytes](maxlen=RAW_KEPT) for topic in (TF_STATIC, TF)}
         self._links: dict[str, _Link] = {}
 
     def file(self, topic: str, payload: bytes) -> None:
         """Keep a message of `TF` or `TF_STATIC`."""
-        self._raw.append((topic, payload))
+        self._raw[topic].append(payload)
 
     @property
     def known(self) -> bool:
         """Whether anything was told at all."""
-        return bool(self._links or self._raw)
+        return bool(self._links or any(self._raw.values()))
 
     def mount(self, base: str, camera: str, stamp_ns: int) -> Mount:
         """The camera's optical frame on the base at that time; SensorError when tf does not say."""
@@ -162,17 +163,17 @@ class Transforms:
 
     def _decode(self) -> None:
         """Take in what was filed."""
-        while self._raw:
-            topic, payload = self._raw.popleft()
-            try:
-                told = wire.decode_transforms(payload, topic)
-            except SensorError as error:
-                told = [error]
-            for one in told:
-                if isinstance(one, SensorError):
-                    self._damaged.append(one)
-                else:
-                    self._take_in(one, topic == TF_STATIC)
+        for topic, raw in self._raw.items():
+            while raw:
+                try:
+                    told = wire.decode_transforms(raw.popleft(), topic)
+                except SensorError as error:
+                    told = [error]
+                for one in told:
+                    if isinstance(one, SensorError):
+                        self._damaged.append(one)
+                    else:
+                        self._take_in(one, topic == TF_STATIC)
 
     def _take_in(self, one: FrameTransform, static: bool) -> None:
         if one.child not in self._links and len(self._links) >= FRAMES:

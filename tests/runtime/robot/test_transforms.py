@@ -9,7 +9,7 @@ from other_half import tf
 
 from runtime.errors import SensorError
 from runtime.robot import wire
-from runtime.robot.transforms import HELD_NS, TF, TF_STATIC, Transforms, peek_frame
+from runtime.robot.transforms import HELD_NS, RAW_KEPT, TF, TF_STATIC, Transforms, peek_frame
 
 BASE, CAMERA = "base_link", "head_camera_optical"
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)
@@ -71,6 +71,13 @@ def test_a_clock_that_was_set_back_begins_anew() -> None:
     nod(tree, 0.1, 100 * S)
     nod(tree, 0.3, 5 * S)
     assert tree.mount(BASE, CAMERA, 5 * S).pitch_rad == pytest.approx(0.3, abs=1e-3)
+
+
+def test_what_never_moves_is_not_pushed_out_by_what_does_while_nobody_asks() -> None:
+    tree = robot()
+    for n in range(RAW_KEPT + 1):
+        nod(tree, 0.2, n * 10_000_000)
+    assert tree.mount(BASE, CAMERA, RAW_KEPT * 10_000_000).pitch_rad == pytest.approx(0.2, abs=1e-3)
 
 
 def test_what_is_missing_is_named() -> None:
