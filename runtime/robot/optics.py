@@ -83,6 +83,7 @@ class Optics:
         bad: Callable[[str, SensorError], None],
     ) -> None:
         self._config, self._topics, self._transforms = config, topics, transforms
+        self._leans = 0  # quarter turns by tf, as it told last: it may come late for an image
         self.color = CameraInfo(topics.camera_info, bad, is_rectified(topics.color))
         self.depth = CameraInfo(info_topic(topics.depth), bad, is_rectified(topics.depth))
 
@@ -118,8 +119,8 @@ class Optics:
         relation = self._related(depth_m.shape, frame, stamp_ns)
         beside, config = relation.placed, self._config
         if config.mount == "tf":
-            told = config.frame if config.frame and not beside else frame
-            mount = self._transforms.mount(config.base_frame, told, stamp_ns)
+            mount = self._by_tf(config.frame or self._frame(relation, frame), stamp_ns)
+            mount = mount_beside(mount, beside) if beside else mount
             straight = straightened(relation.lens, quarters_of(mount.roll_rad))
             return DepthSight(straight.depth(depth_m), straight.intrinsics, _upright(mount))
         turned = self._quarters(None, self._frame(relation, frame), stamp_ns) - config.turned
@@ -143,6 +144,9 @@ class Optics:
         """As tf tells, where that is gone by."""
         if self._config.mount != "tf":
             return None
+        return self._by_tf(frame, stamp_ns)
+
+    def _by_tf(self, frame: str, stamp_ns: int) -> Mount:
         return self._transforms.mount(self._config.base_frame, frame, stamp_ns)
 
     def _quarters(self, mount: Mount | None, frame: str, stamp_ns: int) -> int:
@@ -150,12 +154,14 @@ class Optics:
         not gone by otherwise."""
         if mount is not None:
             return quarters_of(mount.roll_rad)
-        quarters = self._config.turned
-        told = self.known(self._config.frame or frame, stamp_ns) if not quarters else None
-        if told is None:
-            return quarters
-        mount = mount_of(told[:3, :3], told[:3, 3], 3)
-        return quarters_of(mount.roll_rad) if abs(mount.pitch_rad) < SURE_RAD else 0
+        if self._config.turned:
+            return self._config.turned
+        told = self.known(self._config.frame or frame, stamp_ns)
+        if told is not None:
+            mount = mount_of(told[:3, :3], told[:3, 3], 3)
+            if abs(mount.pitch_rad) < SURE_RAD:
+                self._leans = quarters_of(mount.roll_rad)
+        return self._leans
 
     def _frame(self, relation: _Relation, depth: str) -> str:
         """Whose mount that of a pair is."""

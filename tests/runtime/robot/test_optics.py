@@ -107,6 +107,26 @@ def test_where_tf_is_gone_by_it_says_how_the_camera_is_turned():
     assert (pair.intrinsics.width, pair.intrinsics.height) == (120, 160)
 
 
+def test_a_turned_camera_stays_turned_where_tf_comes_late_for_an_image_or_it_looks_down():
+    made, depth = optics(CameraConfig()), np.ones((120, 160), np.float32)
+    told = made._transforms
+    told.file("tf_static", tf(("mast", MINE, (0, 0, 0), OPTICAL)))
+    for second, pitch in ((1, 0.0), (3, 1.2)):
+        about = (HALF * math.cos(pitch / 2), HALF * math.sin(pitch / 2))
+        turned = (about[0], about[1], -about[1], about[0])  # leans, then nods
+        told.file("tf", tf(("base_link", "mast", (0, 0, 1), turned), stamp_ns=second * 10**9))
+    for second in (1, 2, 3):
+        assert made.pair(RGB, depth, MINE, second * 10**9).rgb.shape == (160, 120, 3)
+        assert made.sight(depth, MINE, second * 10**9).depth_m.shape == (160, 120)
+
+
+def test_the_reflex_sees_where_tf_tells_of_the_colour_camera_alone():
+    body = tf(("base_link", MINE, (0.2, 0.0, 1.1), OPTICAL))
+    config = CameraConfig(mount="tf", depth_at=(0.0, 0.05, 0.0, 0.0, 0.0, 0.0))
+    sight = optics(config, body, depth=DEPTH).sight(floor(DEPTH, Mount(z_m=1.1)), OTHER, 0)
+    assert sight.mount == Mount(0.2, 0.05, 1.1)
+
+
 def test_a_bent_lens_is_straightened_in_colour_and_depth():
     bent = (-0.25, 0.06, 0.0, 0.0, 0.0)
     made = optics(CameraConfig(), distortion=bent)
