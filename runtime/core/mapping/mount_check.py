@@ -104,7 +104,8 @@ class MountCheck:
     def _within(self, off: F64, most_m: float) -> bool:
         height_m, pitch_rad, roll_rad = (float(v) for v in np.abs(off))
         if self._carried is not None:
-            return height_m < self._carried.height_m and pitch_rad < self._carried.tilt_rad
+            most = self._carried
+            return height_m < most.height_m and max(pitch_rad, roll_rad) < most.tilt_rad
         return height_m + AHEAD_M * pitch_rad + ASIDE_M * roll_rad <= most_m
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from runtime.core.geometry import optical_rays, optical_to_base
+from runtime.core.mapping.floor_plane import CARRIED
 from runtime.core.mapping.mount_check import MountCheck, MountVerdict
 from runtime.core.types import F32, Intrinsics, Mount
 
@@ -102,3 +103,14 @@ def test_a_camera_on_its_side_is_told_its_own_roll():
     configured = replace(MOUNT, roll_rad=math.pi / 2)
     told = MountVerdict(replace(MOUNT, roll_rad=0.05), False, False).in_words(configured)
     assert f"camera.roll_rad = {math.pi / 2 + 0.05:.4f}" in told
+
+
+@pytest.mark.parametrize(("roll_deg", "maps"), [(8, True), (20, False)])
+def test_a_mount_that_is_followed_may_not_roll_by_more_than_is_followed(roll_deg: int, maps: bool):
+    check, true = MountCheck(CARRIED), Mount(z_m=0.88, roll_rad=math.radians(roll_deg))
+    for yaw_deg in range(0, 360, 30):
+        yaw = math.radians(yaw_deg)
+        check.look(room(true, yaw), CAMERA, MOUNT, yaw)
+    verdict = check.verdict(MOUNT)
+    assert verdict is not None
+    assert verdict.maps == maps
