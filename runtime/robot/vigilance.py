@@ -2,6 +2,7 @@
 what cannot be true. No clock, no lock: times are arguments, monotonic seconds."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
@@ -14,6 +15,7 @@ from runtime.core.motion.safety import Halt, HaltKind, SafetyConfig
 from runtime.core.types import F32, Pose, Twist
 from runtime.log import say
 from runtime.robot import wire
+from runtime.robot.images.raw import DEPTHS
 from runtime.robot.odometry import BaseOdometry, Told
 from runtime.robot.stamps import StampAge
 from runtime.robot.sync import RawMessage
@@ -30,7 +32,8 @@ SAMPLES: Final = 2000  # of a depth image
 ANOTHER, ANOTHER_OF = 0.05, 0.25  # readings that differ by that share, in that share of the image
 STILL_STAMPS: Final = 5  # on end, that are one: a message may come twice
 _STAMPED: Final = 12  # bytes of a message before what is not its stamp
-_TOLD: Final = 200  # and within which its encoding stands
+_TOLD: Final = 200  # and within which its encoding stands, and then whether it is big-endian
+_ENCODING: Final = re.compile(rb"(%s)\0(.)" % "|".join(DEPTHS).encode(), re.DOTALL)
 
 
 @dataclass
@@ -242,7 +245,9 @@ class Vigilance:
 def _sight(payload: bytes) -> F32:
     """About SAMPLES readings of a depth image, in its own unit, 0 where there is none; whatever the
     bytes are."""
-    kind = np.dtype("<f4" if b"32FC1" in payload[:_TOLD] else "<u2")
+    told = _ENCODING.search(payload, 0, _TOLD)
+    kind = np.dtype(DEPTHS[told[1].decode()] if told else np.uint16)
+    kind = kind.newbyteorder(">" if told and told[2] != b"\0" else "<")
     body = payload[_TOLD + (len(payload) - _TOLD) % kind.itemsize :]
     readings = np.frombuffer(body, kind)
     sight: F32 = readings[:: max(1, readings.size // SAMPLES)].astype(np.float32)

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from camera_messages import image
 from hypothesis import given
 from hypothesis import strategies as st
 from other_half import slam_pose
@@ -627,7 +628,7 @@ def test_odometry_is_tried_again_ten_seconds_after_the_camera_saw_something_else
 
 
 def test_a_sight_is_some_readings_of_an_image_whatever_its_bytes():
-    head = b"\x00\x01\x00\x00 ... 32FC1 ...".ljust(200, b"\0")
+    head = b"\x00\x01\x00\x00 ... 32FC1\0\0 ...".ljust(200, b"\0")
     readings = np.arange(1, 6001, dtype=np.float32)
     readings[3], readings[6] = np.nan, np.inf
     sight = _sight(head + b"\7\7\7" + readings.tobytes())
@@ -640,6 +641,15 @@ def test_a_sight_is_some_readings_of_an_image_whatever_its_bytes():
     assert _sight(bytes(150)).size == 0
     late = bytes(196) + b"32FC1" + bytes(7)  # beyond where an encoding stands
     assert _sight(late).size == 4
+
+
+@pytest.mark.parametrize("big", [False, True])
+@pytest.mark.parametrize(("encoding", "kind"), [("16UC1", "u2"), ("16SC1", "i2"), ("32FC1", "f4")])
+def test_a_sight_is_of_the_numbers_that_the_camera_sent(encoding: str, kind: str, big: bool):
+    readings = np.arange(1000, 1600, dtype=np.dtype(kind).newbyteorder(">" if big else "<"))
+    sight = _sight(image(encoding, (30, 20), readings.tobytes(), big=big)).tolist()
+    assert len(sight) > 500  # the first are taken for the head
+    assert sight == list(range(1000, 1600))[-len(sight) :]
 
 
 def test_two_sights_differ_by_a_twentieth_in_a_quarter_of_what_both_see():
@@ -667,10 +677,10 @@ def test_two_sights_differ_by_a_twentieth_in_a_quarter_of_what_both_see():
 
 
 def test_an_image_without_a_difference_in_it_tells_no_place():
-    for image in (np.zeros((30, 40), np.float32), np.full((30, 40), 2.0, np.float32)):
+    for flat in (np.zeros((30, 40), np.float32), np.full((30, 40), 2.0, np.float32)):
         told = Told()
         told.odom(ORIGIN, 9.9)
-        payload = wire.encode_depth(image, 0)
+        payload = wire.encode_depth(flat, 0)
         told.take("depth", payload, 10.0)
         told.odom(Pose(0.2, 0.0, 0.0), 10.1)
         told.color(1, 10.2)
