@@ -4,6 +4,7 @@ import math
 from typing import Any, Final
 
 from runtime.core.optics.lens import LEAST_SHARE, Lens, straightened
+from runtime.core.optics.registered import resized_intrinsics
 from runtime.core.types import Intrinsics
 from runtime.errors import SensorError
 from runtime.robot import wire
@@ -12,6 +13,7 @@ from runtime.robot.bounds import check_camera
 BENT: Final = ("plumb_bob", "rational_polynomial", "thin_prism_fringe", "")  # OpenCV's one model,
 FISHEYE: Final = ("equidistant", "fisheye", "kannala_brandt")  # and its other
 COUNTS: Final = (4, 5, 8, 12, 14)  # of coefficients that the first may have; the second has four
+COARSE: Final = 8  # pixels in one, where it is only asked whether a lens can be straightened
 REMEDY: Final = "publish rectified images (image_proc: image_rect)"
 
 
@@ -27,8 +29,7 @@ def decode_lens(payload: bytes, topic: str, rectified: bool = False) -> Lens:
     message = wire.decode(payload, wire.CAMERA_INFO, topic)
     p = [float(x) for x in message.p]
     if rectified and p[0] > 0 and p[5] > 0:
-        size = int(message.width), int(message.height)
-        intrinsics = Intrinsics(p[0], p[5], p[2], p[6], *size)
+        intrinsics = wire.published(message, p[0], p[5], p[2], p[6])
         check_camera(intrinsics, topic)
         return Lens(intrinsics)
     intrinsics = wire.decode_camera_info(payload, topic).value
@@ -49,8 +50,16 @@ def _bent(message: Any, intrinsics: Intrinsics, topic: str) -> Lens:
     count = next((n for n in COUNTS if n >= len(bent)), most) if not fisheye else 4
     bent = (bent + [0.0] * count)[:count]
     lens = Lens(intrinsics, tuple(bent), fisheye)
-    share = straightened(lens).share
+    share = straightened(_coarse(lens)).share
     if share < LEAST_SHARE:
         what = f"straightened, {share:.0%} of the image were seen: calibrate, or {REMEDY}"
         raise SensorError(f"{told}: {what}")
     return lens
+
+
+def _coarse(lens: Lens) -> Lens:
+    """The same view in few pixels: whoever reads a lens is waited for by who drives, and images are
+    straightened elsewhere."""
+    i = lens.intrinsics
+    size = max(COARSE, i.width // COARSE), max(COARSE, i.height // COARSE)
+    return Lens(resized_intrinsics(i, *size), lens.coefficients, lens.fisheye)

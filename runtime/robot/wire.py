@@ -71,7 +71,7 @@ def peek_stamp(payload: bytes, topic: str) -> int:
 
 
 def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
-    """CameraInfo -> Intrinsics of the image as published (K already is of that image)."""
+    """CameraInfo -> Intrinsics of the image as published."""
     message = decode(payload, CAMERA_INFO, topic)
     k = [float(x) for x in message.k]
     if k[0] == 0 and k[4] == 0:  # REP 104: how an uncalibrated camera says so
@@ -79,9 +79,21 @@ def decode_camera_info(payload: bytes, topic: str) -> Stamped[Intrinsics]:
     fx, skew, cx, _, fy, cy = k[:6]
     if not all(map(math.isfinite, k)) or fx <= 0 or fy <= 0 or skew != 0:
         raise SensorError(f"{topic}: K = {k} is not a pinhole matrix [fx 0 cx, 0 fy cy, 0 0 1]")
-    intrinsics = Intrinsics(fx, fy, cx, cy, int(message.width), int(message.height))
+    intrinsics = published(message, fx, fy, cx, cy)
     check_camera(intrinsics, topic)
     return Stamped(header_stamp(message, topic), intrinsics)
+
+
+def published(message: Any, fx: float, fy: float, cx: float, cy: float) -> Intrinsics:
+    """A CameraInfo's K or P, px of the whole image that was calibrated -> of what is sent of that:
+    a region of interest, with so many pixels in one (sensor_msgs/CameraInfo: binning, roi)."""
+    roi, across, down = message.roi, max(1, message.binning_x), max(1, message.binning_y)
+    width, height, x, y = message.width, message.height, 0, 0
+    if roi.width > 0 and roi.height > 0:
+        width, height, x, y = roi.width, roi.height, roi.x_offset, roi.y_offset
+    size = int(width) // int(across), int(height) // int(down)
+    middle = (cx - x) / across, (cy - y) / down
+    return Intrinsics(fx / across, fy / down, *middle, *size)
 
 
 def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | SensorError]:

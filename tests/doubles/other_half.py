@@ -109,17 +109,20 @@ def camera_info(
     model: str = "plumb_bob",
     p: tuple[float, float, float, float] | None = None,
     frame: str = "camera",
+    binning: tuple[int, int] = (0, 0),
+    roi: tuple[int, int, int, int] = (0, 0, 0, 0),
 ) -> bytes:
-    """CameraInfo of width x height with fx, fy, cx, cy, as a driver sends it."""
+    """CameraInfo of width x height with fx, fy, cx, cy, as a driver sends it. `roi`: x, y, height,
+    width."""
     fx, fy, cx, cy = k
     px, py, qx, qy = p or k
-    region = TYPES["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+    region = TYPES["sensor_msgs/msg/RegionOfInterest"](*roi, False)
     kind = TYPES["sensor_msgs/msg/CameraInfo"]
     return _cdr(
         kind(
             _header(0, frame), size[1], size[0], model, np.array(distortion, float),
             np.array([fx, 0, cx, 0, fy, cy, 0, 0, 1], float), np.eye(3).ravel(),
-            np.array([px, 0, qx, 0, 0, py, qy, 0, 0, 0, 1, 0], float), 0, 0, region,
+            np.array([px, 0, qx, 0, 0, py, qy, 0, 0, 0, 1, 0], float), *binning, region,
         )
     )  # fmt: skip
 

@@ -3,6 +3,7 @@
 import pytest
 from other_half import camera_info
 
+from runtime.core.optics.lens import Lens, straightened
 from runtime.core.types import Intrinsics
 from runtime.errors import SensorError
 from runtime.robot.calibration import decode_lens, is_rectified
@@ -37,6 +38,33 @@ def test_rectified_images_are_those_of_p():
     assert (lens.intrinsics, lens.coefficients) == (Intrinsics(580, 581, 320, 240, *SIZE), ())
     without = camera_info(SIZE, K, BENT, p=(0.0, 0.0, 0.0, 0.0))
     assert decode_lens(without, "info", rectified=True).intrinsics == INTRINSICS
+
+
+@pytest.mark.parametrize("rectified", [False, True])
+def test_intrinsics_are_those_of_the_part_and_the_pixels_that_are_sent(rectified):
+    def sent(**part):
+        return decode_lens(camera_info(SIZE, K, **part), "info", rectified).intrinsics
+
+    assert sent(binning=(1, 1), roi=(0, 0, 480, 640)) == INTRINSICS
+    assert sent(binning=(2, 4)) == Intrinsics(300, 150.25, 160.5, 60.75, 320, 120)
+    part = 100, 40, 400, 500
+    assert sent(roi=part) == Intrinsics(600, 601, 221, 203, 500, 400)
+    assert sent(binning=(2, 2), roi=part) == Intrinsics(300, 300.5, 110.5, 101.5, 250, 200)
+
+
+@pytest.mark.parametrize("part", [{"binning": (2**31, 1)}, {"roi": (0, 0, 1, 640)}])
+def test_a_part_that_no_image_is_of_is_told_of(part):
+    with pytest.raises(SensorError, match="info: an image of .* must be 8 to 8192"):
+        decode_lens(camera_info(SIZE, K, **part), "info")
+
+
+def test_a_lens_is_read_without_what_straightens_whole_images():
+    straightened.cache_clear()
+    decode_lens(camera_info(SIZE, K, BENT), "info")
+    with_lens = Lens(INTRINSICS, BENT)
+    misses = straightened.cache_info().misses
+    straightened(with_lens)
+    assert straightened.cache_info().misses == misses + 1
 
 
 @pytest.mark.parametrize(
