@@ -54,7 +54,7 @@ def test_intrinsics_are_those_of_the_part_and_the_pixels_that_are_sent(rectified
 
 @pytest.mark.parametrize("part", [{"binning": (2**31, 1)}, {"roi": (0, 0, 1, 640)}])
 def test_a_part_that_no_image_is_of_is_told_of(part):
-    with pytest.raises(SensorError, match="info: an image of .* must be 8 to 8192"):
+    with pytest.raises(SensorError, match=r"info: an image of .* must be 8 to 8192"):
         decode_lens(camera_info(SIZE, K, **part), "info")
 
 
