@@ -43,7 +43,9 @@ def camera_of(topics: TopicsConfig) -> tuple[str, ...]:
 
 def drive(path: Path, topics: TopicsConfig, seconds: float) -> Iterator[Published]:
     """The first so many seconds of what came of the robot, in the order in which it was written.
-    RecordingError for a recording without colour: the detectors would have nothing to do."""
+    RecordingError for a recording without colour: the detectors would have nothing to do; and for
+    one whose images are not as they came, which its CameraInfo is not of."""
+    _check_as_came(path)
     names, first_ns, coloured = topics_of(topics), None, False
     for message in messages(path):
         if message.topic not in names:
@@ -55,3 +57,13 @@ def drive(path: Path, topics: TopicsConfig, seconds: float) -> Iterator[Publishe
         yield Published(names[message.topic], message.log_time_ns, message.payload)
     if not coloured:
         raise RecordingError(f"{path}: has no colour images: the detectors have nothing to look at")
+
+
+def _check_as_came(path: Path) -> None:
+    """By the first frame: it is the same of all."""
+    frame = next((m for m in messages(path) if m.topic == f"{LOOP}frame"), None)
+    if frame is not None and json.loads(frame.payload).get("altered"):
+        raise RecordingError(
+            f"{path}: its images were set upright, straightened or put into colour's pixels, and "
+            "would be once more: bench a drive of another camera, or none"
+        )

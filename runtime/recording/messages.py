@@ -92,6 +92,7 @@ class Encoder:
             "intrinsics": obs.intrinsics,
             "mount": obs.mount,
             "scan": obs.scan,
+            "altered": frame.altered,
         }
         yield _ours("frame", told, obs.stamp_ns)
 

@@ -51,7 +51,7 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Frame": _object(
         "An observation that the loop consumed; the images of it were written just before.",
         stamp_ns=_INTEGER, color_stamp_ns=_INTEGER, arrival_s=_NUMBER, now_s=_NUMBER, pose=_POSE,
-        intrinsics=_TABLE, mount=_MAYBE, since={"scan": _MAYBE},
+        intrinsics=_TABLE, mount=_MAYBE, since={"scan": _MAYBE, "altered": _FLAG},
     ),
     "rfnav.Heard": _object("A value that the loop was given in passing.", name=_TEXT, value=_ANY),
     "rfnav.Detections": _object(

@@ -21,7 +21,9 @@ TOPICS = TopicsConfig()
 S = 10**9
 
 
-def written(path: Path, colour: bool = True, goal: str = "sofa") -> Path:
+def written(
+    path: Path, colour: bool = True, goal: str = "sofa", altered: bool | None = None
+) -> Path:
     file = McapFile(path, {"robot": "test"})
     for n in range(5):
         stamp = n * S
@@ -36,6 +38,9 @@ def written(path: Path, colour: bool = True, goal: str = "sofa") -> Path:
             image = compressed(np.zeros((4, 4, 3), np.uint8), stamp, "camera")
             topic = "/camera/color/image_raw/compressed"
             file.write(topic, wire.COMPRESSED_IMAGE, stamp, stamp, image)
+        if altered is not None:
+            told = json.dumps({"altered": altered}).encode()
+            file.write("/loop/frame", "rfnav.Frame", stamp, stamp, told)
     file.close()
     return path
 
@@ -69,3 +74,10 @@ def test_it_is_looked_for_what_was_looked_for(tmp_path: Path):
 def test_a_drive_without_colour_is_told_of(tmp_path: Path):
     with pytest.raises(RecordingError, match="has no colour images"):
         list(drive(written(tmp_path / "a.mcap", colour=False), TOPICS, 60.0))
+
+
+def test_images_that_are_not_as_they_came_are_not_played_as_if_they_were(tmp_path: Path):
+    assert list(drive(written(tmp_path / "a.mcap", altered=False), TOPICS, 60.0))
+    with pytest.raises(RecordingError, match=r"b\.mcap: its images were set upright") as caught:
+        next(drive(written(tmp_path / "b.mcap", altered=True), TOPICS, 60.0))
+    assert "\n" not in str(caught.value)

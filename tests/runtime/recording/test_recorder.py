@@ -104,6 +104,15 @@ def test_a_frame_has_its_images_before_it(tmp_path: Path):
     assert camera.quaternion == pytest.approx([-0.5, 0.5, -0.5, 0.5])  # REP 103, a level camera
 
 
+def test_a_frame_tells_whether_its_images_are_as_they_came(tmp_path: Path):
+    recorder, told = begun(tmp_path), frame(np.ones((24, 32), np.float32))
+    for one in (told, replace(told, altered=True)):
+        recorder("frame", one)
+    recorder.close()
+    told_of = read(tmp_path)["/loop/frame"]
+    assert [json.loads(m.payload)["altered"] for m in told_of] == [False, True]
+
+
 def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
     bus = BusConfig(topics=TopicsConfig(color="cam/compressed"))
     recorder, told = begun(tmp_path, bus=bus), frame(np.ones((24, 32), np.float32))
