@@ -66,6 +66,7 @@ class StreamClocks:
             self.unstamped.add(stream)
             self._say_once(f"{topic}: header.stamp is 0: arrival is taken; let the driver fill it")
             return replace(raw, stamp_ns=round((raw.arrival_s - self._offset_s()) * 1e9))
+        self.unstamped.discard(stream)
         self._ages[stream].late_s(raw.stamp_ns, raw.arrival_s)
         shift_s = self._shift_s(stream, topic) if stream != "odom" else 0.0
         if not shift_s:

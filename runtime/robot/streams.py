@@ -106,6 +106,9 @@ class SensorStreams:
                 raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
                 if stream in STREAMS and not self._lockstep:
                     raw = self._clocks.restamped(stream, raw, topic)
+                    by_stamp = self._clocks.unstamped.isdisjoint(IMAGES)
+                    apart_s = PAIR_TOLERANCE_S if by_stamp else UNSTAMPED_S
+                    self._rings.tolerance_ns = int(apart_s * 1e9)
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
             except SensorError as error:
@@ -256,6 +259,10 @@ class SensorStreams:
         """The depth image that came last; None before the first. Holding `changed`."""
         return self._depth
 
+    def unstamped(self) -> set[str]:
+        """Topics whose messages have no stamp. Holding `changed`."""
+        return {self.topics[stream] for stream in self._clocks.unstamped}
+
     def depth(self, raw: RawMessage) -> DepthImage:
         """A depth image, decoded; SensorError for one that cannot be."""
         image = self._images.depth(raw)
@@ -334,8 +341,6 @@ class SensorStreams:
             self.count_bad(self.topics["odom"], error)
             return False
         self._troubles.over(self.topics["odom"])
-        if self._clocks.unstamped:
-            self._rings.tolerance_ns = int(UNSTAMPED_S * 1e9)
         if not takes:
             health.jumped += 1
         return takes

@@ -290,3 +290,29 @@ def test_without_stamps_images_go_with_the_odometry_of_their_arrival(capsys):
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 3
     assert all("header.stamp is 0: arrival is taken" in line for line in lines)
+
+
+def test_colour_and_depth_go_together_by_arrival_only_as_long_as_they_have_no_stamps():
+    camera = Camera()
+    streams = camera.streams
+
+    def frame(color_s: float, depth_s: float) -> bool:
+        camera.clock.advance(0.1)
+        rgb = np.zeros((12, 16, 3), np.uint8)
+        streams.file("odom", wire.encode_odometry(HERE, round((color_s or 1) * S) - S // 100))
+        streams.file("color", wire.encode_color(rgb, round(color_s * S)))
+        camera.clock.advance(0.04)
+        streams.file("depth", depth(2.0, depth_s))
+        streams.file("odom", wire.encode_odometry(HERE, round((depth_s or 1) * S) + S // 10))
+        with camera.changed:
+            by = Deadline.after(0.0, camera.clock)
+            return streams.wait_for_match(by, lambda: True) is not None
+
+    streams.file("odom", wire.encode_odometry(HERE, 0))  # it may once have none, too
+    assert streams.unstamped() == {ODOM}
+    assert not frame(10.0, 10.04)
+    assert streams.unstamped() == set()
+    assert frame(0.0, 0.0)
+    assert streams.unstamped() == {DEPTH, "camera/color/image_raw"}
+    assert not frame(12.0, 12.04)
+    assert streams.unstamped() == set()
