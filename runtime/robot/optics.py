@@ -29,6 +29,7 @@ from runtime.robot.transforms import CameraConfig, Transforms, UnplacedError
 SAME_VIEW: Final = 0.015  # of the image's width, that two cameras' intrinsics differ by: one camera
 SAME_PLACE: Final = (0.002, 0.002)  # m, and rad about: frames of one camera
 SURE_RAD: Final = 1.0  # a camera that looks more steeply up or down has no roll to be turned by
+SAME_WAY: Final = 0.7  # cosine: where tf's camera looks elsewhere its frame is no optical one
 IDENTITY: Final = Extrinsics.of(np.eye(4))
 
 
@@ -159,7 +160,8 @@ class Optics:
         told = self.known(self._config.frame or frame, stamp_ns)
         if told is not None:
             mount = mount_of(told[:3, :3], told[:3, 3], 3)
-            if abs(mount.pitch_rad) < SURE_RAD:
+            same_way = float(told[:3, 2] @ optical_to_base(self._config)[:, 2]) > SAME_WAY
+            if same_way and abs(mount.pitch_rad) < SURE_RAD:
                 self._leans = quarters_of(mount.roll_rad)
         return self._leans
 

@@ -107,6 +107,14 @@ def test_where_tf_is_gone_by_it_says_how_the_camera_is_turned():
     assert (pair.intrinsics.width, pair.intrinsics.height) == (120, 160)
 
 
+def test_a_frame_that_is_no_optical_one_turns_nothing():
+    pitch = 0.7  # of a body's frame, x ahead, by which drivers of simulated cameras call images
+    body = tf(("base_link", MINE, (0, 0, 1), (0, math.sin(pitch / 2), 0, math.cos(pitch / 2))))
+    made, depth = optics(CameraConfig(pitch_rad=pitch), body), np.ones((120, 160), np.float32)
+    assert made.pair(RGB, depth, MINE, 0).rgb is RGB
+    assert made.sight(depth, MINE, 0).depth_m is depth
+
+
 def test_a_turned_camera_stays_turned_where_tf_comes_late_for_an_image_or_it_looks_down():
     made, depth = optics(CameraConfig()), np.ones((120, 160), np.float32)
     told = made._transforms
