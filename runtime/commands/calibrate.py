@@ -47,7 +47,7 @@ def calibrate_command(
     floor, and print what the configuration should have. A table that fills the image is taken for
     a floor."""
     config = load(path, settings)
-    measured, images = _look(config, seconds)
+    measured, images, placed = _look(config, seconds)
     topics = config.bus.topics
     if not images:
         click.echo(
@@ -65,7 +65,8 @@ def calibrate_command(
         sys.exit(1)
     seen = np.array([[m.z_m, m.pitch_rad, m.roll_rad] for m in measured])
     middle, spread = np.median(seen, axis=0), _spread(seen)
-    click.echo("\n".join(_report(config.camera, middle, spread, len(measured), images)))
+    lines = _report(placed or config.camera, middle, spread, len(measured), images)
+    click.echo("\n".join([*lines, "", *_fits(middle, by_tf=placed is not None)]))
     if told is not None:
         names = "z_m", "pitch_rad", "roll_rad"
         figures = {
@@ -74,10 +75,10 @@ def calibrate_command(
         told.write_text(json.dumps({"images": images, "floors": len(measured), **figures}) + "\n")
 
 
-def _look(config: Config, seconds: float) -> tuple[list[Mount], int]:
-    """The mounts that the depth images of so long show, as the keys have them, and how many images
-    came."""
-    clock = SystemClock()
+def _look(config: Config, seconds: float) -> tuple[list[Mount], int, Mount | None]:
+    """The mounts that the depth images of so long show, as the keys have them, how many images
+    came, and the mount by tf, where that is gone by: then all are of upright images."""
+    clock, placed = SystemClock(), None
     by, found, images = Deadline.after(seconds, clock), [], 0
     with DepthListener(config.bus, config.camera, clock) as camera:
         while not by.passed():
@@ -88,20 +89,20 @@ def _look(config: Config, seconds: float) -> tuple[list[Mount], int]:
                 sys.exit(1)
             if sight is None:
                 continue
-            images += 1
+            images, placed = images + 1, sight.mount
             mount = _mount(sight, config.camera)
             if mount is not None:
                 found.append(mount)
-    return found, images
+    return found, images, placed
 
 
 def _mount(sight: DepthSight, configured: Mount) -> Mount | None:
     """What the floor in an image says of the camera that is configured: colour's, where depth is
     another's."""
-    nominal = sight.mounted(configured)
+    nominal = sight.mount or sight.mounted(configured)
     seen = floor_seen(sight.depth_m, sight.intrinsics, nominal, MISTAKEN)
-    if seen is None:
-        return None
+    if seen is None or sight.mount is not None:
+        return seen
     if sight.beside is None:
         turned = quarters_of(configured.roll_rad) * QUARTER_RAD
         return replace(seen, roll_rad=wrap_angle(seen.roll_rad + turned))
@@ -131,7 +132,7 @@ def _spread(seen: F64) -> F64:
 
 
 def _report(configured: Mount, middle: F64, spread: F64, floors: int, images: int) -> list[str]:
-    """For people, and for the file."""
+    """For people."""
     was = np.array([configured.z_m, configured.pitch_rad, configured.roll_rad])
     lines = [f"A floor in {floors} of {images} depth images."]
     for n, (name, unit, factor) in enumerate(
@@ -145,11 +146,20 @@ def _report(configured: Mount, middle: F64, spread: F64, floors: int, images: in
             f"{name:7}{factor * middle[n]:z8.3f} {unit}, two thirds within "
             f"{factor * spread[n]:.3f}; configured {factor * was[n]:.3f}"
         )
+    return lines
+
+
+def _fits(middle: F64, by_tf: bool) -> list[str]:
+    """For the file; or, where that does not say, for whoever publishes tf."""
+    z_m, pitch_rad, roll_rad = middle
+    if by_tf:
+        what = f"z {z_m:.3f} m, pitch {pitch_rad:.4f}, roll {roll_rad:.4f} rad"
+        return [
+            f'camera.mount is "tf": let tf place the upright depth camera on the base at {what}'
+        ]
     return [
-        *lines,
-        "",
         "[camera]",
-        f"z_m = {middle[0]:.3f}",
-        f"pitch_rad = {middle[1]:z.4f}",
-        f"roll_rad = {middle[2]:z.4f}",
+        f"z_m = {z_m:.3f}",
+        f"pitch_rad = {pitch_rad:z.4f}",
+        f"roll_rad = {roll_rad:z.4f}",
     ]

@@ -17,7 +17,7 @@ from lockstep_double import free_port
 from other_half import camera_info, tf
 
 from runtime.__main__ import cli
-from runtime.commands.calibrate import _report
+from runtime.commands.calibrate import _fits, _fits, _report
 from runtime.core.geometry import optical_rays, optical_to_base
 from runtime.core.optics.registered import Extrinsics, mount_beside
 from runtime.core.types import F32, Intrinsics, Mount
@@ -41,8 +41,8 @@ def depth_of(mount: Mount, floor: bool = True) -> F32:
 
 
 @contextmanager
-def filming(depth_m: F32, beside: bool = False) -> Iterator[str]:
-    """A camera that publishes one image over and over; its endpoint."""
+def filming(depth_m: F32, beside: bool = False, placed: tuple[float, ...] = ()) -> Iterator[str]:
+    """A camera that publishes one image over and over; its endpoint. `placed`: where tf has it."""
     endpoint, ending = f"tcp/127.0.0.1:{free_port()}", threading.Event()
     session = open_session(BusConfig(listen=(endpoint,)))
     k = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
@@ -56,6 +56,8 @@ def filming(depth_m: F32, beside: bool = False) -> Iterator[str]:
             if beside:
                 session.put("camera/depth/camera_info", camera_info((320, 240), k, frame=frame))
                 session.put("tf_static", tf(("camera", frame, BESIDE, (0, 0, 0, 1))))
+            if placed:
+                session.put("tf_static", placed)
             session.put("camera/depth/image_raw", wire.encode_depth(depth_m, stamp_ns, frame))
 
     thread = threading.Thread(target=film)
@@ -112,9 +114,25 @@ def test_by_the_depth_camera_s_image_it_is_colour_s_mount():
 
 
 def test_no_angle_is_minus_nothing():
-    told = "\n".join(_report(Mount(), np.array([0.88, -1e-6, -1e-6]), np.zeros(3), 3, 3))
+    middle = np.array([0.88, -1e-6, -1e-6])
+    told = "\n".join((*_report(Mount(), middle, np.zeros(3), 3, 3), *_fits(middle, by_tf=False)))
     assert "-0.0" not in told
     assert told.endswith("z_m = 0.880\npitch_rad = 0.0000\nroll_rad = 0.0000")
+
+
+def test_where_tf_is_gone_by_it_is_held_against_that_and_no_keys_are_told():
+    level = ("head", "camera", (0, 0, 0), (-0.5, 0.5, -0.5, 0.5))
+    placed = tf(
+        ("base_link", "head", (0.1, 0, 1.15), (0, math.sin(0.35), 0, math.cos(0.35))), level
+    )
+    with filming(depth_of(Mount(z_m=1.2, pitch_rad=0.75)), placed=placed) as endpoint:
+        done = calibrated(endpoint, "--set", "camera.mount=tf")
+    assert done.exit_code == 0, done.output
+    assert re.search(r"height +1\.[12]\d\d m, .*; configured 1\.150", done.stdout)
+    assert "[camera]" not in done.stdout
+    fits = re.search(r"on the base at z (\S+) m, pitch (\S+), roll (\S+) rad", done.stdout)
+    assert fits is not None
+    assert [float(v) for v in fits.groups()] == pytest.approx([1.2, 0.75, 0.0], abs=0.01)
 
 
 def test_without_a_floor_it_ends_with_1_and_says_what_to_do():
