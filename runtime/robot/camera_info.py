@@ -40,8 +40,9 @@ class CameraInfo:
         raw, self._newest = self._newest, None
         if raw is not None:
             try:
-                self.frame = peek_frame(raw.payload, self.topic).lstrip("/")
+                frame = peek_frame(raw.payload, self.topic).lstrip("/")
                 self.lens = decode_lens(raw.payload, self.topic, self._rectified)
+                self.frame = frame
             except SensorError as error:
                 self._bad(self.topic, error)
                 self._error = error

@@ -55,6 +55,7 @@ class BaseOdometry:
         self._by_tf, self._tell = by_tf, tell
         self._kind = wire.POSE_STAMPED if slam else wire.ODOMETRY
         self._optical: bool | None = None  # by its first pose, whatever its frame is called
+        self._last: tuple[str, F64 | None] = "", None  # whose frame tf told of, and where it is
         self._told: set[str] = set()
         self.frame = ""  # that it is told in, as it is called
         self.origin_xy: tuple[float, float] | None = None
@@ -92,7 +93,7 @@ class BaseOdometry:
         child = "" if self._slam else message.child_frame_id.lstrip("/")
         optical_frame = OPTICAL in message.header.frame_id
         if child and child != self._camera.base_frame:
-            told = self._by_tf(child, stamp_ns)
+            told = self._placed(child, stamp_ns)
             if told is not None:
                 return BASE if _is_base(told) and not optical_frame else Whose(told, optical_frame)
             if OPTICAL in child or "camera" in child:
@@ -103,6 +104,13 @@ class BaseOdometry:
         if self._optical is None:
             self._optical = self._leans_as_a_camera(placed)
         return Whose(mounted(self._camera, True)) if self._optical else BASE
+
+    def _placed(self, child: str, stamp_ns: int) -> F64 | None:
+        """By tf, which may come late: then as it was last, for elsewhere would be a jump."""
+        told = self._by_tf(child, stamp_ns)
+        if told is not None:
+            self._last = child, told
+        return self._last[1] if self._last[0] == child else None
 
     def _leans_as_a_camera(self, placed: Any) -> bool:
         matrix = _matrix(placed, self._topic)

@@ -1,6 +1,7 @@
 """Whose pose odometry tells: worked out by hand for bases, cameras and far origins."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,3 +188,14 @@ def test_a_quaternion_that_is_a_little_too_long_is_a_turn_all_the_same():
     long = (0.0, 0.0, 1.05 * math.sin(half), 1.05 * math.cos(half))
     got, _ = BaseOdometry("odom").read(RawMessage(5, odometry_of((1, 2, 0), long, 5), 1.0))
     same(got.value, Pose(1.0, 2.0, 0.8))
+
+
+def test_where_tf_is_late_a_frame_is_where_it_was():
+    placed, known = mounted(Mount(0.5, 0.1, 0.3), False), {0}
+    odometry = BaseOdometry(
+        "odom", False, CAMERA, lambda frame, stamp_ns: placed if stamp_ns in known else None
+    )
+    pose = Pose(3.0, -1.0, 0.4)
+    for stamp_ns in (0, 50_000_000):
+        raw = told(base(pose) @ placed, child="camera_link")
+        same(odometry.read(replace(raw, stamp_ns=stamp_ns))[0].value, pose)
