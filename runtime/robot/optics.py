@@ -167,7 +167,7 @@ class Optics:
 
     def _frame(self, relation: _Relation, depth: str) -> str:
         """Whose mount that of a pair is."""
-        return depth if relation.placed is None else self.color.frame
+        return depth if relation.placed is None else self.color.frame or depth
 
     def _related(self, shape: tuple[int, ...], frame: str, stamp_ns: int) -> _Relation:
         """How depth of that shape and frame lies to colour."""

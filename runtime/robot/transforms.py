@@ -27,6 +27,7 @@ HELD_NS: Final = 250_000_000  # how far from its stamp a transform may be used
 CLOCK_BACK_NS: Final = 1_000_000_000  # a stamp so much older: a clock was set back
 DEPTH: Final = 64  # frames above one another, else they run in a circle
 STEEP_RAD: Final = math.radians(75.0)
+UP_RAD: Final = math.radians(30.0)  # on its side besides: a body's frame, x ahead, that nods
 _DIGITS: Final = 3  # a mount is told to 1 mm and 1 mrad: one that rests does not tremble
 
 
@@ -128,9 +129,12 @@ class Transforms:
         """The camera's optical frame on the base at that time; SensorError when tf does not say."""
         placed = self.placed(base, camera, stamp_ns)
         mount = mount_of(placed[:3, :3], placed[:3, 3], _DIGITS)
-        if abs(mount.pitch_rad) > STEEP_RAD:
+        on_its_side = quarters_of(mount.roll_rad) % 2 and mount.pitch_rad < -UP_RAD
+        if on_its_side or abs(mount.pitch_rad) > STEEP_RAD:
+            where = "up, on its side" if on_its_side else "straight down"
+            where = "straight up" if mount.pitch_rad < -STEEP_RAD else where
             raise SensorError(
-                f"{TF}: {camera} looks straight {'down' if mount.pitch_rad > 0 else 'up'}: set "
+                f"{TF}: {camera} looks {where}: set "
                 "research.camera_frame to the optical frame (x right, y down, z ahead)"
             )
         return mount

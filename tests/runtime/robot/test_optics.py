@@ -135,6 +135,15 @@ def test_the_reflex_sees_where_tf_tells_of_the_colour_camera_alone():
     assert sight.mount == Mount(0.2, 0.05, 1.1)
 
 
+def test_where_colour_tells_no_frame_the_camera_is_where_depth_s_is():
+    body = tf(("base_link", OTHER, (0.2, 0.0, 1.1), OPTICAL))
+    made, told = optics(CameraConfig(mount="tf"), body, depth=DEPTH), Mount(0.2, 0.0, 1.1)
+    made.color.frame = ""
+    depth = floor(DEPTH, told)
+    assert made.pair(RGB, depth, OTHER, 0).mount == told
+    assert made.sight(depth, OTHER, 0).mount == told
+
+
 def test_a_bent_lens_is_straightened_in_colour_and_depth():
     bent = (-0.25, 0.06, 0.0, 0.0, 0.0)
     made = optics(CameraConfig(), distortion=bent)

@@ -80,6 +80,15 @@ def test_what_never_moves_is_not_pushed_out_by_what_does_while_nobody_asks() -> 
     assert tree.mount(BASE, CAMERA, RAW_KEPT * 10_000_000).pitch_rad == pytest.approx(0.2, abs=1e-3)
 
 
+@pytest.mark.parametrize("pitch_rad", [-0.4, 0.0, 0.5, 0.9])
+def test_a_body_s_frame_is_not_taken_for_an_optical_one(pitch_rad: float) -> None:
+    tree = robot()
+    nod(tree, pitch_rad, 0)
+    with pytest.raises(SensorError, match=r"^tf: head looks .*set research.camera_frame to the op"):
+        tree.mount(BASE, "head", 0)
+    assert tree.mount(BASE, CAMERA, 0).pitch_rad == pytest.approx(pitch_rad, abs=1e-3)
+
+
 def test_what_is_missing_is_named() -> None:
     tree = robot()
     with pytest.raises(SensorError, match=r"^tf: no way from base_link to head_camera_optical; "
