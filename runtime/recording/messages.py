@@ -79,7 +79,7 @@ class Encoder:
             placed = transforms(obs.pose, mount, match.stamp_ns, frames)
             yield Draft(f"{LOOP}tf", wire.TF_MESSAGE, match.stamp_ns, placed)
         if self.colour:
-            topic, payload = color_topic(self.topics), self._color(frame)
+            topic, payload = color_topic(self.topics), self._color(frame, camera)
             yield Draft(topic, wire.COMPRESSED_IMAGE, match.color.stamp_ns, payload)
         depth = _compact(obs.depth_m, match.stamp_ns, camera)
         yield Draft(depth_topic(self.topics), wire.IMAGE, match.stamp_ns, depth)
@@ -96,12 +96,14 @@ class Encoder:
         }
         yield _ours("frame", told, obs.stamp_ns)
 
-    def _color(self, frame: ConsumedFrame) -> bytes:
-        """A colour image as it came where that was compressed, else as a JPEG."""
+    def _color(self, frame: ConsumedFrame, camera: str) -> bytes:
+        """A colour image as it came where that was compressed, else as a JPEG. `camera`: where its
+        own frame has no name that is one."""
         color = frame.match.color
         if self.bus.is_packed("color") and not frame.altered:
             return color.payload
-        camera = peek_frame(color.payload, self.topics.color)
+        with suppress(SensorError):
+            camera = peek_frame(color.payload, self.topics.color)
         return compressed(frame.observation.rgb, color.stamp_ns, camera)
 
     def _picture(self, picture: Picture) -> Iterator[Draft]:

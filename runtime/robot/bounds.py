@@ -6,6 +6,7 @@ from typing import Final
 from runtime.core.types import Intrinsics
 from runtime.errors import SensorError
 
+NAME: Final = 200  # letters of a frame's
 MOST_PIXELS: Final = 16_000_000  # a size field beyond this is damage, not a camera
 IMAGE_BYTES: Final = 4 * MOST_PIXELS + 4096
 OTHER_BYTES: Final = 1 << 17  # of a message that is no image: tf of a humanoid has 20,000
@@ -21,6 +22,14 @@ def check_bytes(payload: bytes, topic: str, image: bool = False) -> None:
     most = IMAGE_BYTES if image else OTHER_BYTES
     if len(payload) > most:
         raise SensorError(f"{topic}: {len(payload)} bytes: at most {most} are taken")
+
+
+def check_frame(name: str, topic: str) -> str:
+    """A frame's name, which is told in lines. SensorError for one that is not fit for that."""
+    if len(name) > NAME or not name.isprintable():
+        what = f"a frame of {len(name)} letters" if len(name) > NAME else f"the frame {name!r}"
+        raise SensorError(f"{topic}: {what}: name it by at most {NAME} that can be printed")
+    return name
 
 
 def check_camera(intrinsics: Intrinsics, topic: str) -> None:

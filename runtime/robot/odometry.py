@@ -13,7 +13,7 @@ from runtime.core.types import F64, Mount, Pose
 from runtime.errors import SensorError
 from runtime.log import say
 from runtime.robot import wire
-from runtime.robot.bounds import ANYWHERE_M, FARTHEST_M, all_within
+from runtime.robot.bounds import ANYWHERE_M, FARTHEST_M, all_within, check_frame
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import FIXED, CameraConfig
 from runtime.robot.wire import Stamped
@@ -21,6 +21,7 @@ from runtime.robot.wire import Stamped
 FAR_M: Final = 1000.0  # from where odometry begins, the map has an origin of its own
 LEVEL_RAD: Final = math.radians(20.0)  # a base leans by less,
 STEEP_RAD: Final = math.radians(45.0)  # a pose by more that is no base's
+LINES: Final = 20  # that are told at most, whatever frames are named
 OPTICAL: Final = "optical"  # in the names of frames whose z looks ahead
 PUBLISH: Final = "publish the base's pose (x forward, z up)"
 
@@ -65,7 +66,7 @@ class BaseOdometry:
         """SensorError for what is no pose."""
         message = wire.decode(raw.payload, self._kind, self._topic)
         placed = message.pose if self._slam else message.pose.pose
-        self.frame = message.header.frame_id.lstrip("/")
+        self.frame = check_frame(message.header.frame_id, self._topic).lstrip("/")
         whose = self._whose(message, placed, raw.stamp_ns)
         if whose is BASE:
             x_m, y_m, yaw, tilt = _plain(placed, self._topic)
@@ -90,7 +91,7 @@ class BaseOdometry:
     def _whose(self, message: Any, placed: Any, stamp_ns: int) -> Whose:
         """By the frames that it names, by tf, and where neither says, by how its first pose leans:
         no base is on its side, and every optical frame is."""
-        child = "" if self._slam else message.child_frame_id.lstrip("/")
+        child = "" if self._slam else check_frame(message.child_frame_id, self._topic).lstrip("/")
         optical_frame = OPTICAL in message.header.frame_id
         if child and child != self._camera.base_frame:
             told = self._placed(child, stamp_ns)
@@ -125,7 +126,7 @@ class BaseOdometry:
         return True
 
     def _say_once(self, what: str) -> None:
-        if what not in self._told:
+        if what not in self._told and len(self._told) < LINES:
             self._told.add(what)
             self._tell(f"{self._topic}: {what}")
 

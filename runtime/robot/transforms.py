@@ -17,6 +17,7 @@ from runtime.core.optics.upright import quarters_of
 from runtime.core.types import F64, Mount
 from runtime.errors import ConfigError, SensorError
 from runtime.robot import wire
+from runtime.robot.bounds import check_frame
 from runtime.robot.wire import FrameTransform
 
 TF, TF_STATIC = "tf", "tf_static"  # their names on every robot
@@ -255,4 +256,4 @@ def peek_frame(payload: bytes, topic: str) -> str:
     size = struct.unpack_from(order + "I", payload, 12)[0] if len(payload) >= 16 else 0
     if not 0 < size <= len(payload) - 16:
         raise SensorError(f"{topic}: {len(payload)} bytes have no frame_id")
-    return payload[16 : 15 + size].decode("utf-8", "replace")
+    return check_frame(payload[16 : 15 + size].decode("utf-8", "replace"), topic)

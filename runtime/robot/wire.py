@@ -18,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from runtime.core.types import F32, F64, U8, Intrinsics, Pose
 from runtime.errors import SensorError
-from runtime.robot.bounds import ANYWHERE_M, check_camera
+from runtime.robot.bounds import ANYWHERE_M, check_camera, check_frame
 from runtime.robot.json_text import parse_json
 
 STORE: Final = get_typestore(Stores.ROS2_HUMBLE)
@@ -102,13 +102,18 @@ def decode_transforms(payload: bytes, topic: str) -> list[FrameTransform | Senso
     for one in decode(payload, TF_MESSAGE, topic).transforms:
         at, q = one.transform.translation, one.transform.rotation
         moved, turn = np.array([at.x, at.y, at.z]), np.array([q.x, q.y, q.z, q.w])
-        names = one.header.frame_id.lstrip("/"), one.child_frame_id.lstrip("/")
+        try:
+            names = [check_frame(n, topic) for n in (one.header.frame_id, one.child_frame_id)]
+        except SensorError as error:
+            found.append(error)
+            continue
+        parent, child = (name.lstrip("/") for name in names)
         norm = math.hypot(*turn)
         if not (np.abs(moved) <= ANYWHERE_M).all() or not abs(norm - 1) <= 0.1:
-            what = f"{topic}: {names[1]} at {moved.tolist()}, quaternion of length {norm:.3g}"
+            what = f"{topic}: {child} at {moved.tolist()}, quaternion of length {norm:.3g}"
             found.append(SensorError(f"{what}: publish finite positions and unit quaternions"))
             continue
-        found.append(FrameTransform(*names, header_stamp(one, topic), moved, turn / norm))
+        found.append(FrameTransform(parent, child, header_stamp(one, topic), moved, turn / norm))
     return found
 
 

@@ -113,6 +113,14 @@ def test_a_frame_tells_whether_its_images_are_as_they_came(tmp_path: Path):
     assert [json.loads(m.payload)["altered"] for m in told_of] == [False, True]
 
 
+def test_colour_of_a_frame_without_a_name_ends_no_recording(tmp_path: Path):
+    recorder, told = begun(tmp_path), frame(np.ones((24, 32), np.float32))
+    nameless = RawMessage(7, wire.encode_color(told.observation.rgb, 7, "\n"), 0.5)
+    recorder("frame", replace(told, match=replace(told.match, color=nameless)))
+    assert recorder.close().error == ""
+    assert peek_frame(read(tmp_path)[COLOR][0].payload, COLOR) == "lens"
+
+
 def test_colour_that_came_compressed_is_kept_as_it_came(tmp_path: Path):
     bus = BusConfig(topics=TopicsConfig(color="cam/compressed"))
     recorder, told = begun(tmp_path, bus=bus), frame(np.ones((24, 32), np.float32))

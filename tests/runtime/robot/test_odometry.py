@@ -13,7 +13,7 @@ from runtime.core.geometry import optical_to_base
 from runtime.core.types import F64, Mount, Pose
 from runtime.errors import SensorError
 from runtime.robot import wire
-from runtime.robot.odometry import BaseOdometry, mounted
+from runtime.robot.odometry import LINES, BaseOdometry, mounted
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import CameraConfig
 
@@ -199,3 +199,16 @@ def test_where_tf_is_late_a_frame_is_where_it_was():
     for stamp_ns in (0, 50_000_000):
         raw = told(base(pose) @ placed, child="camera_link")
         same(odometry.read(replace(raw, stamp_ns=stamp_ns))[0].value, pose)
+
+
+def test_frames_that_always_are_others_are_told_of_a_few_times_and_in_one_line_each():
+    lines: list[str] = []
+    odometry = BaseOdometry("odom", False, CAMERA, tell=lines.append)
+    for n in range(100):
+        odometry.read(told(np.eye(4), child=f"camera_{n}"))
+    assert len(lines) == LINES
+    for name in ("camera\nrfnav: all is well", "camera" * 1000, "camera\x1b[2J"):
+        with pytest.raises(SensorError, match=r"^odom: .* can be printed$") as caught:
+            odometry.read(told(np.eye(4), child=name))
+        assert len(str(caught.value)) < 200
+        assert str(caught.value).isprintable()

@@ -89,6 +89,19 @@ def test_a_body_s_frame_is_not_taken_for_an_optical_one(pitch_rad: float) -> Non
     assert tree.mount(BASE, CAMERA, 0).pitch_rad == pytest.approx(pitch_rad, abs=1e-3)
 
 
+def test_a_frame_whose_name_is_fit_for_no_line_is_told_of_and_the_rest_is_gone_on_with() -> None:
+    found: list[str] = []
+    tree = Transforms(lambda error: found.append(str(error)))
+    names = ("good", "two\nlines", "n" * 1000)
+    links = [(BASE, name, (0.0, 0.0, 1.0), OPTICAL) for name in names]
+    tree.file(TF_STATIC, tf(*links))
+    assert tree.mount(BASE, "good", 0).z_m == 1.0
+    assert [line.isprintable() and len(line) < 200 for line in found] == [True, True]
+    image = wire.encode_color(np.zeros((2, 2, 3), np.uint8), 7, "lens\x1b[2J")
+    with pytest.raises(SensorError, match=r"^images: the frame .* can be printed"):
+        peek_frame(image, "images")
+
+
 def test_what_is_missing_is_named() -> None:
     tree = robot()
     with pytest.raises(SensorError, match=r"^tf: no way from base_link to head_camera_optical; "
