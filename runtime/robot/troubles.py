@@ -29,14 +29,15 @@ class Troubles:
         images = (topics[stream] for stream in ("color", "depth", "camera_info"))
         self._kinds = dict.fromkeys((*images, TF), HaltKind.FRAME)
         self._kinds[topics["odom"]] = HaltKind.ODOMETRY
-        self._noted: dict[str, tuple[str, float]] = {}  # by topic: the newest; since when
+        # By topic: the newest; since when; and when that came.
+        self._noted: dict[str, tuple[str, float, float]] = {}
         self._unmatched_s: float | None = None  # since when
 
     def note(self, topic: str, error: SensorError, now_s: float) -> None:
         """Something of a topic cannot be used."""
         if topic in self._kinds:
-            _, since_s = self._noted.get(topic, ("", now_s))
-            self._noted[topic] = str(error), since_s
+            _, since_s, _ = self._noted.get(topic, ("", now_s, now_s))
+            self._noted[topic] = str(error), since_s, now_s
 
     def over(self, *topics: str) -> None:
         """What was wrong with them is so no more."""
@@ -81,11 +82,17 @@ class Troubles:
         return Halt(self._kinds[silent[0]], f"{what}: publish it, or set {where}")
 
     def _badness(self, now_s: float) -> Halt | None:
-        """What was wrong for the longest time."""
-        since = [(since_s, topic) for topic, (_, since_s) in self._noted.items()]
-        if not since or now_s - min(since)[0] < PATIENCE_S:
+        """What was wrong for the longest time; before that what still is, where another topic was
+        found wrong since: the first may be mended, and no frame says so."""
+        newest_s = max((last_s for _, _, last_s in self._noted.values()), default=now_s)
+        lasting = [
+            (newest_s - last_s >= PATIENCE_S, since_s, topic)
+            for topic, (_, since_s, last_s) in self._noted.items()
+            if now_s - since_s >= PATIENCE_S
+        ]
+        if not lasting:
             return None
-        topic = min(since)[1]
+        topic = min(lasting)[2]
         return Halt(self._kinds[topic], self._noted[topic][0])
 
     def _apartness(self, now_s: float, rings: Rings, seeing: bool) -> Halt | None:

@@ -170,6 +170,21 @@ def test_messages_that_cannot_be_used_are_told_of_when_it_goes_on_and_no_longer(
     assert robot.frames > frames
 
 
+def test_what_is_wrong_now_is_told_and_not_what_was_before_it():
+    robot = Robot()
+    robot.bytes_of = {"color": b"\0\1\0\0 none"}
+    told = robot.goes_on(2 * PATIENCE_S)
+    assert told is not None
+    assert told.reason.startswith(f"{COLOR}: ")
+    robot.bytes_of = {"depth": b"\0\1\0\0 none"}  # mended as the other breaks: no frame between
+    assert robot.goes_on(PATIENCE_S / 2) is not None
+    told = robot.goes_on(2 * PATIENCE_S)
+    assert told is not None
+    assert told.reason.startswith(f"{DEPTH}: ")
+    robot.bytes_of = {}
+    assert robot.goes_on(0.5) is None
+
+
 def test_damage_now_and_then_is_none():
     robot = Robot()
     for _ in range(10):
