@@ -208,10 +208,9 @@ class Bus:
         return self._reflex.caution(twist, self._streams.here())
 
     def unstamped(self) -> tuple[str, ...]:
-        """Topics of which the stamps stand still, or are none."""
+        """Topics of which the stamps stand still."""
         with self._changed:
-            still = self._vigilance.unstamped if self._vigilance else set[str]()
-            return tuple(sorted(still | self._streams.unstamped()))
+            return tuple(sorted(self._vigilance.unstamped)) if self._vigilance else ()
 
     def sweeps(self, config: NavigateConfig, camera: CameraConfig) -> None:
         """What drives from now on, and where its camera is: a goal may bring its own."""

@@ -34,7 +34,7 @@ __all__ = ["ConsumedFrame", "SensorStreams", "StreamHealth", "WireMessage"]
 PAIR_TOLERANCE_S = 0.02  # between a colour image and its depth image
 UNSTAMPED_S = 0.06  # the same by arrival
 SENSES = SensesConfig()
-IMAGES = ("color", "depth")
+IMAGES = frozenset({"color", "depth"})
 
 
 class SensorStreams:
@@ -106,8 +106,7 @@ class SensorStreams:
                 raw = RawMessage(wire.peek_stamp(payload, topic), payload, arrival_s)
                 if stream in STREAMS and not self._lockstep:
                     raw = self._clocks.restamped(stream, raw, topic)
-                    by_stamp = self._clocks.unstamped.isdisjoint(IMAGES)
-                    apart_s = PAIR_TOLERANCE_S if by_stamp else UNSTAMPED_S
+                    apart_s = UNSTAMPED_S if self._clocks.unstamped & IMAGES else PAIR_TOLERANCE_S
                     self._rings.tolerance_ns = int(apart_s * 1e9)
                 if self._vigilance is not None:
                     raw = self._vigilance.take(stream, raw, topic)
@@ -258,10 +257,6 @@ class SensorStreams:
     def newest_depth(self) -> RawMessage | None:
         """The depth image that came last; None before the first. Holding `changed`."""
         return self._depth
-
-    def unstamped(self) -> set[str]:
-        """Topics whose messages have no stamp. Holding `changed`."""
-        return {self.topics[stream] for stream in self._clocks.unstamped}
 
     def depth(self, raw: RawMessage) -> DepthImage:
         """A depth image, decoded; SensorError for one that cannot be."""
