@@ -17,7 +17,7 @@ from lockstep_double import free_port
 from other_half import camera_info, tf
 
 from runtime.__main__ import cli
-from runtime.commands.calibrate import _fits, _fits, _report
+from runtime.commands.calibrate import _fits, _report
 from runtime.core.geometry import optical_rays, optical_to_base
 from runtime.core.optics.registered import Extrinsics, mount_beside
 from runtime.core.types import F32, Intrinsics, Mount
