@@ -3,135 +3,33 @@
 import json
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Mapping
 from functools import cache
 from pathlib import Path
 
 from hil_sim.scenes.format import CATEGORIES, ROOM_TYPES
+from hil_sim.scenes.sweethome.known_words import (
+    ALONE,
+    CUT,
+    ENDINGS,
+    ETEKS,
+    FAINT,
+    FAINT_ROOMS,
+    OTHER_BEFORE,
+    OUTDOORS,
+    ROOMS,
+    SHORT_ENDINGS,
+    VOTES,
+    WORDS,
+)
 
 _FURNITURE = Path(__file__).parents[1] / "furniture" / "furniture.json"
 
-ETEKS = {
-    "bed140x190": "bed", "bed90x190": "bed", "bunkBed90x190": "bed", "cornerBunkBed90x190": "bed",
-    "loftBed140x190": "bed", "bed": "bed", "crib": "bed", "chest": "dresser",
-    "bedsideTable": "nightstand", "bookcase": "bookcase", "filledBookcase": "bookcase",
-    "chair": "chair", "chair2": "chair", "armchair": "armchair", "armchair2": "armchair",
-    "roundTable": "table", "squareTable": "table", "table": "table", "coffeeTable": "coffee table",
-    "toiletUnit": "toilet", "washbasin": "sink", "washbasinWithCabinet": "sink", "sink": "sink",
-    "bath": "bathtub", "fittedBath": "bathtub", "shower": "shower", "plant": "plant",
-    "flowers": "plant", "clothesWasher": "washing machine", "cooker": "stove", "oven": "stove",
-    "fridge": "refrigerator", "fridgeFreezer": "refrigerator", "kitchenCabinet": "cabinet",
-    "kitchenUpperCabinet": "cabinet", "glassDoorCabinet": "cabinet", "piano": "piano",
-    "sofa": "sofa", "sofa2": "sofa", "cornerSofa": "sofa", "stool": "stool",
-    "tvUnit": "television", "flatTV": "television", "wardrobe": "wardrobe", "desk": "desk",
-    "laptop": "laptop", "dresser": "dresser", "fireplace": "fireplace", "frame": "picture",
-    "lamp": "lamp", "floorUplight": "lamp", "wallUplight": "lamp", "pendantLamp": "lamp",
-    "workLamp": "lamp", "spotlight": "lamp", "electricRadiator": "radiator",
-    "hotWaterRadiator": "radiator",
-}  # fmt: skip
-"""Sweet Home 3D's own catalogue; its other pieces (boxes, stairs, hood, ...) are "other"."""
-
-WORDS = {
-    "bed": "bed cot crib lit berceau bett kinderbett doppelbett cama cuna letto culla",
-    "sofa": "sofa couch settee loveseat canape sofá divano bank sofabed",
-    "chair": "chair chaise stuhl stuhle silla sedia stoel cadeira",
-    "armchair": "armchair recliner fauteuil sessel sillon butaca poltrona",
-    "table": "table tisch esstisch mesa tavolo tafel dining_table kitchen_table "
-    "table_a_manger mesa_de_comedor",
-    "coffee table": "coffee_table table_basse couchtisch mesa_de_centro tavolino salontafel",
-    "desk": "desk schreibtisch escritorio scrivania bureau bureautafel workstation",
-    "toilet": "toilet wc toilette klo inodoro retrete water vaso_sanitario sanitario",
-    "bathtub": "bathtub bath tub baignoire badewanne banera vasca bad banheira jacuzzi",
-    "shower": "shower douche dusche ducha doccia chuveiro shower_cabin shower_tray",
-    "sink": "sink washbasin basin lavabo evier waschbecken spule spulbecken fregadero lavandino "
-    "waschtisch lavello wastafel gootsteen pia handbasin",
-    "refrigerator": "refrigerator fridge freezer refrigerateur frigo kuhlschrank gefrierschrank "
-    "nevera frigorifico frigorifero koelkast geladeira",
-    "stove": "stove cooker oven range hob cooktop cuisiniere four herd backofen estufa horno "
-    "cocina fornello forno fornuis fogao",
-    "microwave": "microwave micro_ondes mikrowelle microondas microonde magnetron",
-    "television": "television tv televiseur fernseher televisor televisore televisie tele",
-    "plant": "plant houseplant potted_plant flower plante fleur pflanze zimmerpflanze blume planta "
-    "flor pianta fiore ficus palm",
-    "laptop": "laptop notebook ordinateur_portable portatil portatile",
-    "wardrobe": "wardrobe armoire kleiderschrank armario closet guardaroba armadio kledingkast "
-    "guarda_roupa pax",
-    "bookcase": "bookcase bookshelf bookshelves shelf shelves bibliotheque etagere bucherregal "
-    "regal estanteria libreria boekenkast estante book_case",
-    "cabinet": "cabinet cupboard sideboard buffet placard meuble schrank kuchenschrank "
-    "unterschrank hangeschrank oberschrank kommode_tv tv_stand tv_cabinet tv_bench gabinete "
-    "credenza kast base_cabinet wall_cabinet kitchen_unit",
-    "nightstand": "nightstand bedside_table bedside_cabinet night_table table_de_chevet chevet "
-    "nachttisch nachtkastchen mesita_de_noche mesilla comodino nachtkastje criado_mudo",
-    "dresser": "dresser chest_of_drawers commode kommode comoda cassettiera ladekast drawers",
-    "lamp": "lamp lampe lampadaire light chandelier leuchte stehlampe tischlampe lampara lampada "
-    "floor_lamp table_lamp desk_lamp ceiling_light",
-    "washing machine": "washing_machine washer clothes_washer lave_linge machine_a_laver "
-    "waschmaschine lavadora lavatrice wasmachine dryer tumble_dryer",
-    "stool": "stool tabouret hocker taburete sgabello kruk barhocker bar_stool footstool ottoman",
-    "trash can": "trash_can trash_bin waste_bin garbage_can bin wastebasket dustbin poubelle "
-    "mulleimer papierkorb papelera cubo_de_basura pattumiera cestino prullenbak lixeira",
-    "vase": "vase florero jarron vaso vaas",
-    "clock": "clock horloge pendule uhr wanduhr reloj orologio klok wall_clock",
-    "alarm clock": "alarm_clock reveil wecker despertador sveglia wekker",
-    "radiator": "radiator heater radiateur heizkorper heizung radiador radiatore",
-    "piano": "piano klavier flugel pianoforte grand_piano",
-    "fireplace": "fireplace cheminee kamin chimenea camino open_haard lareira",
-    "mirror": "mirror miroir spiegel espejo specchio espelho",
-    "picture": "picture painting poster frame photo tableau cadre bild gemalde cuadro quadro "
-    "schilderij wall_art",
-    "apple": "apple pomme apfel manzana mela appel",
-    "baseball bat": "baseball_bat batte_de_baseball baseballschlager",
-    "basketball": "basketball basket_ball",
-    "bowl": "bowl bol schussel schale cuenco ciotola",
-    "mug": "mug cup tasse becher taza tazza mok coffee_cup coffee_mug",
-    "spray bottle": "spray_bottle spruhflasche vaporisateur",
-    "door": "door porte tur puerta porta deur",
-    "other": "chest trunk rug carpet tapis teppich alfombra tappeto curtain curtains rideau "
-    "vorhang stairs staircase escalier treppe dishwasher lave_vaisselle spulmaschine hood hotte "
-    "car bath_mat bed_linen",
-}
-"""Names a category goes by, without accents; `_` stands for a space."""
-
-ROOMS = {
-    "kitchen": "kitchen kitchenette cuisine kuche cocina cucina keuken cozinha pantry",
-    "bathroom": "bathroom bath toilet toilets wc shower restroom ensuite en_suite salle_de_bain "
-    "salle_de_bains salle_d_eau toilettes bad badezimmer gastebad gastewc bano aseo bagno badkamer "
-    "banheiro lavabo laundry powder_room",
-    "bedroom": "bedroom nursery bed chambre schlafzimmer kinderzimmer gastezimmer dormitorio "
-    "habitacion alcoba camera camera_da_letto slaapkamer quarto guest_room kids_room master",
-    "living room": "living living_room lounge salon sejour wohnzimmer stube sala sala_de_estar "
-    "soggiorno salotto woonkamer family_room sitting_room great_room den wohnen",
-    "dining room": "dining dining_room salle_a_manger esszimmer comedor sala_da_pranzo eetkamer "
-    "sala_de_jantar essen",
-    "study": "study office home_office library bureau arbeitszimmer buro despacho estudio studio "
-    "ufficio kantoor werkkamer escritorio workroom",
-    "hallway": "hall hallway corridor entry entrance foyer lobby landing vestibule couloir entree "
-    "palier flur diele gang eingang pasillo entrada recibidor corridoio ingresso hal overloop "
-    "corredor passage stairs",
-}
-
-VOTES = {
-    "toilet": ("bathroom", 3), "bathtub": ("bathroom", 3), "shower": ("bathroom", 3),
-    "bed": ("bedroom", 3), "nightstand": ("bedroom", 1), "wardrobe": ("bedroom", 1),
-    "refrigerator": ("kitchen", 3), "stove": ("kitchen", 3), "microwave": ("kitchen", 2),
-    "sofa": ("living room", 3), "television": ("living room", 1),
-    "coffee table": ("living room", 1), "fireplace": ("living room", 1),
-    "table": ("dining room", 1), "chair": ("dining room", 0.3), "desk": ("study", 2),
-    "bookcase": ("study", 0.5), "washing machine": ("bathroom", 1), "sink": ("bathroom", 0.5),
-}  # fmt: skip
-"""What a piece of furniture says of the room that it stands in, and how loudly."""
-
-OUTDOORS = (
-    "terrace patio balcony garden yard driveway lawn pool terrasse balkon garten hof jardin cour "
-    "balcon terraza patio terrazza balcone giardino cortile tuin terras terraco varanda loggia"
-)
-"""Rooms of these names are not of the home's inside."""
-
-_CUT = re.compile(
-    r" (?:de|di|da|do|du|for|with|without|of|on|in|mit|fur|avec|pour|con|para|per|met|com|a|et|and)"
-    r" .*"
-)
+_PARTS = re.compile(r"(?<!\bw)/|[&+,;|()\[\]]| - |\b(?:and|und|et)\b", re.IGNORECASE)
+"""Between the names of a room that has several."""
+_LONGEST = 4
+_PLURALS = ("", "s", "es", "n", "en", "e")
+_OUTSIDE = "outdoors"
 _WINDOW = re.compile(r"window|fenetre|fenster|ventana|finestra|raam|janela|hatch|skylight|velux")
 _GLASS_DOOR = re.compile(r"french|porte|tur|door|puerta|porta|deur|balkon|balcon|patio|slid")
 
@@ -139,8 +37,8 @@ _GLASS_DOOR = re.compile(r"french|porte|tur|door|puerta|porta|deur|balkon|balcon
 def plain(text: str) -> str:
     """Lower case, without accents; everything but letters and digits becomes one space."""
     text = re.sub(r"([a-z])([A-Z])", r"\1 \2", text).lower().replace("ß", "ss")
-    bare = unicodedata.normalize("NFKD", text).encode("ascii", "ignore").decode()
-    return " ".join(re.sub("[^a-z0-9]+", " ", bare).split())
+    bare = unicodedata.normalize("NFKD", re.sub(r"['’]s\b", "s", text)).encode("ascii", "ignore")
+    return " ".join(re.sub("[^a-z0-9]+", " ", bare.decode()).split())
 
 
 def category_of(catalog_id: str, name: str) -> str:
@@ -151,14 +49,14 @@ def category_of(catalog_id: str, name: str) -> str:
         found = _catalogue().get(catalog_id)
     own = catalog_id.partition("#")[2] or catalog_id
     for text in (name, own):
-        found = found or _named(plain(text), _category_words())
+        found = found or _piece(plain(text))
     return found if found in CATEGORIES else "other"
 
 
 def room_type(name: str, categories: Iterable[str]) -> tuple[str, str]:
     """A room's type and how it was found: by its "name", its "furniture", or "guess"."""
-    by_name = _first(plain(name), _room_words())
-    if by_name:
+    by_name = _room(name)
+    if by_name in ROOM_TYPES:
         return by_name, "name"
     votes = dict.fromkeys(ROOM_TYPES, 0.0)
     for category in categories:
@@ -170,7 +68,7 @@ def room_type(name: str, categories: Iterable[str]) -> tuple[str, str]:
 
 def is_outdoors(name: str) -> bool:
     """Whether a room's name says that it lies outside."""
-    return bool({*plain(name).split()} & {*OUTDOORS.split()})
+    return _room(name) == _OUTSIDE
 
 
 def is_window(catalog_id: str, name: str) -> bool:
@@ -179,43 +77,99 @@ def is_window(catalog_id: str, name: str) -> bool:
     return bool(_WINDOW.search(text)) and not _GLASS_DOOR.search(text)
 
 
-def _named(text: str, words: dict[str, str]) -> str | None:
-    """Phrases count first, then the last known word before any "with", "of", "de", ..."""
-    padded = f" {text} "
-    phrases = [w for w in words if " " in w and (f" {w} " in padded or f" {w}s " in padded)]
-    if phrases:
-        return words[max(phrases, key=len)]
-    known = [words[w] for word in _CUT.sub("", text).split() if (w := _singular(word, words))]
-    return known[-1] if known else None
+def _piece(text: str) -> str | None:
+    """The category of the last known word before any "with", "of", "de", a number, ..."""
+    words = _category_words()
+    whole = " ".join(word for word in text.split() if not word.isdigit())
+    if whole in ALONE:
+        return ALONE[whole]
+    known = _known(text, words, _endings(), True)
+    if known and known[0] in _split(OTHER_BEFORE):
+        return "other"
+    loud = [word for word in known if word not in _split(FAINT)] or known
+    return words[loud[-1]] if loud else None
 
 
-def _first(text: str, words: dict[str, str]) -> str | None:
-    padded = f" {text} "
-    places = [(padded.find(f" {w} "), -len(w), w) for w in words if f" {w} " in padded]
-    if places:
-        return words[min(places)[2]]
-    known = [words[w] for word in text.split() if (w := _singular(word, words))]
-    return known[0] if known else None
+def _room(name: str) -> str:
+    """The type that the first telling part of a room's name says, "outdoors", or ""."""
+    words = _room_words()
+    for part in _PARTS.split(name):
+        known = _known(plain(part), words, _room_endings(), False)
+        loud = [word for word in known if word not in _split(FAINT_ROOMS)] or known
+        if loud:
+            return words[loud[0] if loud[0] in _first_words() else loud[-1]]
+    return ""
 
 
-def _singular(word: str, words: dict[str, str]) -> str:
-    """The word as it is known: without a number ("bedroom2") or a plural ending, or the end of a
-    German compound ("Einzelbett"); "" if unknown."""
-    word = word.rstrip("0123456789")
-    stems = [word.removesuffix(end) for end in ("", "s", "es", "n", "en", "e")]
-    whole = next((stem for stem in stems if stem in words), "")
-    ends = (known for known in words if len(known) >= 4 and word.endswith(known))
-    return whole or max(ends, key=len, default="")
+def _known(
+    text: str, words: Mapping[str, str], endings: frozenset[str], numbers_cut: bool
+) -> list[str]:
+    """The known words of a name, from the left, a phrase before its words, without numbers at their
+    ends ("bedroom2"), until something tells that the rest is about what stands with it."""
+    tokens = [word.rstrip("0123456789") or word for word in text.split()]
+    found: list[str] = []
+    while tokens:
+        size, word = next(
+            (
+                (n, stem)
+                for n in range(min(_LONGEST, len(tokens)), 1, -1)
+                if (stem := _stem(" ".join(tokens[:n]), words, ("", "s")))
+            ),
+            (1, ""),
+        )
+        cuts = tokens[0] in _split(CUT) or (numbers_cut and tokens[0].isdigit())
+        if not word and cuts and found:
+            break
+        word = word or _single(tokens[0], words, endings)
+        found += [word] if word else []
+        tokens = tokens[size:]
+    return found
+
+
+def _single(word: str, words: Mapping[str, str], endings: frozenset[str]) -> str:
+    """The word as it is known: without a plural ending, or the end of a compound ("Einzelbett"); ""
+    if unknown."""
+    ends = (word[i:] for i in range(2, len(word)))  # from the longest
+    whole = _stem(word, words, _PLURALS)
+    return whole or next((known for end in ends if (known := _stem(end, endings, _PLURALS))), "")
+
+
+def _stem(word: str, words: Container[str], plurals: tuple[str, ...]) -> str:
+    return next((s for end in plurals if (s := word.removesuffix(end)) in words), "")
+
+
+@cache
+def _split(names: str) -> frozenset[str]:
+    return frozenset(name.replace("_", " ") for name in names.split())
 
 
 @cache
 def _category_words() -> dict[str, str]:
-    return {w.replace("_", " "): c for c, names in WORDS.items() for w in names.split()}
+    words = {w: c for c, names in WORDS.items() for w in _split(names)}
+    return dict.fromkeys(_split(OTHER_BEFORE), "other") | words
+
+
+@cache
+def _endings() -> frozenset[str]:
+    return _split(ENDINGS)
 
 
 @cache
 def _room_words() -> dict[str, str]:
-    return {w.replace("_", " "): kind for kind, names in ROOMS.items() for w in names.split()}
+    words = {w: kind for kind, both in ROOMS.items() for names in both for w in _split(names)}
+    return dict.fromkeys(_split(OUTDOORS), _OUTSIDE) | words
+
+
+@cache
+def _first_words() -> frozenset[str]:
+    """Words whose language says first what a room is."""
+    return frozenset(w for _, first in ROOMS.values() for w in _split(first))
+
+
+@cache
+def _room_endings() -> frozenset[str]:
+    long = (w for last, _ in ROOMS.values() for w in _split(last) if len(w) >= 4)
+    return frozenset(long) | _split(SHORT_ENDINGS)
 
 
 @cache
