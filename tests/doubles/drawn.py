@@ -2,7 +2,7 @@
 
 import zipfile
 from pathlib import Path
-from xml.sax.saxutils import quoteattr
+from xml.sax.saxutils import escape, quoteattr
 
 CUBE = """\
 mtllib cube.mtl
@@ -52,6 +52,10 @@ def piece(name: str, x: float, y: float, kind: str = "pieceOfFurniture", **more:
 def door(x: float, y: float, **more: object) -> str:
     size = {"width": 90, "depth": 12, "height": 205}
     return piece("Door", x, y, "doorOrWindow", **{**size, **more})
+
+
+def text(words: str, x: float, y: float, **more: object) -> str:
+    return tag("label", tag("text", escape(words)), x=x, y=y, **more)
 
 
 WALLS = (

@@ -49,6 +49,15 @@ class DrawnRoom:
 
 
 @dataclass(frozen=True)
+class DrawnText:
+    """A text label; `position_m` is the middle of its foot."""
+
+    text: str
+    position_m: Point
+    level: str | None
+
+
+@dataclass(frozen=True)
 class Opening:
     """The hole that a door or window cuts, as shares of its width and height: from the left, and
     from the top."""
@@ -100,6 +109,7 @@ class Drawing:
     walls: tuple[DrawnWall, ...]
     rooms: tuple[DrawnRoom, ...]
     pieces: tuple[Drawn, ...]
+    texts: tuple[DrawnText, ...]
     hidden: int
     """Pieces that the drawing holds but does not show."""
 
@@ -126,6 +136,7 @@ def read_drawing(data: bytes, label: str) -> Drawing:
         walls=tuple(_wall(node) for node in _all(root, label, "wall")),
         rooms=tuple(_room(node) for node in _all(root, label, "room")),
         pieces=tuple(pieces),
+        texts=tuple(_text(node) for node in _all(root, label, "label")),
         hidden=hidden,
     )
 
@@ -232,6 +243,11 @@ def _room(at: _Element) -> DrawnRoom:
         at.texture("floorTexture"),
         at.node.get("level"),
     )
+
+
+def _text(at: _Element) -> DrawnText:
+    text = " ".join(at.node.findtext("text", "").split())[:60]
+    return DrawnText(text, at.point("x", "y"), at.node.get("level"))
 
 
 def usable(room: DrawnRoom) -> bool:

@@ -20,21 +20,19 @@ from hil_sim.scenes.format import (
 )
 from hil_sim.scenes.scene_file import parse_scene, scene_to_json
 from hil_sim.scenes.sweethome.archive import Archive
-from hil_sim.scenes.sweethome.drawing import DrawnRoom, DrawnWall, read_drawing, usable
+from hil_sim.scenes.sweethome.drawing import DrawnWall, read_drawing
 from hil_sim.scenes.sweethome.models import PLAIN, Models
 from hil_sim.scenes.sweethome.openings import doorway
+from hil_sim.scenes.sweethome.outlines import Outline, outlines
 from hil_sim.scenes.sweethome.plan import (
     Side,
     beside,
-    hull,
     is_inner,
     room_index,
     straight,
-    to_middles,
-    undrawn_rooms,
 )
-from hil_sim.scenes.sweethome.storey import LARGEST_M, Storey, check_extent, pick_storey
-from hil_sim.scenes.sweethome.words import category_of, is_outdoors, room_type
+from hil_sim.scenes.sweethome.storey import Storey, check_extent, pick_storey
+from hil_sim.scenes.sweethome.words import category_of, room_type
 
 LOW_WALL = 0.7
 """Walls lower than this share of the home's height become pieces of furnishing."""
@@ -56,8 +54,8 @@ def import_home(
 ) -> tuple[Scene, Report]:
     """Read a `.sh3d`, write its models below `out`, and return the scene (not yet written).
 
-    `level`: a storey's name, None for the ground floor; `known`: catalogue ids in the cache.
-    SceneError is one line that names the file and the place.
+    `level`: a storey's name, None for that with rooms nearest the ground; `known`: catalogue ids in
+    the cache. SceneError is one line that names the file and the place.
     """
     report = Report()
     with Archive(path) as archive:
@@ -79,14 +77,16 @@ def _scene(name: str, storey: Storey, models: Models, label: str, report: Report
         raise SceneError(f"{label}: wall: none on this level; draw the home's walls")
     walls = [side.wall for side in sides]
     check_extent(storey, label)
-    outlines = _outlines(storey, walls, report)
-    polygons = [polygon for _, polygon in outlines]
+    found = outlines(storey, walls, report.notes)
+    if not found:
+        raise SceneError(f"{label}: room: none on this level is indoors; draw one, or rename it")
+    polygons = [outline.polygon for outline in found]
     doors = _doors(storey, walls, polygons, report)
     objects = _objects(storey, polygons, models, report)
     objects += _low_walls(low, models, len(objects))
     report.categories = dict(sorted(Counter(obj.category for obj in objects).items()))
     walls = [replace(w, kind="inner" if is_inner(w, polygons) else "outer") for w in walls]
-    rooms = _rooms(outlines, objects, sides, models, report)
+    rooms = _rooms(found, objects, sides, models, report)
     counts = {"walls": len(walls), "rooms": len(rooms), "doors": len(doors), "pieces": len(objects)}
     report.counts = {**counts, **report.counts}
     return Scene(name, tuple(walls), doors, rooms, tuple(objects), tuple(polygons), storey.height_m)
@@ -106,36 +106,6 @@ def _walls(storey: Storey, report: Report) -> tuple[list[Side], list[DrawnWall]]
         else:
             sides += parts
     return sides, low
-
-
-def _outlines(
-    storey: Storey, walls: list[Wall], report: Report
-) -> list[tuple[DrawnRoom | None, Polygon]]:
-    """Each drawn room's outline, moved to the walls' middles, and outlines where none was drawn."""
-    found: list[tuple[DrawnRoom | None, Polygon]] = []
-    first = storey.walls[0].start
-    for room in storey.rooms:
-        why = ""
-        if not usable(room):
-            why = "it has no area"
-        elif max(math.dist(p, first) for p in room.polygon) > LARGEST_M:
-            why = f"it lies more than {LARGEST_M:.0f} m away"
-        elif is_outdoors(room.name):
-            why = "its name says that it lies outdoors"
-        if why:
-            report.notes.append(f"{room.place} ({room.name or 'unnamed'}): left out: {why}")
-        else:
-            found.append((room, to_middles(room.polygon, walls)))
-    extra = undrawn_rooms(walls, [polygon for _, polygon in found])
-    if not found and not extra:
-        outline = hull(walls)
-        extra = [outline] if outline else []
-        report.notes.append(
-            "no room is drawn and the walls enclose none: one room around all walls"
-        )
-    elif extra:
-        report.notes.append(f"{len(extra)} enclosed without a drawn room: made from the walls")
-    return found + [(None, polygon) for polygon in extra]
 
 
 def _doors(
@@ -210,17 +180,22 @@ def _low_walls(low: list[DrawnWall], models: Models, count: int) -> list[SceneOb
 
 
 def _rooms(
-    outlines: list[tuple[DrawnRoom | None, Polygon]],
+    found: list[Outline],
     objects: list[SceneObject],
     sides: list[Side],
     models: Models,
     report: Report,
 ) -> tuple[Room, ...]:
     rooms: list[Room] = []
-    for drawn, polygon in outlines:
+    for outline in found:
+        polygon, drawn = outline.polygon, outline.room
         inside = [obj.category for obj in objects if contains(polygon, *obj.position_m[:2])]
-        kind, how = room_type(drawn.name if drawn else "", inside)
-        name = _unused((drawn.name if drawn else "") or kind, [room.name for room in rooms])
+        text = next(iter(outline.texts), "")
+        kind, how = room_type(text or outline.name, inside)
+        name = _unused(outline.name or kind, [room.name for room in rooms])
+        if text:
+            others = "".join(f"; also in it: {other!r}" for other in outline.texts[1:])
+            report.notes.append(f"room {name!r}: a {kind} by the text {text!r} in it{others}")
         if how == "furniture":
             report.notes.append(f"room {name!r}: taken for a {kind} by its furniture")
         elif how == "guess":

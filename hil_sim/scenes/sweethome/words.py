@@ -71,6 +71,11 @@ def is_outdoors(name: str) -> bool:
     return _room(name) == _OUTSIDE
 
 
+def tells(name: str) -> bool:
+    """Whether a room's name says what it is for, or that it lies outside."""
+    return bool(_room(name))
+
+
 def is_window(catalog_id: str, name: str) -> bool:
     """Whether the name says a window and no glass door."""
     text = plain(f"{catalog_id} {name}").replace(" ", "")

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from drawn import CUBE, MTL, ROOMS, WALLS, door, piece, room, save, tag, wall, xml
+from drawn import CUBE, MTL, ROOMS, WALLS, door, piece, room, save, tag, text, wall, xml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from places import ROOT, TESTS
@@ -132,6 +132,19 @@ def test_one_storey_is_imported(tmp_path: Path) -> None:
         import_home(path, tmp_path / "out", "Cellar")
     with pytest.raises(SceneError, match="there are: 'Upstairs', 'Cellar', 'Ground'"):
         import_home(path, tmp_path / "out", "Attic")
+
+
+def test_texts_name_the_rooms_that_have_no_name(tmp_path: Path) -> None:
+    bare = room("", 5, 5, 395, 395) + room("", 405, 5, 795, 395)
+    texts = text("12 m²", 200, 150) + text("Küche", 200, 200) + text("Bath", 600, 200)
+    scene, report = imported(tmp_path, WALLS, bare, texts, piece("Bed", 600, 100))
+    assert [(r.name, r.type) for r in scene.rooms] == [("Küche", "kitchen"), ("Bath", "bathroom")]
+    assert "room 'Küche': a kitchen by the text 'Küche' in it" in report.notes
+
+
+def test_nothing_indoors_is_told(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match="room: none on this level is indoors; draw one"):
+        imported(tmp_path, WALLS, text("Patio", 200, 200), text("Garden", 600, 200))
 
 
 def test_colours_of_floors_and_walls_are_kept(tmp_path: Path) -> None:

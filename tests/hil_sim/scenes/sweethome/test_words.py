@@ -19,6 +19,7 @@ from hil_sim.scenes.sweethome.words import (
     is_outdoors,
     is_window,
     room_type,
+    tells,
 )
 
 
@@ -136,6 +137,8 @@ def test_a_room_is_known_by_its_name_or_furniture(
 )
 def test_a_room_is_outdoors_only_if_its_name_is_of_that(name: str, outside: bool) -> None:
     assert is_outdoors(name) == outside
+    assert tells(name)
+    assert not tells("12 m²")
 
 
 def test_windows_are_told_from_glass_doors() -> None:
