@@ -20,7 +20,7 @@ GOALS = ("bed", "toilet", "sofa", "television", "plant", "chair")
 )
 @click.argument("home", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Default: out/HOME.")
-@click.option("--level", help="The storey to import; default: the ground floor.")
+@click.option("--level", help="Default: of the storeys with rooms, that nearest the ground.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="Write the summary.")
 @click.option("--check/--no-check", default=True, help="Whether to see which rooms can be reached.")
 def import_command(
@@ -38,9 +38,7 @@ def import_command(
         lines.append(_reach_line(made.reached))
     click.echo("\n".join(lines))
     click.echo(f"written: {made.path}\nnext:    hil-sim show {made.path} --out {folder}")
-    found = made.report.categories
-    goal = next((c for c in (*GOALS, *found) if c in found), "bed")
-    click.echo(f'         hil-sim demo --scene {made.path} --goal "{goal}"')
+    click.echo(f"         {_search_line(made)}")
     if json_file:
         _write_json(json_file, made)
 
@@ -53,6 +51,18 @@ def _told(report: Report) -> list[str]:
     if report.categories:
         lines.append("pieces: " + ", ".join(f"{c} {n}" for c, n in report.categories.items()))
     return lines + [f"note: {note}" for note in report.notes]
+
+
+def _search_line(made: ImportedHome) -> str:
+    """What to type to have the robot search the home; where nothing can be a goal, what to do."""
+    found = [category for category in made.report.categories if category != "other"]
+    goal = next((c for c in (*GOALS, *found) if c in found), None)
+    if goal is None:
+        return (
+            "no piece here can be a goal: place or rename one in the drawing "
+            '(such as "Sofa" or "Bed"), and import it again'
+        )
+    return f'hil-sim demo --scene {made.path} --goal "{goal}"'
 
 
 def _reach_line(reached: dict[str, bool]) -> str:

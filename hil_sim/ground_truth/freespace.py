@@ -208,12 +208,18 @@ def success_cells(
 
 
 def instances(scene: Scene, goal: str) -> list[int]:
-    """Indices of the objects that satisfy a goal; SceneError if there are none."""
-    wanted = categories_of(goal)
+    """Indices of the objects that satisfy a goal; SceneError if there are none, and of "other",
+    which is never labelled."""
+    wanted = {*categories_of(goal)} - {"other"}
     found = [i for i, obj in enumerate(scene.objects) if obj.category in wanted]
     if not found:
         here = ", ".join(sorted({obj.category for obj in scene.objects} - {"other"}))
-        raise SceneError(f"{scene.name}: goal {goal!r}: no such object here; there are: {here}")
+        what = (
+            f"no such object here; there are: {here}"
+            if here
+            else 'no object here can be a goal; place one, such as a "bed" (docs/own-home.md)'
+        )
+        raise SceneError(f"{scene.name}: goal {goal!r}: {what}")
     return found
 
 

@@ -1,4 +1,5 @@
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -129,6 +130,17 @@ def test_goal_words_name_scene_categories() -> None:
         SceneError, match="two: goal 'toilet': no such object here; there are: sofa"
     ):
         instances(two_rooms().scene, "toilet")
+
+
+def test_what_is_never_labelled_is_no_goal() -> None:
+    scene = two_rooms().scene
+    both = replace(scene, objects=(*scene.objects, replace(scene.objects[0], category="other")))
+    with pytest.raises(SceneError, match=r"goal 'other': no such object here; there are: sofa$"):
+        instances(both, "other")
+    bare = replace(scene, objects=tuple(replace(obj, category="other") for obj in scene.objects))
+    for goal in ("other", "bed"):
+        with pytest.raises(SceneError, match=f"two: goal '{goal}': no object here can be a goal"):
+            instances(bare, goal)
 
 
 def _all_seen(x_m: float, y_m: float, yaw_rad: float) -> np.ndarray:

@@ -268,6 +268,18 @@ def test_rooms_the_robot_cannot_reach_are_named(tmp_path: Path) -> None:
     assert len(load_scene(tmp_path / "out" / "scene.json").spawn) == 1
 
 
+def test_a_home_without_goals_suggests_no_search(tmp_path: Path) -> None:
+    path = save(tmp_path / "home.sh3d", xml(WALLS, ROOMS, piece("Box", 600, 200)))
+    done = run(path, "--out", tmp_path / "out", "--no-check")
+    assert done.returncode == 0
+    assert "pieces: other 1" in done.stdout
+    assert "hil-sim demo" not in done.stdout
+    assert "no piece here can be a goal: place or rename one" in done.stdout
+    path = save(tmp_path / "home.sh3d", xml(WALLS, ROOMS, piece("Vase", 600, 200)))
+    done = run(path, "--out", tmp_path / "out", "--no-check")
+    assert done.stdout.endswith('--goal "vase"\n')
+
+
 def test_an_error_is_one_line_and_exit_2(tmp_path: Path) -> None:
     path = tmp_path / "home.sh3d"
     path.write_text("not a zip")
