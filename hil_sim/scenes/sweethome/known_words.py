@@ -21,8 +21,8 @@ ETEKS = {
 """Sweet Home 3D's own catalogue; its other pieces (boxes, stairs, hood, ...) are "other"."""
 
 WORDS = {
-    "bed": "bed daybed four_poster cot crib lit berceau bett kinderbett doppelbett cama cuna letto "
-    "culla",
+    "bed": "bed daybed four_poster bettgestell bettrahmen cadre_de_lit cot crib lit berceau bett "
+    "kinderbett doppelbett cama cuna letto culla",
     "sofa": "sofa couch settee loveseat canape divano sofabed love_seat four_seater hoekbank "
     "zitbank slaapbank loungebank bankstel zits",
     "chair": "chair chaise chaise_bureau stuhl stuhle silla sedia stoel cadeira",
@@ -31,8 +31,8 @@ WORDS = {
     "kitchen_table table_a_manger mesa_de_comedor",
     "coffee table": "coffee_table table_basse couchtisch mesa_de_centro tavolino salontafel",
     "desk": "desk schreibtisch escritorio scrivania bureau bureautafel workstation",
-    "toilet": "toilet wc toilette klo inodoro retrete water_closet vaso_water water_sospeso "
-    "vaso_sanitario sanitario",
+    "toilet": "toilet wc toilette klo inodoro retrete cuvette_de_toilette water_closet vaso_water "
+    "water_sospeso vaso_sanitario sanitario",
     "bathtub": "bathtub bath tub baignoire badewanne wanne banera vasca bad banheira jacuzzi",
     "shower": "shower douche dusche ducha doccia chuveiro shower_cabin shower_tray",
     "sink": "sink washbasin basin lavabo evier waschbecken becken spule spulbecken fregadero "
@@ -58,9 +58,9 @@ WORDS = {
     "night_table table_de_chevet chevet nachttisch nachtkastchen mesita_de_noche mesilla comodino "
     "nachtkastje criado_mudo",
     "dresser": "dresser chest_of_drawers commode kommode comoda cassettiera ladekast drawers",
-    "lamp": "lamp lampe lampadaire light chandelier leuchte spotlight stehlampe tischlampe "
-    "lampara lampada floor_lamp table_lamp desk_lamp lampe_bureau ceiling_light wall_light "
-    "table_light desk_light floor_light mirror_light picture_light",
+    "lamp": "lamp lampe lampadaire light chandelier leuchte spotlight stehlampe tischlampe lampara "
+    "lampada floor_lamp table_lamp desk_lamp lampe_bureau ceiling_light wall_light table_light "
+    "desk_light floor_light mirror_light picture_light",
     "washing machine": "washing_machine washer clothes_washer lave_linge machine_a_laver "
     "waschmaschine lavadora lavatrice wasmachine dryer tumble_dryer",
     "stool": "stool tabouret hocker taburete sgabello kruk barhocker bar_stool footstool ottoman",
@@ -92,7 +92,8 @@ WORDS = {
     "head headboard stand organizer organiser magnet glove cistern tank door_frame window_frame "
     "toilet_seat table_top counter_top plant_pot flower_pot flower_box water_heater water_boiler "
     "boiler towel_rail towel_rack shower_screen shower_rail bird_bath bath_bomb dog_bed cat_bed "
-    "pet_bed flower_bed hundebett katzenbett table_saw bat burste halter "
+    "pet_bed flower_bed hundebett katzenbett table_saw table_a_repasser bat gel shampoo robe toy "
+    "sponge sign rod cord wire charger lift leg mitt valve stopper radio speaker burste halter "
     "rolle matte decke handtuch kissen schirm schalter fernbedienung",
 }
 """Names a category goes by. Those of "other" are here because they follow what they belong to: a
@@ -104,7 +105,8 @@ OTHER_BEFORE = (
     "rideau tapis interrupteur prise telecommande robinet bouteille couvercle housse coussin "
     "escobilla papel cortina alfombra toalla mando interruptor enchufe grifo botella cojin "
     "scopino spazzola carta portarotolo tenda tappeto asciugamano telecomando interruttore presa "
-    "rubinetto bottiglia cuscino escova tapete toalha tomada torneira garrafa almofada"
+    "couvre testata rubinetto bottiglia cuscino escova tapete toalha tomada torneira "
+    "garrafa almofada"
 )
 """Names of nothing that can be a goal, in languages where what it belongs to comes after."""
 
@@ -126,16 +128,18 @@ ROOMS = {
     "kitchen": ("kitchen kitchenette kit kuche keuken pantry", "cuisine cocina cucina cozinha"),
     "bathroom": (
         "bathroom bath ba toilet toilets wc w_c water_closet shower shower_room restroom washroom "
-        "wash_room lavatory ensuite en_suite bad badezimmer gastebad gastewc badkamer laundry "
+        "wash_room lavatory ensuite en_suite bad badezimmer gastebad gastewc dusche "
+        "badkamer laundry "
         "powder_room",
         "salle_de_bain salle_de_bains salle_bain salle_d_eau salle_de_douche sdb s_d_b sde "
         "toilettes bano cuarto_de_bano sala_de_bano aseo bagno banheiro casa_de_banho "
-        "quarto_de_banho lavabo",
+        "quarto_de_banho lavabo ducha doccia",
     ),
     "bedroom": (
         "bedroom nursery bed br mbr master suite guest guests guest_room kids kids_room parents "
-        "childrens_room schlafzimmer kinderzimmer gastezimmer eltern kind kinder gaste slaapkamer",
-        "chambre chbre suite_parentale dormitorio habitacion alcoba camera camera_da_letto quarto",
+        "childrens_room elternzimmer jugendzimmer schlafzimmer kinderzimmer gastezimmer "
+        "eltern kind kinder gaste slaapkamer",
+        "chambre chbre dormitorio habitacion alcoba camera camera_da_letto cameretta quarto",
     ),
     "living room": (
         "living living_room living_hall living_dining living_dining_room lr lounge wohnzimmer "
@@ -144,7 +148,7 @@ ROOMS = {
         "salon sejour sala sala_de_estar soggiorno salotto jardin_d_hiver",
     ),
     "dining room": (
-        "dining dining_room dining_hall esszimmer eetkamer essen",
+        "dining dining_room dining_hall breakfast breakfast_nook esszimmer eetkamer essen",
         "salle_a_manger comedor sala_da_pranzo sala_de_jantar",
     ),
     "study": (
@@ -154,9 +158,9 @@ ROOMS = {
     "hallway": (
         "hall hallway hall_way corridor entry entrance foyer lobby landing vestibule flur diele "
         "gang eingang hal overloop passage stairs closet walk_in_closet wic walk_in dressing "
-        "dressing_room ankleide ankleidezimmer garderobe inloopkast",
+        "dressing_room treppenhaus ankleide ankleidezimmer garderobe inloopkast",
         "couloir entree palier pasillo entrada recibidor corridoio ingresso corredor placard "
-        "vestidor cabina_armadio",
+        "vestidor cabina_armadio disimpegno",
     ),
 }
 """Names a room type goes by: in languages in which what a compound is comes last ("Hall bath"), and
@@ -170,9 +174,15 @@ SHORT_ENDINGS = "bad wc hal"
 
 CUT = (
     "de di da do du for with without of on in en under mit fur unter avec pour con para per met "
-    "com et and"
+    "com a et and"
 )
 """What follows one of these only tells more of what came before it."""
+
+GENITIVE = "de di da do du of"
+"""Before one of these stands what a thing is: a head of a bed is no bed."""
+
+MANY = "set pair group couple row jeu lot ensemble paire juego conjunto par coppia paar serie"
+"""Before "of", these do not tell what a thing is."""
 
 VOTES = {
     "toilet": ("bathroom", 3), "bathtub": ("bathroom", 3), "shower": ("bathroom", 3),

@@ -15,6 +15,8 @@ from hil_sim.scenes.sweethome.known_words import (
     ETEKS,
     FAINT,
     FAINT_ROOMS,
+    GENITIVE,
+    MANY,
     OTHER_BEFORE,
     OUTDOORS,
     ROOMS,
@@ -88,11 +90,21 @@ def _piece(text: str) -> str | None:
     whole = " ".join(word for word in text.split() if not word.isdigit())
     if whole in ALONE:
         return ALONE[whole]
-    known = _known(text, words, _endings(), True)
+    known = [] if _of_unknown(text) else _known(text, words, _endings(), True)
     if known and known[0] in _split(OTHER_BEFORE):
         return "other"
     loud = [word for word in known if word not in _split(FAINT)] or known
     return words[loud[-1]] if loud else None
+
+
+def _of_unknown(text: str) -> bool:
+    """Whether what is known only belongs to what is not, such as the bed of "Tête de lit"."""
+    if any(f" {phrase} " in f" {text} " for phrase in _category_words() if " " in phrase):
+        return False
+    head, genitive, _ = _genitive().sub("\n", text, count=1).partition("\n")
+    counts = head.isdigit() or {*head.split()} & _split(MANY)
+    known = _known(head, _category_words(), _endings(), False)
+    return bool(genitive) and not known and not counts
 
 
 def _room(name: str) -> str:
@@ -152,6 +164,11 @@ def _split(names: str) -> frozenset[str]:
 def _category_words() -> dict[str, str]:
     words = {w: c for c, names in WORDS.items() for w in _split(names)}
     return dict.fromkeys(_split(OTHER_BEFORE), "other") | words
+
+
+@cache
+def _genitive() -> re.Pattern[str]:
+    return re.compile(rf" (?:{'|'.join(sorted(_split(GENITIVE)))}) ")
 
 
 @cache
