@@ -5,7 +5,7 @@ import json
 
 from answers import REFUSALS, EntryPoint, refused
 from doctor_entries import heard, told
-from drawn import ROOMS, WALLS, door, xml
+from drawn import ROOMS, WALLS, door, text, xml
 from file_entries import (
     MODELS,
     TEXTS,
@@ -56,7 +56,9 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "gguf": EntryPoint((a_gguf(),), gguf_head),
     "recordings": EntryPoint((shortened(TESTS / "refs" / "lockstep.mcap"),), recording, True),
     "sh3d": EntryPoint((a_drawing(),), drawing, True),
-    "sh3d drawings": EntryPoint((xml(WALLS, ROOMS, door(400, 200)),), drawing_xml, True),
+    "sh3d drawings": EntryPoint(
+        (xml(WALLS, ROOMS, door(400, 200), text("Bath", 200, 200)),), drawing_xml, True
+    ),
     "scores": EntryPoint((database_of(some_scores),), scores, True),
     "spending": EntryPoint((database_of(some_spending),), spending, True),
     "embeddings": EntryPoint((some_embeddings(),), embeddings, True),
