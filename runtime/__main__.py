@@ -35,6 +35,7 @@ from runtime.loops.worker_thread import lower_priority
 from runtime.perception.configured_models import check_models
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
+from runtime.perception.understand_command import understand_command
 from runtime.private_files import keep_to_owner
 from runtime.record import Record
 from runtime.robot.bases import opened_base, watched
@@ -64,6 +65,7 @@ cli.add_command(calibrate_command)
 cli.add_command(bench_command)
 cli.add_command(replay_command)
 cli.add_command(guard_command)
+cli.add_command(understand_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

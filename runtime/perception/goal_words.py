@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from models.words.lexicon import Lexicon
 from runtime.core.types import F32
 from runtime.core.word_senses import Meaning, Senses, meaning
 from runtime.errors import ConfigError
@@ -46,12 +47,13 @@ class Goal:
 class Words:
     """What the runtime knows about words. `senses` are the meanings that the dictionary has of a
     noun; by a class's first name, `also` are further names that people call it and `kinds` the
-    classes that are kinds of it."""
+    classes that are kinds of it. Without a `lexicon` every text is the name of one thing."""
 
     classes: tuple[Class, ...]
     senses: Senses = lambda word: ()
     also: Mapping[str, Sequence[str]] = field(default_factory=dict)
     kinds: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    lexicon: Lexicon | None = None
 
 
 def check(text: str) -> str:
@@ -73,11 +75,11 @@ def understand(text: str, words: Words, embed: Embed) -> Goal:
     classes, senses = words.classes, words.senses
     goal = check(text)
     word = ARTICLE.sub("", goal.lower())
-    spelt = {_spelt(word), _spelt(word).removesuffix("s")}
+    spelt = {spelling(word), spelling(word).removesuffix("s")}
     for names in classes:
-        if word in names or not spelt.isdisjoint(map(_spelt, names)):
+        if word in names or not spelt.isdisjoint(map(spelling, names)):
             return _known(goal, names, words, f"{goal}: known as {names[0]}")
-        if not spelt.isdisjoint(map(_spelt, words.also.get(names[0], ()))):
+        if not spelt.isdisjoint(map(spelling, words.also.get(names[0], ()))):
             how = f"{goal}: another word for {names[0]}, looked for as that"
             return _known(goal, names, words, how)
     means = meaning(word, classes, senses, embed)
@@ -123,7 +125,7 @@ def _of_kind(
     return tuple(c for c in classes if c in sure or any(name.endswith(ends) for name in c))
 
 
-def _spelt(word: str) -> str:
+def spelling(word: str) -> str:
     """ "night stand" and "night-stand" are spelt "nightstand"."""
     return word.replace(" ", "").replace("-", "")
 

@@ -10,7 +10,6 @@ from models.language.reasoning import ReasoningModel
 from models.language.scoring import LanguageModel
 from models.language.vision import VisionModel
 from models.store import manifest
-from models.words.senses import Senses
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 from runtime.clock import Clock, Deadline
@@ -28,7 +27,8 @@ from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seating
 from runtime.log import say
 from runtime.perception.detection import SeekingDetector
-from runtime.perception.goal_words import Goal, Words, understand
+from runtime.perception.goal_words import Goal
+from runtime.perception.heard_goal import hear, with_labels, words_of
 from runtime.perception.model_errors import models_told
 
 TEXT_MODEL = "minilm"  # it embeds words and pictures' prompts; all classes are measured with it
@@ -56,8 +56,7 @@ class LoadedModels:
         self._panel: Panel | None = None
         kept = manifest.cache_dir().parent / "embeddings.npz"
         self._encoder = TextEncoder(_directory(TEXT_MODEL), models.threads, kept)
-        also, kinds = vocabulary.also, vocabulary.kinds
-        self._words = Words(vocabulary.objects, Senses(), also=also, kinds=kinds)
+        self._words = words_of(vocabulary)
         self._detector = SeekingDetector(config, self._encoder, vocabulary)
         if error := self._encoder.keep():  # nothing depends on it but how soon the next start is
             say(error)
@@ -84,10 +83,8 @@ class LoadedModels:
             raise ConfigError("models: cannot change while the runtime runs; start another")
         if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
             raise ConfigError("cloud: cannot change while the runtime runs; start another")
-        known = {name for names in self._words.classes for name in names}
-        others = tuple((name,) for name in config.detector.labels if name not in known)
-        words = replace(self._words, classes=(*self._words.classes, *others))
-        understood = understand(goal, words, self._encoder.embed)
+        words = with_labels(self._words, config.detector.labels)
+        understood = hear(goal, words, self._encoder.embed).goal
         seating = self._open_seating() if config.panel.experts else None
         told = self._detector.seek(understood, config)
         understood = replace(understood, how=understood.how + told)

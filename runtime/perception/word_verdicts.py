@@ -6,10 +6,13 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from models.evaluation.truth import NameLists
+from models.words.lexicon import lexicon
 from models.words.senses import Senses
 from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
-from runtime.perception.goal_words import Goal, Words, understand
+from runtime.errors import ConfigError
+from runtime.perception.goal_words import Goal, Words
+from runtime.perception.heard_goal import hear
 
 Understanding = Callable[[str], Goal]
 
@@ -36,8 +39,8 @@ def by_default(
     if listed and classes is None:
         known = replace(known, also=vocabulary.also, kinds=vocabulary.kinds)
     if senses:
-        known = replace(known, senses=Senses())
-    return lambda text: understand(text, known, encoder.embed)
+        known = replace(known, senses=Senses(), lexicon=lexicon())
+    return lambda text: hear(text, known, encoder.embed).goal
 
 
 def word_verdicts(
@@ -48,7 +51,11 @@ def word_verdicts(
     for category, synonyms in others.items():
         near = words.near.get(category, ())
         for synonym in synonyms:
-            goal = understood(synonym)
+            try:
+                goal = understood(synonym)
+            except ConfigError as error:
+                rows.append(WordVerdict(synonym, category, "refused", str(error)))
+                continue
             if goal.name == category:
                 verdict = "its own"
             elif goal.name in words.trained:

@@ -4,7 +4,7 @@ import io
 import json
 import struct
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
 
 import numpy as np
@@ -22,11 +22,13 @@ from other_half import (
 )
 from rover_bytes import rover_bytes
 
+from models.words.vocabulary import load_vocabulary
 from runtime.clock import Deadline
 from runtime.config import load
 from runtime.core.types import Intrinsics, Pose
 from runtime.errors import RfNavError, SensorError
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
+from runtime.perception.heard_goal import hear, words_of
 from runtime.robot import wire
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.calibration import decode_lens
@@ -173,6 +175,14 @@ class _Asker:
         pass
 
 
+def no_likeness(texts: Sequence[str]) -> np.ndarray:
+    """(N, 1): no text is like any other."""
+    return np.zeros((len(texts), 1), np.float32)
+
+
+GOAL_WORDS = words_of(load_vocabulary())
+
+
 def request(data: bytes) -> None:
     """A query: goal, cancel or status; under a harness or not. It is answered whatever it says."""
     if not data:
@@ -188,7 +198,9 @@ def request(data: bytes) -> None:
         cancel_reason(taken.body)
         try:
             if kind == "goal":
-                load(None, terms.read(taken.body).settings)
+                asked = terms.read(taken.body)
+                load(None, asked.settings)
+                hear(asked.text, GOAL_WORDS, no_likeness)
         except RfNavError as error:
             refused(str(error))
             answer = {"accepted": False, "error": str(error)}
@@ -204,5 +216,7 @@ GOALS = [
         "log_dir": "x/y",
         "settings": ["control.max_speed_mps=0.3", "bus.mode=peer"],
     },
+    {"goal": "please find the red mug on the kitchen table, not the cup"},
+    {"goal": "wo ist mein Kühlschrank"},
     {"reason": "enough"},
 ]

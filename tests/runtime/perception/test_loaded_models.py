@@ -250,7 +250,7 @@ def test_a_goal_is_understood_by_all_that_the_word_list_has(tmp_path: Path) -> N
         ("umbrella", ("research.second_look=''",), ""),
         ("umbrella", ("research.detector_source='topic'",), ""),
         ("toilet", (), ""),
-        ("zxcvb", (), "it will hardly be recognised"),
+        ("thermostat", (), "it will hardly be recognised"),
     ],
 )
 def test_what_the_detector_has_no_word_for_is_looked_at_twice(
@@ -306,7 +306,7 @@ def test_a_second_look_is_of_its_goal_alone(
         models.accept("umbrella", config)
         with pytest.raises(ModelError):
             models.accept(
-                "x" * 70, configured(tmp_path, *plain, f"research.detector_labels=['{'y' * 101}']")
+                "key", configured(tmp_path, *plain, f"research.detector_labels=['{'y' * 101}']")
             )
         with pytest.raises(ModelError, match="no such model file"):
             models.accept("toilet", configured(tmp_path, nobody))

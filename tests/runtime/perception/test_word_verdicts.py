@@ -32,7 +32,6 @@ pytestmark = pytest.mark.slow  # hundreds of names are embedded
         ("money plant", "plant", "a kind of plant"),
         ("towel rail", "towel rail", "a class of its own"),
         ("salad", "salad", "a class of its own"),
-        ("qwertyuiop", "qwertyuiop", "a class of its own"),
     ],
 )
 def test_a_goal_is_looked_for_as_what_it_means(
@@ -41,6 +40,12 @@ def test_a_goal_is_looked_for_as_what_it_means(
     goal = by_default(encoder, listed=False)(word)
     assert goal.name == name
     assert how in goal.how
+
+
+def test_a_name_that_is_refused_is_no_mistake_of_the_list(encoder: TextEncoder) -> None:
+    rows = word_verdicts(read_words(), by_default(encoder), {"bed": ["qwertyuiop", "twin bed"]})
+    assert [row.verdict for row in rows] == ["refused", "its own"]
+    assert "no thing that is known" in rows[0].how
 
 
 @pytest.mark.parametrize(
