@@ -21,6 +21,7 @@ from hil_sim.driving.rig import home_of, open_world
 from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode, sample_episode
 from hil_sim.ground_truth.freespace import instances
+from hil_sim.ground_truth.goals import category_word
 from hil_sim.ground_truth.witness import TARGET_MODES
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
@@ -79,14 +80,15 @@ def demo_command(**given: Any) -> None:
     if not goal:
         raise ConfigError("goal: is empty; say what to find, e.g. --goal toilet")
     home = open_scene(given["scene"])
-    instances(home, goal)  # an error that names what there is, before anything slow
+    judged = category_word(goal)
+    instances(home, judged)  # an error that names what there is, before anything slow
     if method_named(method).driver != "runtime":
         raise ConfigError(f"method {method}: asks no runtime; `hil-sim eval` drives it")
     needed_models((method,))
     protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
     protocol = replace(protocol, whole_mm=given["whole_mm"])
     faults = parse_faults(given["faults"])
-    run_dir = given["out"] or Path("out") / f"{home.name}-{goal.replace(' ', '-')}-{start}"
+    run_dir = given["out"] or Path("out") / f"{home.name}-{judged.replace(' ', '-')}-{start}"
     _clear(run_dir)
     keep_stdout_for_python()
     assets = Assets()
@@ -98,9 +100,10 @@ def demo_command(**given: Any) -> None:
         stack.callback(runtime.close)
         world = stack.enter_context(open_world(home, assets, given["renderer"]))
         stack.enter_context(runtime)
-        episode, staged = _stage(world, assets, protocol, goal, start)
+        episode, staged = _stage(world, assets, protocol, judged, start)
         setup_s = time.monotonic() - began_s
         _announce(episode, method, protocol, setup_s)
+        episode = replace(episode, goal=goal)  # in the person's own words
         drive = partial(run_realtime, renderer=given["renderer"], wire=wire)
         result = (drive if given["realtime"] else run_episode)(
             episode, staged, runtime, protocol, method, run_dir, _tell, faults, given["seed"]

@@ -2,8 +2,9 @@
 
 import re
 
-from hil_sim.scenes.format import Scene
+from hil_sim.scenes.format import CATEGORIES, ROOM_TYPES, Scene
 from hil_sim.scenes.robothor.unrecognised import unrecognised
+from runtime.core.goal_phrase import parse
 
 SYNONYMS: dict[str, str] = {
     "alarm clock": "alarm, bedside clock, wake-up clock",
@@ -148,6 +149,27 @@ def categories_of(goal: str) -> tuple[str, ...]:
     """The scene categories that satisfy a goal."""
     word = ARTICLE.sub("", " ".join(goal.lower().split()))
     return GOALS.get(word, (word,))
+
+
+def category_word(text: str) -> str:
+    """The one word of a goal in a person's words that names a category here; the text as it is
+    where there is none. What stands around it is taken off by the runtime's grammar; which category
+    it is, is not asked of the runtime."""
+    things = parse(text, _Named()).things
+    named = tuple(thing for thing in things if _Named().thing(thing))
+    return named[0] if len(things) == len(named) == 1 else text
+
+
+class _Named:
+    """What a phrase is, by the scenes' own categories."""
+
+    def thing(self, phrase: str) -> bool:
+        """Whether categories satisfy it."""
+        return all(category in CATEGORIES for category in GOALS.get(phrase, (phrase,)))
+
+    def room(self, phrase: str) -> bool:
+        """Whether it is a type of room."""
+        return phrase in ROOM_TYPES
 
 
 def not_asked(scene: Scene, goal: str) -> str:
