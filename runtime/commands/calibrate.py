@@ -77,22 +77,26 @@ def calibrate_command(
 
 def _look(config: Config, seconds: float) -> tuple[list[Mount], int, Mount | None]:
     """The mounts that the depth images of so long show, as the keys have them, how many images
-    came, and the mount by tf, where that is gone by: then all are of upright images."""
+    could be used, and the mount by tf, where that is gone by: then all are of upright images. Where
+    none could, what was wrong is said, and that is the end: the first may come before tf does."""
     clock, placed = SystemClock(), None
-    by, found, images = Deadline.after(seconds, clock), [], 0
+    by, found, images, wrong = Deadline.after(seconds, clock), [], 0, ""
     with DepthListener(config.bus, config.camera, clock) as camera:
         while not by.passed():
             try:
                 sight = camera.look(by)
             except SensorError as error:
-                click.echo(f"rfnav: {error}", err=True)
-                sys.exit(1)
+                wrong = str(error)
+                continue
             if sight is None:
                 continue
             images, placed = images + 1, sight.mount
             mount = _mount(sight, config.camera)
             if mount is not None:
                 found.append(mount)
+    if wrong and not images:
+        click.echo(f"rfnav: {wrong}", err=True)
+        sys.exit(1)
     return found, images, placed
 
 

@@ -41,8 +41,11 @@ def depth_of(mount: Mount, floor: bool = True) -> F32:
 
 
 @contextmanager
-def filming(depth_m: F32, beside: bool = False, placed: tuple[float, ...] = ()) -> Iterator[str]:
-    """A camera that publishes one image over and over; its endpoint. `placed`: where tf has it."""
+def filming(
+    depth_m: F32, beside: bool = False, placed: tuple[float, ...] = (), tf_from_ns: int = 0
+) -> Iterator[str]:
+    """A camera that publishes one image over and over; its endpoint. `placed`: where tf has it;
+    `tf_from_ns`: from which stamp on tf tells of the camera beside."""
     endpoint, ending = f"tcp/127.0.0.1:{free_port()}", threading.Event()
     session = open_session(BusConfig(listen=(endpoint,)))
     k = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
@@ -55,7 +58,8 @@ def filming(depth_m: F32, beside: bool = False, placed: tuple[float, ...] = ()) 
             session.put("camera/color/camera_info", camera_info((320, 240), k))
             if beside:
                 session.put("camera/depth/camera_info", camera_info((320, 240), k, frame=frame))
-                session.put("tf_static", tf(("camera", frame, BESIDE, (0, 0, 0, 1))))
+                if stamp_ns >= tf_from_ns:
+                    session.put("tf_static", tf(("camera", frame, BESIDE, (0, 0, 0, 1))))
             if placed:
                 session.put("tf_static", placed)
             session.put("camera/depth/image_raw", wire.encode_depth(depth_m, stamp_ns, frame))
@@ -111,6 +115,20 @@ def test_by_the_depth_camera_s_image_it_is_colour_s_mount():
     camera = tomllib.loads(done.stdout[done.stdout.index("[camera]") :])["camera"]
     assert camera["z_m"] == pytest.approx(0.8, abs=0.01)
     assert camera["pitch_rad"] == pytest.approx(0.1, abs=0.005)
+
+
+def test_tf_that_comes_after_the_first_images_is_waited_for():
+    with filming(depth_of(Mount()), beside=True, tf_from_ns=2_000_000_000) as endpoint:
+        done = calibrated(endpoint)
+    assert done.exit_code == 0, done.output
+
+
+def test_where_tf_never_comes_it_says_so():
+    with filming(depth_of(Mount()), beside=True, tf_from_ns=1 << 62) as endpoint:
+        done = calibrated(endpoint)
+    assert done.exit_code == 1
+    assert "tf does not relate them" in done.stderr
+    assert done.stdout == ""
 
 
 def test_no_angle_is_minus_nothing():
