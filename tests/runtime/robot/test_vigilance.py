@@ -18,8 +18,10 @@ from runtime.robot.stamps import WINDOW_S, StampAge
 from runtime.robot.sync import RawMessage
 from runtime.robot.vigilance import (
     FORGIVEN_S,
+    MOVED_RAD,
     NOTED_S,
     STILL_STAMPS,
+    TILT_RAD,
     Vigilance,
     _differ,
     _sight,
@@ -696,3 +698,71 @@ def test_an_image_without_readings_is_no_mistake_and_no_place():
     told.color(1, 10.2)
     told.take("depth", bytes(150), 10.3)
     assert told.doubt(11.0) == ""
+
+
+def test_just_as_much_as_is_allowed_is_no_jump_no_tilt_and_a_move():
+    """By odometry that is told to the bit, as none is by a quaternion."""
+    told, pose, tilt_rad = Told(SafetyConfig(odom_jump_rad=0.5)), ORIGIN, 0.0
+    told.vigilance.read = lambda raw: (wire.Stamped(raw.stamp_ns, pose), tilt_rad)
+    told.take("odom", bytes(20), 10.0)
+    told.color(1, 10.0)
+    told.depth(2.0, 10.0)
+    told.color(2, 10.1)
+    told.depth(2.0, 10.1)
+    pose, tilt_rad = Pose(0.0, 0.0, 0.5), TILT_RAD
+    told.take("odom", bytes(20), 10.2)
+    assert told.doubt(10.2) == ""
+    pose, tilt_rad = Pose(0.0, 0.0, MOVED_RAD), 0.0
+    told.take("odom", bytes(20), 10.3)
+    assert told.doubt(10.5).startswith("frame: depth repeats")
+
+
+def test_a_message_of_colour_with_nothing_in_it_is_no_sign_of_life():
+    told = Told()
+    told.odom(ORIGIN, 9.9)
+    told.depth(2.0, 10.0)
+    told.odom(Pose(0.1, 0.0, 0.0), 10.1)
+    told.take("color", b"", 10.2)
+    told.depth(2.0, 10.3)
+    assert told.doubt(11.0) == ""
+
+
+def test_odometry_is_as_late_as_is_beyond_the_least_delay_of_its_own_last_ten_seconds():
+    told = Told()
+    told.odom(ORIGIN, 16.0, 1.0)
+    told.odom(ORIGIN, 18.0, 2.0, 1)
+    assert told.odom(ORIGIN, 26.5, 10.0, 2).arrival_s == 26.0  # not by what came 10.5 s before
+
+
+def test_four_messages_after_a_stamp_that_have_the_same_are_not_yet_unstamped_and_five_are():
+    told = Told()
+    for n in range(STILL_STAMPS):
+        told.odom(ORIGIN, 10.0 + n, 4.0)
+        assert told.vigilance.unstamped == set()
+    told.odom(ORIGIN, 20.0, 4.0)
+    assert told.vigilance.unstamped == {"odom"}
+
+
+def test_where_odometry_is_found_after_it_stood_still_is_where_depth_is_held_against():
+    told = stuck()
+    told.odom(Pose(0.2, 0.0, 0.0), 10.7)
+    told.color(1, 10.8)
+    told.depth(4.0, 10.9)
+    assert told.doubt(11.1) == ""
+    told.odom(Pose(0.29, 0.0, 0.0), 11.2)
+    assert told.doubt(11.2) == ""
+    told.odom(Pose(0.31, 0.0, 0.0), 11.3)
+    assert told.doubt(11.3).startswith("frame: depth repeats")
+
+
+def test_of_a_small_compressed_image_every_reading_is_looked_at():
+    told = Told()
+    told.vigilance = Vigilance(SafetyConfig(), BaseOdometry().read, packed=True)
+    told.odom(ORIGIN, 9.9)
+    image = np.array([[0.0, 2.0, 0.0, 3.0]], np.float32)  # every other shows nothing
+    for now_s in (10.0, 10.3):
+        told.take("depth", bytes(30), now_s)
+        told.vigilance.looked(image, now_s)
+    told.color(1, 10.1)
+    told.odom(Pose(0.2, 0.0, 0.0), 10.4)
+    assert told.doubt(11.0).startswith("frame: depth repeats")
