@@ -152,6 +152,19 @@ def test_what_a_hand_moves_is_no_jump(loop: Loop):
     assert loop.control.halts() == {"hand": 1, "jump": 1}
 
 
+def test_what_a_hand_moved_is_no_jump_to_a_plan_of_just_before_either(loop: Loop):
+    loop.body.said = HAND
+    loop.tick()
+    before_s = loop.clock.now_s() - TICK_S / 2
+    loop.body.at = Pose(1.0, 1.0, 2.0)
+    loop.tick()
+    loop.body.said = WELL
+    loop.control.follow(Plan(Spin(0.5), before_s, 0.18, ControlConfig()))
+    loop.tick()
+    assert loop.control.halted() == ""
+    assert loop.body.sent[-1].w_radps > 0
+
+
 def test_a_hand_that_has_let_go_is_told_once_to_who_plans(loop: Loop):
     loop.body.said = HAND
     loop.tick(2)
@@ -197,6 +210,21 @@ def test_it_backs_off_for_no_search_and_against_no_order_to_stop(loop: Loop):
     touching(loop)
     loop.tick(20)
     assert {(t.v_mps, t.w_radps) for t in loop.body.sent} == {(0.0, 0.0)}
+
+
+def test_what_a_hand_drove_against_is_not_backed_off_from_when_it_lets_go(loop: Loop):
+    loop.plan()
+    loop.came(0.4)
+    loop.body.said = HAND
+    touching(loop)
+    loop.tick(2)
+    loop.body.said = WELL
+    before = len(loop.body.sent)
+    for _ in range(round(REST_S / TICK_S) + 5):
+        loop.plan()
+        loop.tick()
+    assert {twist.v_mps for twist in loop.body.sent[before:]} == {0.0}
+    assert loop.body.sent[-1].w_radps > 0
 
 
 def test_stale_odometry_ends_the_backing_off(loop: Loop):

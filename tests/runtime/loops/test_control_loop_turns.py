@@ -277,6 +277,8 @@ def test_when_nothing_is_said_any_more_the_base_is_taken_to_stand(loop: Loop):
     loop.tick()
     assert loop.control.sent() == STILL
     assert loop.control.asked_mps() == 0.0
+    loop.tick()
+    assert loop.control.asked_mps() == 0.0  # nor since then
 
 
 def test_zero_that_was_not_sent_is_taken_for_zero_and_another_velocity_is_not(loop: Loop):
@@ -419,7 +421,9 @@ def test_what_changes_in_the_state_is_told_in_that_turn(loop: Loop):
         lambda: setattr(loop, "unguarded", "no guard") or setattr(loop.robot, "said", WELL),
         lambda: loop.plan(mode="target", frontier=5),
         lambda: setattr(loop.robot, "doubted", Halt(HaltKind.JUMP, "far")),
+        lambda: setattr(loop.robot, "doubted", Halt(HaltKind.TILT, "it leans")),
         lambda: loop.control.rest(SearchState.FOUND, {"mode": "target", "frontier": 5}),
+        lambda: loop.control.rest(SearchState.CANCELLED, {"mode": "target", "frontier": 5}),
     ]
     for n, change in enumerate(changes):
         before = len(loop.robot.states)
