@@ -2,7 +2,7 @@
 
 import math
 import threading
-from dataclasses import replace
+from dataclasses import astuple, replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -383,6 +383,22 @@ def test_no_more_of_what_was_met_is_kept_than_anybody_asks_for(loop: Loop):
     assert loop.kinds("heard") == [{"name": "met", "value": met}]
 
 
+def test_between_two_messages_it_steers_from_where_its_command_has_led(loop: Loop, monkeypatch):
+    asked: list[Pose] = []
+    monkeypatch.setattr(
+        control_loop, "steer", lambda course, here, *_: asked.append(here) or Twist(0.2, 0.0)
+    )
+    for _ in range(6):
+        came = Stamped(round(loop.clock.now_s() * 1e9), AT), loop.clock.now_s()
+        loop.robot.pose = lambda came=came: came
+        for _ in range(8):  # 2.5 times a second
+            loop.plan()
+            loop.tick()
+    ahead_m = 0.2 * 7 * TICK_S
+    x, y = 1.0 + ahead_m * math.cos(0.5), 2.0 + ahead_m * math.sin(0.5)
+    assert astuple(asked[-1]) == pytest.approx((x, y, 0.5))
+
+
 # -- what is told ----------------------------------------------------------------------------------
 
 
@@ -406,6 +422,17 @@ def test_the_state_has_the_report_how_it_stands_and_the_halts_by_kind(loop: Loop
         "caution": None,
         "halts": {"base": 1},
     }
+
+
+def test_before_it_is_said_to_have_started_it_is_starting_and_no_hand_was_there(loop: Loop):
+    assert loop.tick()["runtime"] == {"state": "starting", "cause": ""}
+    assert loop.control.condition() == WELL
+
+
+def test_how_late_turns_were_is_kept_of_the_last_few_thousand(loop: Loop):
+    loop.control._late_s.extend([0.5, *[0.0] * 4000])
+    told = loop.control.status()["tick_late_ms"]
+    assert told == {"p50": 0.0, "p99": 0.0, "max": 0.0, "ticks": 4000}
 
 
 def test_what_changes_in_the_state_is_told_in_that_turn(loop: Loop):

@@ -1,10 +1,11 @@
 """How often odometry comes, and what follows for a robot that drives by it."""
 
 import math
+from dataclasses import astuple
 
 import pytest
 
-from runtime.core.motion.pace import BETWEEN_M, BETWEEN_RAD, LONGEST_S, Pace, driven
+from runtime.core.motion.pace import BETWEEN_M, BETWEEN_RAD, BRISK_S, LONGEST_S, Pace, driven
 from runtime.core.types import Pose, Twist
 
 
@@ -59,3 +60,57 @@ def test_an_arc_ends_where_its_circle_is():
     assert (end.x_m, end.y_m, end.yaw_rad) == pytest.approx((1.0, 1.0, math.pi / 2))
     back = driven(Pose(0.0, 0.0, math.pi), Twist(-0.5, 0.0), 1.0)
     assert (back.x_m, back.y_m) == pytest.approx((0.5, 0.0))
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+
+def to_and_fro(interval_s: float, count: int = 9) -> Pace:
+    """Intervals of just that, which none is that is the difference of two times."""
+    made = Pace()
+    for _ in range(count):
+        made.note(0.0)
+        made.note(interval_s)
+    return made
+
+
+def test_four_intervals_are_enough_to_know_and_three_are_not():
+    assert pace(0.5, 0.5, 0.5).period_s == 0.0
+    assert pace(0.5, 0.5, 0.5, 0.5).period_s == 0.5
+
+
+def test_what_comes_at_one_time_or_after_too_long_is_no_interval():
+    assert pace(*[0.5, 0.0] * 6).period_s == 0.5
+    assert to_and_fro(LONGEST_S).period_s == LONGEST_S
+    assert to_and_fro(LONGEST_S + 1e-9).period_s == 0.0
+
+
+def test_just_brisk_is_brisk():
+    brisk, twist, pose = to_and_fro(BRISK_S), Twist(0.9, 1.5), Pose(1.0, 2.0, 0.5)
+    assert brisk.allowed(twist) is twist
+    assert brisk.here(pose, twist, 0.1) is pose
+    slower = to_and_fro(BRISK_S + 1e-6)
+    assert slower.allowed(twist) != twist
+    assert slower.here(pose, twist, 0.1) != pose
+
+
+def test_what_is_slow_enough_stays_as_it_is():
+    slow = pace(*[0.5] * 9)
+    for twist in (Twist(0.2, 0.5), Twist(-0.2, -0.5), Twist(0.1, 0.0), Twist(0.0, 0.1)):
+        assert slow.allowed(twist) is twist
+    assert astuple(slow.allowed(Twist(-0.4, 0.1))) == pytest.approx((-0.2, 0.05))
+    assert astuple(slow.allowed(Twist(0.4, 2.0))) == pytest.approx((0.1, 0.5))  # by the stricter
+
+
+def test_nobody_is_where_he_was_before():
+    slow, pose = pace(*[0.5] * 9), Pose(1.0, 2.0, 0.5)
+    assert slow.here(pose, Twist(0.3, 0.2), -1.0) == pose
+
+
+def test_an_arc_begins_where_the_robot_looks():
+    end = driven(Pose(1.0, 2.0, 3.0), Twist(0.5, -0.5), 2.0)  # radius 1, to the right
+    x = 1.0 + math.sin(3.0) - math.sin(2.0)
+    y = 2.0 - math.cos(3.0) + math.cos(2.0)
+    assert (end.x_m, end.y_m, end.yaw_rad) == pytest.approx((x, y, 2.0))
+    on = driven(Pose(0.0, 0.0, 3.0), Twist(0.0, 1.0), 1.0)
+    assert astuple(on) == pytest.approx((0.0, 0.0, 4.0 - math.tau))

@@ -9,7 +9,7 @@ from mavlink_messages import attitude, heard, position
 from pymavlink.dialects.v20 import common as mavlink
 
 from runtime.core.types import Pose
-from runtime.robot.mavlink.odometry import BootTime, VehicleOdometry
+from runtime.robot.mavlink.odometry import BootTime, VehicleOdometry, _yaw
 
 ANGLES = st.floats(-math.pi, math.pi)
 METRES = st.floats(-50.0, 50.0)
@@ -128,3 +128,92 @@ def test_a_vehicle_that_was_switched_off_and_on_is_timed_anew():
     assert time.stamp_ns(100_000_000_000, T0) == T0
     later = T0 + 5_000_000_000
     assert time.stamp_ns(1_000_000_000, later) == later
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+SECOND = 1_000_000_000
+
+
+def test_a_stamp_is_the_vehicle_s_own_time_on_our_clock():
+    estimator = VehicleOdometry()
+    assert estimator.hear(odometry(5_000_000, (0.0, 0.0, 0.0)), T0)[1] == T0
+    later = estimator.hear(odometry(5_250_001, (0.0, 0.0, 0.0)), T0 + SECOND)
+    assert later[1] == T0 + 250_001_000
+    estimator = VehicleOdometry()
+    estimator.hear(attitude(5000, 0.0), T0)
+    assert estimator.hear(position(5000), T0)[1] == T0
+    assert estimator.hear(position(5125), T0 + SECOND)[1] == T0 + 125_000_000
+
+
+def test_an_attitude_is_taken_with_a_position_just_before_and_after_it():
+    for begin_ms, at_ms, told in ((0, 200, True), (0, 201, False), (400, 250, True)):
+        estimator = VehicleOdometry()
+        estimator.hear(attitude(begin_ms, 0.0), T0)
+        assert bool(estimator.hear(position(at_ms), T0)) is told
+    estimator = VehicleOdometry()
+    estimator.hear(attitude(400, 0.0), T0)
+    assert estimator.hear(position(100), T0) is None
+    estimator.hear(attitude(400, 0.5, yawspeed=1.0), T0)
+    estimator.hear(position(400), T0)
+    assert estimator.hear(position(300), T0)[0].yaw_rad == pytest.approx(0.1, abs=1e-6)
+
+
+def test_odometry_that_did_not_come_for_a_second_has_ended():
+    estimator = VehicleOdometry()
+    estimator.hear(odometry(0, (0.0, 0.0, 0.0)), T0)
+    estimator.hear(attitude(0, 0.0), T0)
+    assert estimator.hear(position(0), T0 + SECOND - 1) is None
+    assert estimator.hear(position(0), T0 + SECOND) is not None
+
+
+def test_odometry_with_something_in_it_that_is_not_finite_is_none():
+    for place in ((math.inf, 0.0, 0.0), (0.0, math.inf, 0.0)):
+        assert VehicleOdometry().hear(odometry(0, place), T0) is None
+    spoilt = [math.nan, 0.0, 0.0, 0.0]
+    assert VehicleOdometry().hear(odometry(0, (1.0, 2.0, 0.0), q=spoilt), T0) is None
+
+
+def test_odometry_in_both_of_its_frames_is_heard():
+    for frame in (1, 20):
+        assert VehicleOdometry().hear(odometry(0, (0.0, 0.0, 0.0), frame), T0) is not None
+
+
+@pytest.mark.parametrize("roll", [-0.7, 0.0, 0.6])
+@pytest.mark.parametrize("pitch", [-0.6, 0.0, 0.7])
+@pytest.mark.parametrize("yaw", [-2.5, -0.4, 0.0, 1.1, 3.0])
+def test_the_yaw_of_a_vehicle_that_leans(roll: float, pitch: float, yaw: float):
+    """MAVLink's order: about down, then right, then ahead."""
+    a, b, c = (math.cos(angle / 2) for angle in (roll, pitch, yaw))
+    d, e, f = (math.sin(angle / 2) for angle in (roll, pitch, yaw))
+    w, x = a * b * c + d * e * f, d * b * c - a * e * f
+    y, z = a * e * c + d * b * f, a * b * f - d * e * c
+    assert _yaw(w, x, y, z) == pytest.approx(yaw)
+    for factor in (0.9, 1.1):  # squared, the bounds are passed
+        assert math.isnan(_yaw(factor * w, factor * x, factor * y, factor * z))
+    for factor in (0.97, 1.03):
+        assert not math.isnan(_yaw(factor * w, factor * x, factor * y, factor * z))
+
+
+def test_a_clock_that_goes_back_by_a_second_goes_on_and_by_more_begins_anew():
+    for back_ns, stamp in ((SECOND, T0 - SECOND), (SECOND + 1, T0 + SECOND)):
+        time = BootTime()
+        time.stamp_ns(100 * SECOND, T0)
+        assert time.stamp_ns(100 * SECOND - back_ns, T0 + SECOND) == stamp
+    time = BootTime()
+    assert time.stamp_ns(0, T0) == T0
+
+
+def test_the_fastest_message_counts_to_the_nanosecond():
+    for after_ns, late_ns in ((10 * SECOND, 0), (10 * SECOND + 1, 7)):
+        time = BootTime()
+        assert time.stamp_ns(SECOND, T0) == T0
+        arrival = T0 + after_ns
+        assert time.stamp_ns(SECOND + after_ns - 7, arrival) == arrival - 7 + late_ns
+
+
+def test_of_messages_that_are_as_fast_the_last_counts():
+    time = BootTime()
+    time.stamp_ns(SECOND, T0)
+    time.stamp_ns(6 * SECOND, T0 + 5 * SECOND)
+    assert time.stamp_ns(15 * SECOND, T0 + 14 * SECOND + 9) == T0 + 14 * SECOND

@@ -73,3 +73,44 @@ def test_px4_does_not_back_and_says_so():
     assert message.vx == pytest.approx(STAND_MPS)
     assert point.twist == Twist()
     assert "backwards" in point.why
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("autopilot", "mask"), [(ARDUPILOT, 1511), (PX4, 3527)])
+def test_all_of_a_message(autopilot: int, mask: int):
+    vehicle = Vehicle()
+    vehicle.hear(heartbeat(GUIDED, True, autopilot, system=5, component=3), 0.0)
+    point = set_point(vehicle, Twist(0.5, 0.0), (1 << 32) + 7)  # after 50 days
+    told = heard(point.message).to_dict()
+    zeros = ("x", "y", "z", "vy", "vz", "afx", "afy", "afz", "yaw", "yaw_rate")
+    assert {name: told[name] for name in zeros} == dict.fromkeys(zeros, 0.0)
+    assert (told["vx"], told["type_mask"], told["coordinate_frame"]) == (0.5, mask, 8)
+    assert (told["target_system"], told["target_component"]) == (5, 3)
+    assert told["time_boot_ms"] == 7
+
+
+@pytest.mark.parametrize(
+    ("gain", "used"), [(0.1, 5.0), (0.125, 0.125), (1.0, 1.0), (math.inf, 5.0)]
+)
+def test_a_gain_is_used_from_a_tenth_on(gain: float, used: float):
+    vehicle = Vehicle()
+    vehicle.hear(heartbeat(OFFBOARD, True, PX4), 0.0)
+    vehicle.parameters["RO_YAW_P"] = gain
+    message = set_point(vehicle, Twist(0.4, 0.1), 0).message
+    assert -math.atan2(message.vy, message.vx) == pytest.approx(0.1 / used)
+
+
+@pytest.mark.parametrize("w_radps", [3.0, -3.0])
+def test_no_direction_is_farther_to_a_side_than_that(w_radps: float):
+    _, message = asked(PX4, 0.4, w_radps, gain=1.0)
+    left_rad = math.copysign(math.pi / 2, w_radps)
+    assert -math.atan2(message.vy, message.vx) == pytest.approx(left_rad, abs=1e-6)
+
+
+def test_px4_turns_while_it_is_to_back_and_turn():
+    point, message = asked(PX4, -0.2, 0.5)
+    assert math.hypot(message.vx, message.vy) == pytest.approx(TURN_MPS)
+    assert point.twist == Twist(0.0, 0.5)
+    assert point.why == "PX4 takes no velocity backwards"
