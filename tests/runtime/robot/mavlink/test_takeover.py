@@ -13,7 +13,16 @@ from mavlink_messages import (
     heartbeat,
 )
 
-from runtime.robot.mavlink.takeover import ARM, MODE, STAND_S, STREAM_S, TRIES, TRY_S, Takeover
+from runtime.robot.mavlink.takeover import (
+    ANSWER_S,
+    ARM,
+    MODE,
+    STAND_S,
+    STREAM_S,
+    TRIES,
+    TRY_S,
+    Takeover,
+)
 from runtime.robot.mavlink.vehicle import Vehicle
 
 ACCEPTED, DENIED, IN_PROGRESS = 0, 2, 5
@@ -259,3 +268,156 @@ def test_what_a_person_has_armed_stays_armed_at_the_end():
     held.says(GUIDED, armed=True)
     held.takeover.end(held.vehicle, held.now_s)
     assert [held.due(1.0) for _ in range(20)] == [None] * 20
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+
+def test_before_any_search_nothing_was_asked_for_or_refused():
+    for may_arm, mode, lacks in (
+        (True, MANUAL, "mode MANUAL: GUIDED is asked for"),
+        (False, MANUAL, "mode MANUAL: switch it to GUIDED, or run with --arm"),
+        (True, GUIDED, "not armed: that is asked for"),
+        (False, GUIDED, "not armed: arm it, or run with --arm"),
+    ):
+        held = Held(may_arm, mode=mode)
+        assert (held.lacks(), held.takeover.hand, held.takeover.idle) == (lacks, "", True)
+        held.takeover.acked(ARM, DENIED, "")  # of nobody's request
+        assert held.lacks() == lacks
+    held = Held(False, PX4, POSCTL)
+    assert held.lacks() == "mode POSCTL: switch it to OFFBOARD, or run with --arm"
+
+
+def test_of_a_vehicle_that_was_not_heard_nothing_is_asked():
+    takeover = Takeover(may_arm=True)
+    takeover.begin(100.0)
+    assert takeover.due(Vehicle(), 110.0) is None
+
+
+class Armed(Held):
+    """What was armed when it was heard first."""
+
+    def says(self, mode: int, armed: bool = True) -> None:
+        super().says(mode, armed)
+
+
+def test_what_was_armed_when_it_was_met_stays_armed_and_is_not_armed_again():
+    held = Armed(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED)
+    held.takeover.end(held.vehicle, held.now_s)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    held.takeover.begin(held.now_s)
+    held.says(GUIDED)
+    held.says(GUIDED, armed=False)
+    assert held.lacks() == "was disarmed: arm it, or give the goal again"
+
+
+def test_a_hold_that_nobody_asked_for_is_a_hand():
+    held = Held(True, PX4, OFFBOARD)
+    held.says(PX4_HOLD)
+    assert held.takeover.hand == "mode HOLD"
+
+
+def test_what_is_left_while_it_is_put_on_hold_is_no_hand_whatever_comes():
+    held = Held(True, PX4, OFFBOARD)
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.takeover.end(held.vehicle, held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.says(POSCTL, armed=True)
+    assert (held.takeover.hand, held.takeover.idle) == ("", True)
+
+
+def test_another_mode_than_hold_is_a_hand_also_when_hold_was_asked_for():
+    held = Held(True, PX4, OFFBOARD)
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.takeover.end(held.vehicle, held.now_s)
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.says(POSCTL, armed=True)
+    assert held.takeover.hand == "mode POSCTL"
+
+
+def test_only_px4_in_offboard_is_put_on_hold():
+    for autopilot, mode in ((PX4, POSCTL), (ARDUPILOT, GUIDED), (ARDUPILOT, MANUAL)):
+        held = Held(True, autopilot, mode)
+        held.takeover.begin(held.now_s)
+        held.takeover.end(held.vehicle, held.now_s)
+        assert (held.takeover.idle, held.due()) == (True, None)
+
+
+@pytest.mark.parametrize(("autopilot", "mode"), [(ARDUPILOT, GUIDED), (PX4, OFFBOARD)])
+def test_what_somebody_else_drives_at_the_end_is_left_as_it_is(autopilot: int, mode: int):
+    held = Held(True, autopilot, mode)
+    held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
+    held.says(mode, armed=True)
+    held.takeover.end(held.vehicle, held.now_s, by_hand=True)
+    assert held.takeover.idle
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+    assert held.lacks() == ""
+
+
+def test_after_a_search_its_refusal_is_over():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.due()
+    held.takeover.acked(ARM, 99, "")
+    assert held.lacks() == "arming: result 99; see to it, then give the goal again"
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.lacks() == "not armed: that is asked for"
+
+
+@pytest.mark.parametrize(
+    ("result", "why"),
+    [(1, "rejected for now"), (2, "denied"), (3, "unsupported"), (4, "failed"), (6, "cancelled")],
+)
+def test_a_refusal_in_words(result: int, why: str):
+    held = Held(may_arm=True)
+    held.takeover.begin(held.now_s)
+    held.due()
+    held.takeover.acked(MODE, result, "")
+    assert held.lacks() == f"GUIDED: {why}; see to it, then give the goal again"
+
+
+def test_what_was_accepted_and_does_not_come_is_told_in_whole():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    held.due()
+    held.takeover.acked(ARM, ACCEPTED, "")
+    for _ in range(TRIES):
+        held.due(TRY_S)
+    why = "arming: was accepted, but does not come; see to it, then give the goal again"
+    assert held.lacks() == why
+
+
+def test_px4_is_asked_after_just_a_second_and_a_half_of_stream():
+    for after_s, number in ((STREAM_S - 0.001, None), (STREAM_S, MODE)):
+        held = Held(True, PX4, POSCTL)
+        held.takeover.begin(held.now_s)
+        due = held.due(after_s)
+        assert (due and due.number) == number
+
+
+@pytest.mark.parametrize(("after_s", "again"), [(ANSWER_S, True), (ANSWER_S + 0.125, False)])
+def test_a_disarming_of_ours_may_show_for_four_seconds(after_s: float, again: bool):
+    """Armed after that, it was armed for this search."""
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S).number == ARM
+    held.takeover.begin(held.now_s)
+    assert held.takeover.idle
+    held.now_s += after_s
+    held.says(GUIDED, armed=True)
+    held.says(GUIDED)
+    assert bool(held.due()) is again
+
+
+def test_a_search_that_comes_before_it_is_disarmed_keeps_it_armed_and_nothing_is_open():
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert not held.takeover.idle
+    held.takeover.begin(held.now_s)
+    assert held.takeover.idle

@@ -154,3 +154,112 @@ def test_car_like_steering_and_moving_sideways_are_refused():
         vehicle.hear(parameter("CA_AIRFRAME", bytewise, mavlink.MAV_PARAM_TYPE_INT32), 10.0)
         assert vehicle.unfit(10.0).startswith(told)
         assert bool(told) == bool(vehicle.unfit(10.0))
+
+
+# -- to the number ---------------------------------------------------------------------------------
+
+
+def test_times_are_kept_to_just_as_long_as_they_are_worth():
+    vehicle = met()
+    assert vehicle.unfit(12.0) == ""
+    no_position = "no local position: its estimator has no origin yet (a GPS fix, or an origin set)"
+    assert vehicle.unfit(12.001) == no_position
+    vehicle.hear(position(), 13.0)
+    assert vehicle.unfit(13.0) == ""
+    assert vehicle.unfit(13.001) == "no heartbeat for 3 s"
+    vehicle.hear(warning("Low battery"), 10.0)
+    assert vehicle.said(20.0) == "Low battery"
+    assert vehicle.said(20.001) == ""
+    vehicle.hear(status(100), 10.0)
+    assert vehicle.battery_percent(40.0) == 100.0
+    assert vehicle.battery_percent(40.001) is None
+
+
+def test_a_position_comes_in_two_kinds_and_only_with_both_of_its_numbers():
+    for north, east in ((math.nan, 0.0), (0.0, math.nan), (math.inf, 0.0), (0.0, math.inf)):
+        vehicle = Vehicle()
+        vehicle.hear(heartbeat(), 10.0)
+        assert vehicle.hear(position(north=north, east=east), 10.0)
+        assert vehicle.position_s == -math.inf
+    zeros, still = [0.0] * 21, (0.0,) * 6
+    whole = mavlink.MAVLink_odometry_message(
+        0, 1, 12, 1.0, 2.0, 0.0, [1.0, 0.0, 0.0, 0.0], *still, zeros, zeros
+    )
+    vehicle.hear(heard(whole), 11.0)
+    assert vehicle.position_s == 11.0
+
+
+def test_more_than_all_of_a_battery_is_no_level_and_severity_is_what_is_a_warning():
+    vehicle = met()
+    vehicle.hear(status(101), 10.0)
+    assert vehicle.battery_percent(10.0) is None
+    vehicle.hear(warning("note", severity=5), 10.0)
+    assert vehicle.said(10.0) == ""
+    assert vehicle.hear(warning("warning", severity=4), 11.0)
+    assert vehicle.said(11.0) == "warning"
+
+
+@pytest.mark.parametrize(
+    ("mode", "known"),
+    [
+        (4 << 16 | 9 << 24, "AUTO 9"),
+        (4 << 16, "AUTO 0"),
+        (9 << 16 | 3 << 24, "number 9"),
+        (3 << 16 | 5 << 24, "POSCTL"),
+        (1 << 16 | 0xFFFF, "MANUAL"),
+    ],
+)
+def test_a_mode_of_px4_is_two_numbers(mode: int, known: str):
+    assert met(autopilot=PX4, mode=mode).mode_name() == known
+
+
+def test_who_may_be_driving_it():
+    for autopilot, held, guided, other in (
+        (ARDUPILOT, HOLD, GUIDED, MANUAL),
+        (PX4, PX4_HOLD, OFFBOARD, POSCTL),
+    ):
+        for mode, driven in ((held, False), (guided, False), (other, True)):
+            assert met(autopilot=autopilot, mode=mode, armed=True).driven() is driven
+            assert not met(autopilot=autopilot, mode=mode).driven()
+    nobody = Vehicle(armed=True)
+    assert (nobody.guided(), nobody.driven()) == (False, True)
+
+
+def test_a_rover_after_a_stranger_is_all_that_is_told_of():
+    vehicle = Vehicle()
+    vehicle.hear(heartbeat(kind=QUADROTOR, system=3), 9.0)
+    assert vehicle.stranger == "system 3 is a quadrotor: only rovers are driven"
+    assert vehicle.hear(heartbeat(system=2, component=5), 10.0)
+    assert (vehicle.system, vehicle.component, vehicle.stranger) == (2, 5, "")
+    assert vehicle.hear(position(system=2, component=5), 10.0)
+    assert not vehicle.hear(position(system=2, component=1), 10.0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "named"), [(5, "an antenna tracker"), (6, "a gcs"), (200, "a 200"), (18, "an onboard")]
+)
+def test_what_it_is_is_said_as_people_say_it(kind: int, named: str):
+    vehicle = Vehicle()
+    vehicle.hear(heartbeat(kind=kind), 10.0)
+    assert vehicle.stranger.startswith(f"system 1 is {named}")
+
+
+def test_a_parameter_is_an_integer_s_bytes_of_px4_alone_and_of_integers():
+    bytewise = struct.unpack("<f", struct.pack("<i", 13))[0]
+    integer, real = mavlink.MAV_PARAM_TYPE_INT32, mavlink.MAV_PARAM_TYPE_REAL32
+    for autopilot, value, kind, known in (
+        (PX4, bytewise, integer, 13.0),
+        (PX4, 2.5, real, 2.5),
+        (ARDUPILOT, 26.0, integer, 26.0),
+    ):
+        vehicle = met(autopilot=autopilot)
+        vehicle.hear(parameter("ANY", value, kind), 10.0)
+        assert vehicle.parameters == {"ANY": known}
+
+
+def test_what_cannot_be_driven_is_said_in_whole():
+    vehicle = met()
+    vehicle.hear(parameter("FRAME_TYPE", 4.0), 10.0)
+    why = "moves sideways (FRAME_TYPE 4): only what turns on the spot is driven"
+    assert vehicle.unfit(10.0) == why
+    assert vehicle.unfit(20.0) == "no heartbeat for 10 s"
