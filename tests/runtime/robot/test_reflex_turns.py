@@ -61,6 +61,7 @@ class Robot:
     def __init__(self, monkeypatch: pytest.MonkeyPatch, camera: CameraConfig | None = None) -> None:
         self.clock, self.changed, self.hurried = Clock(), threading.Condition(), 0
         self.newest: RawMessage | None = None
+        self.rounds = 0
         self.poses: dict[bool, Pose | None] = {False: HERE, True: HERE}  # by `alone`
         self.optics: Any = (CAMERA, None)
         self.scan: Scan | None = None
@@ -85,6 +86,8 @@ class Robot:
         return NearPoints(points, points[:, 2], np.zeros((0, 3), np.float32))
 
     def newest_depth(self) -> RawMessage | None:
+        self.rounds += 1
+        assert self.rounds < 1000  # it goes round without waiting
         return self.newest
 
     def depth(self, raw: RawMessage) -> DepthImage:
@@ -92,6 +95,8 @@ class Robot:
 
     def pose_at(self, stamp_ns: int, alone: bool = False) -> Pose | None:
         assert stamp_ns == 7
+        self.rounds += 1
+        assert self.rounds < 1000
         return self.poses[alone]
 
     def sight(self, depth: RawMessage, depth_m: Any) -> DepthSight | None:
@@ -417,6 +422,16 @@ def test_its_thread_has_a_name_and_does_not_keep_the_process_alive(robot: Robot)
     robot.reflex.start()
     robot.reflex.close()
     assert not thread.is_alive()
+
+
+def test_its_end_is_waited_for_a_second_at_most(robot: Robot):
+    joined: list[float] = []
+    thread: Any = SimpleNamespace(
+        is_alive=lambda: True, join=lambda timeout: joined.append(timeout)
+    )
+    robot.reflex._thread = thread
+    robot.reflex.close()
+    assert joined == [1.0]
 
 
 # -- what is configured ----------------------------------------------------------------------------

@@ -63,5 +63,5 @@ def test_what_is_no_address_is_refused_in_a_line():
         MavlinkAddress.parse("tcp:5760")
     assert str(told.value) == (
         "base.link: 'tcp:5760' is no address: e.g. \"udpin:127.0.0.1:14550\", "
-        "\"tcp:127.0.0.1:5760\" or \"serial:/dev/ttyACM0:57600\""
+        '"tcp:127.0.0.1:5760" or "serial:/dev/ttyACM0:57600"'
     )
