@@ -190,6 +190,16 @@ def test_it_is_told_zero_from_the_fastest_and_for_as_long_as_that_takes(robot: R
     assert robot.reflex.caution(crawl, HERE) is FREE
 
 
+def test_a_robot_that_is_stopped_again_from_no_faster_has_braked_no_later(robot: Robot):
+    robot.reflex._near = SOMETHING
+    robot.answer = lambda twist: LEG if twist.v_mps > 0.1 else FREE
+    robot.reflex.caution(AHEAD, HERE)
+    robot.clock.at_s = 100.5
+    robot.reflex.caution(AHEAD, HERE)
+    robot.clock.at_s = 100.81
+    assert robot.reflex.caution(Twist(0.05, 0.0), HERE) is FREE
+
+
 def test_what_slows_without_stopping_is_no_reason_to_brake_to_the_end(robot: Robot):
     robot.reflex._near = SOMETHING
     robot.answer = lambda twist: Caution(HaltKind.OBSTACLE, "a leg", 0.01)
@@ -396,6 +406,16 @@ def test_without_a_question_for_a_while_nobody_drives_and_nothing_is_looked_at(r
     robot.clock.at_s += 0.01
     robot.newest = None
     assert run(robot, lambda: setattr(robot, "newest", robot.shows())) == []
+
+
+def test_on_a_clock_that_has_just_begun_nobody_has_asked_and_nothing_rolls(robot: Robot):
+    """As a machine's has that was just switched on."""
+    robot.clock.at_s = 1.0
+    assert run(robot, lambda: setattr(robot, "newest", robot.shows())) == []
+    robot.clock.at_s, robot.reflex._near = 1.0, SOMETHING
+    slower = Caution(HaltKind.OBSTACLE, "a leg", 0.2)
+    robot.answer = lambda twist: slower
+    assert robot.reflex.caution(AHEAD, HERE) is slower
 
 
 def test_one_that_is_closed_looks_at_nothing_more(robot: Robot):
