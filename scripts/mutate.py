@@ -92,6 +92,9 @@ def prepare(files: Sequence[str], chosen: Sequence[str]) -> None:
     # mutmut copies once what it does not mutate, and asks once which tests there are.
     shutil.rmtree(COPY / "tests", ignore_errors=True)
     (COPY / "mutmut-stats.json").unlink(missing_ok=True)
+    for path in files:  # of a file that was copied before it was listed there is not one mutant
+        if not (COPY / f"{path}.meta").exists():
+            (COPY / path).unlink(missing_ok=True)
     kept = shutil.ignore_patterns("*.py", "__pycache__")
     for path in settings.source_paths:
         shutil.copytree(path, COPY / path, ignore=kept, dirs_exist_ok=True)
