@@ -421,3 +421,16 @@ def test_a_search_that_comes_before_it_is_disarmed_keeps_it_armed_and_nothing_is
     assert not held.takeover.idle
     held.takeover.begin(held.now_s)
     assert held.takeover.idle
+
+
+def test_hold_is_asked_for_again_while_it_is_not_there():
+    held = Held(True, PX4, OFFBOARD)
+    held.takeover.begin(held.now_s)
+    held.says(OFFBOARD, armed=True)
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due() == (MODE, (1.0, 4.0, 3.0), 0)
+    held.says(OFFBOARD, armed=True)
+    assert held.due(TRY_S) == (MODE, (1.0, 4.0, 3.0), 1)
+    held.says(PX4_HOLD, armed=True)
+    assert held.takeover.idle
+    assert held.due(TRY_S) is None

@@ -246,9 +246,11 @@ def test_what_it_is_is_said_as_people_say_it(kind: int, named: str):
 
 def test_a_parameter_is_an_integer_s_bytes_of_px4_alone_and_of_integers():
     bytewise = struct.unpack("<f", struct.pack("<i", 13))[0]
+    below = struct.unpack("<f", struct.pack("<i", -1_000_000_000))[0]
     integer, real = mavlink.MAV_PARAM_TYPE_INT32, mavlink.MAV_PARAM_TYPE_REAL32
     for autopilot, value, kind, known in (
         (PX4, bytewise, integer, 13.0),
+        (PX4, below, integer, -1e9),
         (PX4, 2.5, real, 2.5),
         (ARDUPILOT, 26.0, integer, 26.0),
     ):
