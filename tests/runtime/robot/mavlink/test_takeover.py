@@ -290,6 +290,7 @@ def test_before_any_search_nothing_was_asked_for_or_refused():
 
 def test_of_a_vehicle_that_was_not_heard_nothing_is_asked():
     takeover = Takeover(may_arm=True)
+    assert takeover.idle
     takeover.begin(100.0)
     assert takeover.due(Vehicle(), 110.0) is None
 
@@ -316,16 +317,17 @@ def test_what_was_armed_when_it_was_met_stays_armed_and_is_not_armed_again():
 def test_a_hold_that_nobody_asked_for_is_a_hand():
     held = Held(True, PX4, OFFBOARD)
     held.says(PX4_HOLD)
-    assert held.takeover.hand == "mode HOLD"
+    assert (held.takeover.hand, held.lacks()) == ("mode HOLD", "")
 
 
-def test_what_is_left_while_it_is_put_on_hold_is_no_hand_whatever_comes():
+@pytest.mark.parametrize("modes", [(OFFBOARD, POSCTL), (POSCTL,)])
+def test_what_is_left_while_it_is_put_on_hold_is_no_hand_whatever_comes(modes: tuple[int, ...]):
     held = Held(True, PX4, OFFBOARD)
     held.takeover.begin(held.now_s)
     held.says(OFFBOARD, armed=True)
     held.takeover.end(held.vehicle, held.now_s)
-    held.says(OFFBOARD, armed=True)
-    held.says(POSCTL, armed=True)
+    for mode in modes:
+        held.says(mode, armed=True)
     assert (held.takeover.hand, held.takeover.idle) == ("", True)
 
 
@@ -434,3 +436,30 @@ def test_hold_is_asked_for_again_while_it_is_not_there():
     held.says(PX4_HOLD, armed=True)
     assert held.takeover.idle
     assert held.due(TRY_S) is None
+
+
+def test_a_request_is_not_sent_again_at_once():
+    held = Held(may_arm=True)
+    held.takeover.begin(held.now_s)
+    assert held.due() == (MODE, (1.0, 15.0, 0.0), 0)
+    assert held.due() is None
+    assert held.due(TRY_S - 0.25) is None
+    assert held.due(0.25) == (MODE, (1.0, 15.0, 0.0), 1)
+
+
+def test_arming_is_asked_for_once_a_search_though_a_hand_came_between():
+    held = Held(may_arm=True, mode=GUIDED)
+    held.takeover.begin(held.now_s)
+    assert held.due().number == ARM
+    held.says(MANUAL)
+    held.says(GUIDED)
+    assert [held.due(1.0) for _ in range(20)] == [None] * 20
+
+
+def test_a_disarming_that_is_refused_is_told_as_that():
+    held = armed_for_a_search()
+    held.takeover.end(held.vehicle, held.now_s)
+    assert held.due(STAND_S).number == ARM
+    held.takeover.acked(ARM, DENIED, "")
+    held.says(GUIDED)
+    assert held.lacks() == "disarming: denied; see to it, then give the goal again"
