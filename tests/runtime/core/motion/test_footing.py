@@ -9,6 +9,7 @@ from pit import CAMERA, DEPTH_M, HEIGHT_M, LEVEL, RADIUS_M, TILTED, Pit
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap, integrate
+from runtime.core.motion import footing as module
 from runtime.core.motion.footing import Footing, floor_from_m, footing, no_floor
 from runtime.core.types import Mount, Pose
 
@@ -221,11 +222,11 @@ def test_beside_an_opening_only_what_was_seen_is_floor(from_x: float, believed: 
 
 
 def test_where_the_floor_comes_into_view_by_hand():
-    """In the lowest row of pixels that is used, 118 of 120, in the column in the middle."""
-    down, ahead = (118 + 0.5 - 60.0) / 97.0, 1.0
-    off = (80 + 0.5 - 80.0) / 97.0
+    """In the lowest row of pixels that is used, 119 of 120, in the column in the middle."""
+    down, ahead = (119 + 0.5 - 60.0) / 97.0, 1.0
+    off = (81 + 0.5 - 80.0) / 97.0
     expected = 0.88 / down * np.hypot(ahead, off) + 0.05
-    assert floor_from_m(CAMERA, LEVEL) == pytest.approx(expected, rel=0.02)
+    assert floor_from_m(CAMERA, LEVEL) == pytest.approx(expected, rel=1e-5)
     low = floor_from_m(CAMERA, Mount(z_m=0.44))
     assert low - 0.05 == pytest.approx((floor_from_m(CAMERA, LEVEL) - 0.05) / 2)
     assert floor_from_m(CAMERA, Mount(z_m=3.0)) == 2.0
@@ -246,3 +247,24 @@ def test_no_floor_is_a_drop_or_doubt_where_nothing_was_seen():
     grid.drops[0, 0] = grid.drops[19, 39] = 3
     outside = no_floor(grid, xy((-5, -5), (40, 60), (10, 60)).reshape(3, 1, 2))
     assert outside.tolist() == [[True], [True], [False]]
+
+
+def test_just_sixty_centimetres_on_a_path_still_begins():
+    around = [(r, c) for r in (9, 10) for c in (25, 26)]
+    assert Footing(FRAME, mask(), mask(*around)).begins_blind(np.array([[0.0, 0.0], [0.6, 0.0]]))
+
+
+def test_a_camera_whose_lowest_ray_is_level_sees_no_floor(monkeypatch):
+    level = SimpleNamespace(up=np.zeros((3, 3)), reach=np.ones((3, 3)))
+    monkeypatch.setattr(module, "rays", lambda intrinsics, mount, stride: level)
+    assert floor_from_m(CAMERA, LEVEL) == 2.0
+
+
+def test_where_the_floor_comes_into_view_of_a_tilted_camera_by_hand():
+    """The lowest ray that is used, turned down by the camera's pitch."""
+    pitch = TILTED.pitch_rad
+    down, off = (119 + 0.5 - 60.0) / 97.0, (81 + 0.5 - 80.0) / 97.0
+    ahead = np.cos(pitch) - down * np.sin(pitch)
+    below = np.sin(pitch) + down * np.cos(pitch)
+    expected = TILTED.z_m / below * np.hypot(ahead, off) + 0.05
+    assert floor_from_m(CAMERA, TILTED) == pytest.approx(expected, rel=1e-5)
