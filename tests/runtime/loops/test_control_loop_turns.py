@@ -556,6 +556,15 @@ def test_a_turn_that_close_overtakes_sends_zero():
     assert not loop.beats[-1]
 
 
+@pytest.mark.parametrize("ended", [lambda c: c.fault("a bug"), lambda c: c.close()])
+def test_one_turn_more_says_zero_after_all_were_said(loop: Loop, ended):
+    loop.tick(25)
+    ended(loop.control)
+    before = len(loop.robot.orders)
+    loop.tick(3)
+    assert [order.twist for order in loop.robot.orders[before:]] == [STILL]
+
+
 def test_a_hand_that_has_let_go_is_told_of_once_with_what_the_base_says_now(loop: Loop):
     loop.robot.said = BaseCondition(hand="sticks")
     loop.tick()
