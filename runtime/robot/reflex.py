@@ -102,6 +102,7 @@ class Reflex:
         self._looked_s = -math.inf  # as of when, by arrival and stamp, it knows what is near
         self._unplaced_s = -math.inf  # as of when the newest image is, where it lacks odometry
         self._blank_s = -math.inf  # or a single reading
+        self._unusable = "", math.inf  # the newest image that could not be looked at; since when
         self._asked, self._asked_s = STILL, -IDLE_S
         self._braked_mps, self._brakes_s = 0.0, -IDLE_S  # from how fast it was stopped; until when
         self._closed = False
@@ -137,12 +138,16 @@ class Reflex:
         return caution
 
     def doubt(self) -> Halt | None:
-        """Why nothing is driven: what is near was looked at too long ago. What lacks odometry is
-        told by whoever waits for that, and so is that no image has come yet."""
+        """Why nothing is driven: what is near was looked at too long ago, or no image could ever be
+        looked at. What lacks odometry is told by whoever waits for that, and so is that no image
+        has come yet."""
         now_s = self._clock.now_s()
         age_s = now_s - self._looked_s
+        if math.isinf(age_s):
+            error, since_s = self._unusable
+            return Halt(HaltKind.FRAME, error) if now_s - since_s > self._stale_s else None
         unplaced = now_s - self._unplaced_s <= self._stale_s
-        if age_s <= self._stale_s or unplaced or self._is_blind(now_s) or math.isinf(age_s):
+        if age_s <= self._stale_s or unplaced or self._is_blind(now_s):
             return None
         what = f"{self._topic}: the newest image that can be used is {age_s:.1f} s old"
         return Halt(HaltKind.FRAME, f"{what}, safety.depth_stale_s is {self._stale_s:g}")
@@ -153,7 +158,8 @@ class Reflex:
         try:
             depth_m = self._streams.depth(image).solid()  # its frame may take it, too
             sight = self._streams.sight(image, depth_m)
-        except SensorError:
+        except SensorError as error:
+            self._unusable = str(error), min(self._unusable[1], self._clock.now_s())
             return
         if sight is None:
             return
@@ -174,7 +180,7 @@ class Reflex:
         near = self._memory.add(seen, depth_m, pose, intrinsics, mount, image.stamp_ns)
         scan = self._streams.near_scan(image.stamp_ns)
         self._near = self._memory.with_scan(near, scan, pose, body.radius_m)
-        self._looked_s = image.arrival_s
+        self._looked_s, self._unusable = image.arrival_s, ("", math.inf)
         caution = self._judge(self._asked, pose)
         if caution.allowed(self._asked) != self._asked:
             self.urgent()

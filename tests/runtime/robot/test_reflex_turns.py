@@ -347,6 +347,24 @@ def test_an_image_without_odometry_is_no_image_that_is_missing(robot: Robot):
     assert robot.reflex._unplaced_s == -np.inf
 
 
+def test_a_reflex_that_can_look_at_no_image_holds_the_base_with_the_reason(robot: Robot):
+    robot.optics = SensorError("tf: no way from base_link to camera")
+    robot.reflex.look(robot.shows())
+    robot.clock.at_s = 100.0 + STALE_S
+    robot.optics = SensorError("tf: none at all")
+    robot.reflex.look(robot.shows())
+    assert robot.reflex.doubt() is None
+    robot.clock.at_s = 100.001 + STALE_S
+    assert robot.reflex.doubt() == Halt(HaltKind.FRAME, "tf: none at all")
+    robot.optics = CAMERA, None
+    robot.reflex.look(robot.shows())
+    assert robot.reflex.doubt() is None
+    robot.optics = SensorError("tf: no way")
+    robot.clock.at_s = 101.0
+    robot.reflex.look(robot.shows())
+    assert robot.reflex.doubt() is None  # half a second after it could
+
+
 def test_by_images_that_show_nothing_it_turns_and_does_not_drive(robot: Robot):
     nothing = np.zeros_like(IMAGE)
     robot.reflex.look(robot.shows())
