@@ -114,3 +114,8 @@ def test_an_arc_begins_where_the_robot_looks():
     assert (end.x_m, end.y_m, end.yaw_rad) == pytest.approx((x, y, 2.0))
     on = driven(Pose(0.0, 0.0, 3.0), Twist(0.0, 1.0), 1.0)
     assert astuple(on) == pytest.approx((0.0, 0.0, 4.0 - math.tau))
+
+
+def test_of_many_intervals_the_last_nine_count():
+    assert pace(*[0.5] * 40, *[0.25] * 5).period_s == 0.25
+    assert pace(*[0.5] * 40, *[0.25] * 4).period_s == 0.5
