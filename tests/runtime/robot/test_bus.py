@@ -166,6 +166,32 @@ def test_a_set_arrives_as_it_was_sent(lockstep: tuple[Robot, Bus]) -> None:
     assert bus.next(0.0) is None
 
 
+def test_a_localisation_s_map_is_told_of_and_moves_nothing() -> None:
+    robot, bus = pair(lockstep=False, map_frame="map")
+    try:
+        robot.publish(time.time_ns())
+        assert bus.next(PATIENCE_S) is not None
+        here = bus.pose()
+        turned = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
+        robot.send("tf", tf(("map", "odom", (10.0, -1.0, 0.0), turned), stamp_ns=time.time_ns()))
+        until = time.monotonic() + PATIENCE_S
+        while not (robot.heard and "map" in robot.heard[-1][1]):
+            assert time.monotonic() < until, "the state has no map"
+            bus.request()
+            bus.publish_state({"pose": [1.0, 2.0, 0.5], "toward_xy": (3.0, 0.0)})
+            time.sleep(0.05)
+        told = robot.heard[-1][1]
+        assert (told["pose"], told["toward_xy"]) == ([1.0, 2.0, 0.5], [3.0, 0.0])
+        on_map = told["map"]
+        assert (on_map["frame"], on_map["pose"][:2]) == ("map", [8.0, 0.0])  # 10 - 2, -1 + 1
+        assert on_map["toward_xy"] == [10.0, 2.0]
+        assert bus.pose() == here
+        assert bus.doubt(Twist()) is None
+    finally:
+        bus.close()
+        robot.session.close()
+
+
 def test_in_lockstep_no_set_is_lost(lockstep: tuple[Robot, Bus]) -> None:
     robot, bus = lockstep
     for stamp in range(1, 31):
