@@ -41,7 +41,8 @@ class TopicsConfig:
     )
     depth: str = key(
         "camera/depth/image_raw",
-        "Depth images, aligned with colour; those of /compressedDepth are compressed.",
+        "Depth images, of colour's camera or one beside it; those of /compressedDepth are "
+        "compressed.",
     )
     camera_info: str = key("camera/color/camera_info", "The camera's intrinsics.")
     odom: str = key("odom", "nav_msgs/Odometry of the base.")
