@@ -52,6 +52,11 @@ COMMANDS = {
         "Ask the experts what is known, and judge them.",
     ),
     "report": ("hil_sim.commands.report", "report_command", "Tables and figures of evaluations."),
+    "robot": (
+        "hil_sim.commands.robot",
+        "robot_command",
+        "A simulated robot, for a service that is running.",
+    ),
     "sheet": ("hil_sim.commands.sheet", "sheet_command", "Every goal of the replicas from 1 m."),
     "show": ("hil_sim.commands.show", "show_command", "Draw a scene."),
 }

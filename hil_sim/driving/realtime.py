@@ -10,7 +10,7 @@ second, and the runtime commands velocities on `cmd_vel` whenever it likes.
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from hil_sim.ground_truth.witness import to_scene
 from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered, still
 from hil_sim.simulation.faults import Fault, Sensed, When
-from hil_sim.simulation.hand import SPEAKS_S, by_hand
+from hil_sim.simulation.hand import Sticks
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.protocol import DifferentialDrive, Protocol
 from hil_sim.simulation.robot import Robot
@@ -111,9 +111,8 @@ class _State:
     decisions: tuple[dict[str, Any], ...] = ()
     collisions: int = 0  # until the last frame
     searching: bool = False  # the runtime has said so: before, what it says is of another search
-    hand_s: float | None = None  # when a hand took the sticks
-    spoke_s: float = -1.0  # when the sticks and the battery were heard last
-    charge_s: float = -1.0
+    sticks: Sticks = field(default_factory=Sticks)
+    charge_s: float = -1.0  # when the battery was heard last
 
 
 def drive(
@@ -219,14 +218,8 @@ def _report(run: EpisodeRun, runtime: Runtime, state: _State, when: When, stamp_
 
 def _by_hand(run: EpisodeRun, runtime: Runtime, state: _State, when: When) -> Twist | None:
     """What a hand on the sticks tells the base, which then hears nobody else; None without one."""
-    fault = run.mishaps.active("hand", when)
-    if fault is None:
-        state.hand_s = None
-        return None
-    state.hand_s = state.now_s if state.hand_s is None else state.hand_s
-    twist = by_hand(run.tally.robot, state.now_s - state.hand_s, fault.size)
-    if state.now_s - state.spoke_s >= SPEAKS_S:
-        state.spoke_s = state.now_s
+    twist = state.sticks.twist(run.mishaps.active("hand", when), run.tally.robot, state.now_s)
+    if twist is not None and state.sticks.speak(state.now_s):
         runtime.publish(TOPICS.teleop, wire.encode_twist(twist.v_mps, twist.w_radps))
     return twist
 

@@ -9,37 +9,19 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from blink import Blink
 from corridor import EPISODE, SMALL, Corridor
 from places import DOUBLES, ROOT
 
 from hil_sim.driving import realtime
-from hil_sim.driving.camera_process import Glance, Sight
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import Runtime
 from hil_sim.simulation.faults import parse_faults
 from hil_sim.simulation.protocol import DifferentialDrive
-from runtime.core.types import Pose
 
 ROVER = DOUBLES / "fake_rover.py"
 PROTOCOL = replace(SMALL, base=DifferentialDrive(), max_steps=30, observe_s=0.2)
-
-
-class Blink:
-    """A camera without a process: what is looked at is seen at the next tick."""
-
-    def __init__(self) -> None:
-        self.busy = False
-        self.glances: list[Glance] = []
-
-    def look(self, glance: Glance) -> None:
-        self.busy = True
-        self.glances.append(glance)
-
-    def seen(self) -> Sight:
-        self.busy = False
-        view = Corridor().look(Pose(2.0, self.glances[-1].pose.y_m, 0.0))
-        return Sight(view.rgb, view.depth_m, view.depth_m, view.segmentation)
 
 
 @pytest.fixture(autouse=True)
