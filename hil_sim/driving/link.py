@@ -29,7 +29,6 @@ from runtime.robot.session import (
     ACTION,
     DECISION,
     LABELS,
-    OWN_TOPICS,
     STATE,
     BusConfig,
     TopicsConfig,
@@ -130,7 +129,7 @@ class Runtime:
 
     def ask(self, query: str, body: dict[str, object], timeout_s: float = REPLY_S) -> Any:
         """Send a JSON request to `rfnav/<query>` and return the JSON reply."""
-        key = OWN_TOPICS[query]
+        key = f"rfnav/{query}"
         until_s = time.monotonic() + timeout_s
         replies = self._session.get(key, payload=json.dumps(body), timeout=timeout_s)
         while time.monotonic() < until_s:

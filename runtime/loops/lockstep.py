@@ -14,11 +14,11 @@ from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
+from runtime.loops.desk import Desk
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
 from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, SearchModels, seen, understand
 from runtime.record import Record, unrecorded
-from runtime.robot.bus import Request
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
 
@@ -42,6 +42,13 @@ class Lockstep:
         self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
+        self._desk = Desk(
+            {
+                "goal": lambda request: self._accept(request.body),
+                "cancel": lambda request: self._cancel(cancel_reason(request.body)),
+                "status": lambda request: self._status(),
+            }
+        )
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`; SensorError ends it when the first frame can never be used."""
@@ -49,7 +56,7 @@ class Lockstep:
             while not until():
                 request = self._bus.request()
                 if request is not None:
-                    self._answer(request)
+                    self._desk.answer(request)
                     continue
                 obs = self._bus.next(0.5)
                 if obs is not None and self._search is not None:
@@ -59,21 +66,10 @@ class Lockstep:
 
     # -- requests ------------------------------------------------------------------------------
 
-    def _answer(self, request: Request) -> None:
-        try:
-            self._answer_to(request)
-        except Exception as error:
-            request.refuse(f"internal error: {error!r}")
-            raise
-
-    def _answer_to(self, request: Request) -> None:
-        if request.kind == "status":
-            request.reply(self._status())
-        elif request.kind == "goal":
-            request.reply(self._accept(request.body))
-        elif request.kind == "cancel":
-            request.reply(self._end(cancel_reason(request.body)))
-            self._models.finish()
+    def _cancel(self, reason: str) -> dict[str, object]:
+        summary = self._end(reason)
+        self._models.finish()
+        return summary
 
     def _status(self) -> dict[str, object]:
         health = self._bus.health()

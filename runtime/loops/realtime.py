@@ -19,6 +19,7 @@ from runtime.errors import InternalError, RfNavError
 from runtime.experts.hindsight import Hindsight
 from runtime.log import say
 from runtime.loops.decision_worker import DecisionWorker
+from runtime.loops.desk import NOTHING_ELSE, Answering, Desk
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
 from runtime.loops.drawings import Drawer, NoDrawings
 from runtime.loops.drive import Drive, Means
@@ -43,7 +44,8 @@ OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
 
 
 class RealTime:
-    """Serves goals until it is told to end. Whatever ends it, the base is brought to rest first."""
+    """Serves goals until it is told to end. Whatever ends it, the base is brought to rest first.
+    `answers`: of the kinds of requests that are answered without a search."""
 
     def __init__(
         self,
@@ -60,6 +62,7 @@ class RealTime:
         detector: LoopDetector | None = None,
         terms: Terms = STRICT,
         drawer: Drawer | None = None,
+        answers: Mapping[str, Answering] = NOTHING_ELSE,
     ) -> None:
         self._record, self._terms = record, terms
         self._drawer = drawer or NoDrawings()
@@ -77,6 +80,12 @@ class RealTime:
         self._shedding = Shedding(budgets)
         low = configure(()).battery  # the robot's own, not a goal's
         self._battery, self._when_low = Battery(low), low.when_low
+        ours: dict[str, Answering] = {
+            "goal": lambda request: self._accept(request.body),
+            "cancel": lambda request: self._cancel(cancel_reason(request.body)),
+            "status": lambda request: self._status(),
+        }
+        self._desk = Desk(ours | dict(answers))
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
@@ -138,24 +147,16 @@ class RealTime:
     # -- requests ------------------------------------------------------------------------------
 
     def _answer(self, request: Request) -> None:
-        """Whatever a request runs into, it is answered. A goal that runs into a mistake of ours
-        ends the search, and no more: what the models were told is not known then."""
+        """A goal that runs into a mistake of ours ends the search, and no more: what the models
+        were told is not known then."""
         try:
-            request.reply(self._answer_to(request))
+            self._desk.answer(request)
         except Exception as error:
-            told = f"internal error: {error!r}"
-            request.refuse(told)
             if request.kind != "goal" or isinstance(error, RfNavError):
                 raise
+            told = f"internal error: {error!r}"
             say(f"goal: {told}\n{traceback.format_exc()}")
             self._end(SearchState.ENDED, f"a goal met an {told}")
-
-    def _answer_to(self, request: Request) -> dict[str, object]:
-        if request.kind == "goal":
-            return self._accept(request.body)
-        if request.kind == "cancel":
-            return self._cancel(cancel_reason(request.body))
-        return self._status()
 
     def _status(self) -> dict[str, object]:
         search = self._drive.search if self._drive else None

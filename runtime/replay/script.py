@@ -21,6 +21,7 @@ from runtime.recording.exact import read
 from runtime.recording.messages import LOOP, color_topic, depth_topic
 from runtime.recording.reader import Recorded, Recording
 from runtime.robot.images.reading import decode_color, decode_depth
+from runtime.robot.requests import QUERIES
 
 OUTPUTS: Final = ("question", "decision", "command", "plan", "rest")
 """What the loop's thread makes of what it is given."""
@@ -113,7 +114,7 @@ class Script:
             if not message.topic.startswith(LOOP) or not message.schema.startswith("rfnav."):
                 continue
             kind, told = message.topic.removeprefix(LOOP), json.loads(message.payload)
-            if kind == "frame" or (kind == "request" and told["kind"] != "status"):
+            if kind == "frame" or (kind == "request" and QUERIES[told["kind"]].steers):
                 yield turn
                 number += 1
                 turn = Turn(number, kind, (message.log_time_ns - self.began_ns) / 1e9, told)

@@ -32,11 +32,10 @@ from runtime.robot.handbrake import Handbrake, serve_handbrake
 from runtime.robot.heard_topics import LABELS_TOPIC, TF_TOPICS, heard_topics
 from runtime.robot.publications import Publications
 from runtime.robot.reflex import Reflex, swept
-from runtime.robot.requests import WAITING, Request, Requests
+from runtime.robot.requests import QUERIES, Request, Requests
 from runtime.robot.ros_node import Publisher, RosNode, Sending
 from runtime.robot.session import (
     LABELS,
-    OWN_TOPICS,
     BusConfig,
     SensesConfig,
     TopicsConfig,
@@ -91,8 +90,8 @@ class Bus:
         self._node = RosNode(self._session, spoken(config), self._strange)
         self._out = Publications(self._node, config, lockstep, record)
         self._listen(odometry, camera.mount == "tf" or bool(config.map_frame))
-        for kind in WAITING if serves else ():
-            self._serve(kind, OWN_TOPICS[kind])
+        for kind in QUERIES if serves else ():
+            self._serve(kind, f"rfnav/{kind}")
         if serves and not lockstep:
             brake = self._session, self._node, config, self._brake, lambda: self.on_urgent()
             self._declared.extend(serve_handbrake(*brake))

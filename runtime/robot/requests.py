@@ -14,10 +14,27 @@ from runtime.errors import SensorError
 from runtime.journal import plain
 from runtime.robot.json_text import parse_json
 
-# How many wait, by kind. What overtakes comes first: a cancel is never behind a goal.
-WAITING: Final = {"cancel": 16, "status": 16, "goal": 4}
 CANCELLED: Final = "it was cancelled before it began"
 ENDS: Final = "rfnav ends"
+
+
+@dataclass(frozen=True)
+class QueryKind:
+    """`waiting`: how many of it wait at most. `strict`: one that is no JSON is refused; of others
+    it is taken as empty. `steers`: what the robot does depends on it, and so does a replay."""
+
+    waiting: int = 16
+    strict: bool = True
+    steers: bool = False
+
+
+# On `rfnav/KIND`. What overtakes comes first: a cancel is never behind a goal. A cancel cancels and
+# a status is told whatever else they say: who cannot be understood may want the robot to stop.
+QUERIES: Final = {
+    "cancel": QueryKind(strict=False, steers=True),
+    "status": QueryKind(strict=False),
+    "goal": QueryKind(waiting=4, steers=True),
+}
 
 
 class Request:
@@ -65,14 +82,13 @@ class _Waiting:
     answered: Callable[[], None]
 
     def read(self) -> Request:
-        """SensorError for a goal that is no JSON. A cancel cancels and a status is told whatever
-        else they say: who cannot be understood may want the robot to stop."""
+        """SensorError for one that must be JSON and is none."""
         payload = self.query.payload.to_bytes() if self.query.payload is not None else b"{}"
         body: dict[str, Any] = {}
         try:
             body = parse_json(payload, self.key)
         except SensorError:
-            if self.kind == "goal":
+            if QUERIES[self.kind].strict:
                 raise
         return Request(self.kind, body, self.query, self.key, self.answered)
 
@@ -91,18 +107,18 @@ class Requests:
         answered: Callable[[str], None] = lambda kind: None,
     ) -> None:
         self._changed, self._key, self._answered = changed, key, answered
-        self._waiting: dict[str, deque[_Waiting]] = {kind: deque() for kind in WAITING}
+        self._waiting: dict[str, deque[_Waiting]] = {kind: deque() for kind in QUERIES}
         self._closed = False
 
     def file(self, kind: str, topic: str, query: Any) -> None:
         """Have a query wait; one too many is answered at once."""
         waiting = _Waiting(kind, self._key(topic), query, partial(self._answered, kind))
-        why = ""
+        why, most = "", QUERIES[kind].waiting
         with self._changed:
             if self._closed:
                 why = ENDS
-            elif len(self._waiting[kind]) >= WAITING[kind]:
-                why = f"busy: {WAITING[kind]} {kind} requests wait already"
+            elif len(self._waiting[kind]) >= most:
+                why = f"busy: {most} {kind} requests wait already"
             else:
                 self._waiting[kind].append(waiting)
                 self._changed.notify_all()

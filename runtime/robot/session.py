@@ -26,9 +26,9 @@ DRAWN: Final = ("map", "path", "frontiers", "objects", "detections", "diagnostic
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,
-    "labels": LABELS, "goal": GOAL, "cancel": CANCEL, "status": STATUS,
-    "stop": STOP, "release": RELEASE,
+    "labels": LABELS,
 }  # fmt: skip
+"""What is published and heard; what is asked is in `requests.py`, each kind on `rfnav/KIND`."""
 
 
 @dataclass(frozen=True)

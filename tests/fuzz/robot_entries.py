@@ -33,7 +33,7 @@ from runtime.robot import wire
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.calibration import decode_lens
 from runtime.robot.odometry import BaseOdometry
-from runtime.robot.requests import WAITING, Requests
+from runtime.robot.requests import QUERIES, Requests
 from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
@@ -189,7 +189,7 @@ def request(data: bytes) -> None:
         return
     number, asker = data[0], _Asker(data[1:])
     requests = Requests(threading.Condition(), lambda topic: topic)
-    kind = list(WAITING)[number % len(WAITING)]
+    kind = list(QUERIES)[number % len(QUERIES)]
     requests.file(kind, kind, asker)
     taken = requests.take()
     if taken is not None:

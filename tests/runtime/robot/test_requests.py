@@ -4,7 +4,7 @@ import json
 import threading
 from typing import Any
 
-from runtime.robot.requests import CANCELLED, ENDS, WAITING, Request, Requests
+from runtime.robot.requests import CANCELLED, ENDS, QUERIES, Request, Requests
 
 
 class Asker:
@@ -71,7 +71,7 @@ def test_a_flood_is_answered_busy_and_a_cancel_comes_through_it():
     requests = waiting()
     goals = [file(requests, "goal", b'{"goal":"bed"}') for _ in range(800)]
     busy = [goal for goal in goals if goal.answers]
-    assert len(busy) == 800 - WAITING["goal"]
+    assert len(busy) == 800 - QUERIES["goal"].waiting
     assert busy[0].answers == [
         {
             "key": "robot/rfnav/goal",
@@ -114,7 +114,7 @@ def test_the_first_answer_counts():
 
 def test_who_waits_at_the_end_is_told_so_and_so_is_who_comes_then():
     requests = waiting()
-    askers = [file(requests, kind) for kind in WAITING]
+    askers = [file(requests, kind) for kind in QUERIES]
     requests.close()
     askers.append(file(requests, "goal"))
     assert all(asker.dropped for asker in askers)
