@@ -31,3 +31,7 @@ class RecordingError(RfNavError):
 
 class BaseError(RfNavError):
     """The wire to the base could not be opened or used."""
+
+
+class SavedError(RfNavError):
+    """What outlives the process cannot be written, or cannot be read as what it is."""

@@ -18,3 +18,12 @@ def tighten(path: Path) -> None:
     mode = path.stat().st_mode & 0o777 if path.exists() else 0
     if mode & OTHERS:
         path.chmod(mode & ~OTHERS)
+
+
+def state_directory() -> Path:
+    """Where all is kept that outlives the process, whether it is there yet or not: what systemd
+    gives the service, else the user's own."""
+    given = os.environ.get("STATE_DIRECTORY", "").split(":")[0]
+    if given:
+        return Path(given)
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "rf-nav"

@@ -6,7 +6,6 @@ its reservation booked. Amounts are whole nano-dollars, rounded up.
 """
 
 import math
-import os
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -14,7 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from runtime.private_files import tighten
+from runtime.private_files import state_directory, tighten
 
 NANO = 1_000_000_000
 RESUMED_S = 12 * 3600
@@ -64,8 +63,7 @@ class Prices:
 
 def default_path() -> Path:
     """`spending.sqlite` in RF-NAV's state, which is not a cache: it must not be cleaned away."""
-    state = os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state"
-    return Path(state) / "rf-nav" / "spending.sqlite"
+    return state_directory() / "spending.sqlite"
 
 
 def _now() -> datetime:

@@ -1,7 +1,6 @@
 """What a request may ask of a search: an explicit, bounded list. All else is the robot's own, and
 is set where the process is started."""
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -10,6 +9,7 @@ from typing import Any, Final
 
 from runtime.errors import ConfigError
 from runtime.log import say
+from runtime.private_files import state_directory
 from runtime.toml_values import unknown
 
 MAY_SET: Final = ("goal.keep_map", "panel.decide_budget_s", "panel.experts")
@@ -34,8 +34,7 @@ class GoalRequest:
 
 def searches_directory() -> Path:
     """Where searches leave what is theirs, whether it is there yet or not."""
-    state = Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state")
-    return state / "rf-nav" / "searches"
+    return state_directory() / "searches"
 
 
 def new_directory() -> Path | None:

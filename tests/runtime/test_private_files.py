@@ -10,7 +10,7 @@ import pytest
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.score_cache import ScoreFile
 from runtime.experts.spending import Caps, Spending
-from runtime.private_files import tighten
+from runtime.private_files import state_directory, tighten
 
 
 def mode(path: Path) -> int:
@@ -61,3 +61,13 @@ def test_files_of_a_former_version_are_closed_when_they_are_used(tmp_path: Path)
         "spending.sqlite": 0o600,
         "scores.sqlite": 0o600,
     }
+
+
+def test_the_state_is_where_systemd_says_else_the_users_own(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("STATE_DIRECTORY", "/var/lib/rf-nav:/var/lib/other")
+    monkeypatch.setenv("XDG_STATE_HOME", "/of/the/user")
+    assert state_directory() == Path("/var/lib/rf-nav")
+    monkeypatch.delenv("STATE_DIRECTORY")
+    assert state_directory() == Path("/of/the/user/rf-nav")
+    monkeypatch.delenv("XDG_STATE_HOME")
+    assert state_directory() == Path.home() / ".local" / "state" / "rf-nav"
