@@ -2,7 +2,10 @@
 """Mutation testing of what keeps the robot safe, with mutmut: prints, for each file, what became of
 its mutants, and those that survived the tests without being in scripts/mutants.toml.
 
-  scripts/mutate.py [--jobs N] [FILE...]      exit status 1 when there is one, or one to take out
+  scripts/mutate.py [--jobs N] [--since COMMIT] [FILE[:FUNCTION,...]...]
+
+Exit status 1 when there is one, or one to take out of that list. FUNCTION is `name` or
+`Class.name`; --since leaves those of which the code is another than at COMMIT.
 
 mutmut changes a copy of the tree in mutants/, and remembers there which mutants were noticed. What
 survived is tried again, for there may be a test of it by now.
@@ -15,11 +18,11 @@ import shutil
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from safety_files import ROOT, safety_files, tests_of
+from safety_files import ROOT, changed_since, functions, safety_files, tests_of
 
 os.chdir(ROOT)  # mutmut reads its configuration from there, and works there
 
@@ -70,18 +73,42 @@ class FastFirst(PytestRunner):
 def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split(":")[0])
     parser.add_argument("--jobs", type=int, default=1, help="mutants that are tried at once")
-    parser.add_argument("files", nargs="*", help="those alone, of the list in pyproject.toml")
+    parser.add_argument("--since", metavar="COMMIT", help="what changed after it alone")
+    of = "FILE[:FUNCTION,...]"
+    parser.add_argument("parts", nargs="*", metavar=of, help="those alone, of the list of files")
     asked = parser.parse_args(words)
-    files = safety_files()
-    if strangers := set(asked.files) - set(files):
-        parser.error(f"{min(strangers)}: is none of tool.coverage.run in pyproject.toml")
-    chosen = asked.files or files
+    try:
+        chosen = parts(asked.parts or safety_files(), asked.since)
+    except ValueError as error:
+        parser.error(str(error))
+    if not chosen:
+        print(f"nothing of that changed since {asked.since}")
+        return 0
     isolation.PytestRunner = FastFirst  # type: ignore[misc]
-    prepare(files, chosen)
-    left = [name for path in chosen for name, status in mutants(path) if status not in NOTICED]
+    prepare(safety_files(), list(chosen))
+    found = [each for path, names in chosen.items() for each in mutants(path, names)]
+    left = [name for name, status in found if status not in NOTICED]
     if left:
         _run(left, asked.jobs)
     return report(chosen)
+
+
+def parts(words: Iterable[str], since: str | None) -> dict[str, set[str]]:
+    """Names of functions by file. ValueError for what is none."""
+    found = dict[str, set[str]]()
+    for word in words:
+        path, _, named = word.partition(":")
+        if path not in safety_files():
+            raise ValueError(f"{path}: is none of tool.coverage.run in pyproject.toml")
+        there = set(functions((ROOT / path).read_text()))
+        wanted = set(named.split(",")) if named else there
+        if strangers := wanted - there:
+            raise ValueError(f"{path}: has no function {min(strangers)}")
+        if since is not None:
+            wanted &= changed_since(since, path)
+        if wanted:
+            found[path] = found.get(path, set()) | wanted
+    return found
 
 
 def prepare(files: Sequence[str], chosen: Sequence[str]) -> None:
@@ -105,21 +132,30 @@ def prepare(files: Sequence[str], chosen: Sequence[str]) -> None:
         create_mutants(1)
 
 
-def mutants(path: str) -> list[tuple[str, str]]:
-    """(name, what became of it) each, by what mutmut remembers."""
+def mutants(path: str, names: Container[str]) -> list[tuple[str, str]]:
+    """(name, what became of it) each of those functions, by what mutmut remembers."""
     data = SourceFileMutationData(path=path)
     data.load()
-    return [(name, status_by_exit_code[code]) for name, code in data.exit_code_by_key.items()]
+    return [
+        (name, status_by_exit_code[code])
+        for name, code in data.exit_code_by_key.items()
+        if function_of(name) in names
+    ]
+
+
+def function_of(name: str) -> str:
+    """`name` or `Class.name`, of a mutant's own."""
+    function, of = orig_function_and_class_names_from_key(name)
+    return f"{of}.{function}" if of else function
 
 
 def change(path: str, name: str) -> Change:
     """What a mutant is."""
-    function, of = orig_function_and_class_names_from_key(name)
     lines = get_diff_for_mutant(name, path=path).splitlines()[2:]
     was, becomes = (
         " ".join(line[1:].strip() for line in lines if line.startswith(sign)) for sign in "-+"
     )
-    return Change(path, f"{of}.{function}" if of else function, was, becomes)
+    return Change(path, function_of(name), was, becomes)
 
 
 def listed() -> set[Change]:
@@ -133,11 +169,11 @@ def listed() -> set[Change]:
     return found
 
 
-def report(chosen: Sequence[str]) -> int:
-    """Print what became of the mutants of those files; the exit status."""
+def report(chosen: Mapping[str, set[str]]) -> int:
+    """Print what became of the mutants of those functions; the exit status."""
     known, wrong, total = listed(), 0, Counter[str]()
-    for path in chosen:
-        found = mutants(path)
+    for path, names in chosen.items():
+        found = mutants(path, names)
         survived = {change(path, name) for name, status in found if status not in NOTICED}
         counts = Counter(status for _, status in found)
         total += counts
@@ -145,7 +181,7 @@ def report(chosen: Sequence[str]) -> int:
         print(f"{path}: {len(found)} mutants: {told}")
         for one in sorted(survived - known):
             print(f"# survived\n{one}")
-        gone = sorted(one for one in known - survived if one.path == path)
+        gone = sorted(one for one in known - survived if one.path == path and one.function in names)
         for one in gone:
             print(f"# does not survive: take it out of {LIST}\n{one}")
         wrong += len(survived - known) + len(gone)
