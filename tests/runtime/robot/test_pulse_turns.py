@@ -132,6 +132,24 @@ def test_another_guard_is_waited_for_no_longer_than_the_runtime_is_there(fed: Fe
         link.close()
 
 
+def test_a_guard_that_was_there_for_long_is_as_good_as_the_first(monkeypatch):
+    told, ends = list[str](), list[socket.socket]()
+
+    def connected(path: Path) -> socket.socket:
+        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+        theirs.send(b"what")
+        ends.append(theirs)
+        return ours
+
+    monkeypatch.setattr(module, "_connected", connected)
+    monkeypatch.setattr(module, "SETTLED_S", 0.0)
+    with Pulse(NOWHERE, Path("x"), told.append, (0.0,)) as pulse:
+        until(lambda: (pulse.beat(False), len(told) > 2)[1])
+    assert set(told) == {"the guard has ended: nobody watches over control; another try in 0 s"}
+    for end in ends:
+        end.close()
+
+
 def test_a_guard_that_is_gone_before_its_orders_is_told_of_in_the_first_turn(monkeypatch):
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     theirs.close()
