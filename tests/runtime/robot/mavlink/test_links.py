@@ -4,15 +4,18 @@ import os
 import pty
 import socket
 import struct
+import termios
 import time
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import ExitStack, suppress
+from types import SimpleNamespace
 
 import pytest
 
 from runtime.errors import BaseError
+from runtime.robot.mavlink import links as module
 from runtime.robot.mavlink.addresses import MavlinkAddress
-from runtime.robot.mavlink.links import STALLED_S, open_link
+from runtime.robot.mavlink.links import QUIET_S, SENDING_BYTES, STALLED_S, open_link
 
 PATIENCE = 100  # receptions of 0.1 s
 
@@ -28,13 +31,27 @@ def receive(link) -> bytes:
     raise AssertionError("nothing came")
 
 
-def gone(what: Callable[[], object]) -> None:
+def gone(what: Callable[[], object]) -> str:
+    """Why, once it is."""
     for _ in range(PATIENCE):
         try:
             what()
-        except BaseError:
-            return
+        except BaseError as error:
+            return str(error)
     raise AssertionError("it is still there")
+
+
+class Clock:
+    """Time, in the hands of a test."""
+
+    def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.now_s = 100.0
+        monkeypatch.setattr(module, "time", SimpleNamespace(monotonic=lambda: self.now_s))
+
+
+@pytest.fixture
+def clock(monkeypatch) -> Clock:
+    return Clock(monkeypatch)
 
 
 @pytest.fixture
@@ -54,11 +71,13 @@ def free_port() -> int:
 def test_a_vehicle_that_calls_is_answered_once_it_is_known_for_one(vehicle):
     port = free_port()
     link = link_to(f"udpin:127.0.0.1:{port}")
-    assert "nobody has called" in link.send(b"early")
+    assert link._socket.gettimeout() == 0.0  # a full link holds nothing up
+    nobody = f"udpin:127.0.0.1:{port}: nobody has called yet"
+    assert link.send(b"early") == nobody
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
         stranger.sendto(b"me!", ("127.0.0.1", port))
         assert receive(link) == b"me!"
-    assert "nobody has called" in link.send(b"to whom?")  # that it spoke does not make it one
+    assert link.send(b"to whom?") == nobody  # that it spoke does not make it one
     vehicle.sendto(b"heartbeat", ("127.0.0.1", port))
     assert receive(link) == b"heartbeat"
     link.heard_vehicle()
@@ -66,10 +85,11 @@ def test_a_vehicle_that_calls_is_answered_once_it_is_known_for_one(vehicle):
     assert vehicle.recv(100) == b"hello"
     assert link.datagrams
     link.close()
-    gone(lambda: link.receive(0.0))
+    why = gone(lambda: link.receive(0.0))
+    assert why.startswith(f"udpin:127.0.0.1:{port}: is gone: file descriptor cannot be")
 
 
-def test_of_two_that_call_the_first_is_heard_as_long_as_it_speaks(vehicle, monkeypatch):
+def test_of_two_that_call_the_first_is_heard_as_long_as_it_speaks(vehicle, clock):
     port = free_port()
     link = link_to(f"udpin:127.0.0.1:{port}")
     vehicle.sendto(b"first", ("127.0.0.1", port))
@@ -80,7 +100,10 @@ def test_of_two_that_call_the_first_is_heard_as_long_as_it_speaks(vehicle, monke
         assert [link.receive(0.1) for _ in range(3)] == [b""] * 3
         assert link.send(b"to the first") == ""
         assert vehicle.recv(100) == b"to the first"
-        monkeypatch.setattr("runtime.robot.mavlink.links.QUIET_S", -1.0)
+        clock.now_s += QUIET_S
+        second.sendto(b"second", ("127.0.0.1", port))
+        assert [link.receive(0.1) for _ in range(3)] == [b""] * 3
+        clock.now_s += 0.01
         second.sendto(b"second", ("127.0.0.1", port))
         assert receive(link) == b"second"
     link.close()
@@ -152,8 +175,70 @@ def test_a_connection_is_bytes_in_order_until_the_other_side_ends_it():
         other.sendall(b"three")
         assert receive(link) == b"three"
         assert not link.datagrams
-    gone(lambda: link.receive(0.1))
+    name = f"tcp:127.0.0.1:{link._address.number}"
+    assert gone(lambda: link.receive(0.1)) == f"{name}: was closed by the other side"
     link.close()
+    assert gone(lambda: link.receive(0.1)).startswith(f"{name}: is gone: file descriptor")
+
+
+def test_a_connection_holds_little_and_nothing_waits_for_more():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+    handle = link._handle
+    assert handle.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+    assert handle.getsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF) == 2 * SENDING_BYTES
+    lingers = handle.getsockopt(socket.SOL_SOCKET, socket.SO_LINGER, 8)
+    assert struct.unpack("ii", lingers) == (1, 0)
+    assert not os.get_blocking(handle.fileno())
+    link.close()
+
+
+def test_a_connection_that_is_not_taken_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(module, "CONNECT_S", 0.05)
+    with socket.socket() as server, ExitStack() as others:
+        server.bind(("127.0.0.1", 0))
+        server.listen(0)
+        for _ in range(3):  # no more wait there
+            other = others.enter_context(socket.socket())
+            other.setblocking(False)
+            with suppress(BlockingIOError):
+                other.connect(server.getsockname())
+        with pytest.raises(BaseError, match="cannot be opened: timed out"):
+            link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+
+
+def test_the_oldest_byte_decides_what_is_added_and_when_the_link_is_given_up(clock, monkeypatch):
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        other, _ = server.accept()
+    name, waiting = f"tcp:127.0.0.1:{link._address.number}", 0
+
+    def write(_: int, data: bytes) -> int:
+        nonlocal waiting
+        waiting += len(data)
+        return len(data)
+
+    monkeypatch.setattr(module.os, "write", write)
+    monkeypatch.setattr(module.fcntl, "ioctl", lambda *_: struct.pack("i", waiting))
+    monkeypatch.setattr(module, "STALE_S", 0.5)
+    assert link.send(bytes(10)) == ""
+    clock.now_s += 0.5
+    assert link.send(bytes(10)) == ""
+    clock.now_s += 0.25
+    assert link.send(bytes(10)) == f"{name}: does not take more"
+    waiting = 11  # all but one byte of the first
+    assert link.send(bytes(10)) == f"{name}: does not take more"
+    waiting = 10  # the first is taken, and the second waits for as long as it is there
+    assert link.send(bytes(10)) == ""
+    clock.now_s += STALLED_S - 0.25
+    assert link.receive(0.0) == b""
+    clock.now_s += 0.5
+    assert gone(lambda: link.receive(0.0)) == f"{name}: takes nothing for 1.5 s"
+    waiting = 0
+    assert link.receive(0.0) == b""
+    assert link.send(bytes(10)) == ""
+    link.close()
+    other.close()
 
 
 def test_a_connection_that_takes_no_more_loses_whole_messages_and_never_waits():
@@ -222,9 +307,25 @@ def test_a_serial_line():
     assert got == b"\xfd\x00\x11\x13\r\n"
     assert link.send(b"\xfd\n\x03") == ""
     assert os.read(ours, 100) == b"\xfd\n\x03"
+    assert termios.tcgetattr(theirs)[4:6] == [termios.B57600] * 2
+    with pytest.raises(BaseError, match=r"cannot be opened: .*xclusive"):
+        link_to(f"serial:{os.ttyname(theirs)}:57600")
+    name = f"serial:{os.ttyname(theirs)}:57600"
     os.close(ours)
-    gone(lambda: link.receive(0.1))
+    assert gone(lambda: link.receive(0.1)) == f"{name}: is gone: Input/output error"
     link.close()
+    os.close(theirs)
+
+
+def test_what_a_serial_line_has_not_taken_is_thrown_away_at_the_end():
+    ours, theirs = pty.openpty()
+    link = link_to(f"serial:{os.ttyname(theirs)}:57600")
+    assert link.send(b"old") == ""
+    link.close()
+    os.set_blocking(ours, False)
+    with pytest.raises(BlockingIOError):
+        os.read(ours, 100)
+    os.close(ours)
     os.close(theirs)
 
 
