@@ -99,16 +99,39 @@ def test_a_guard_that_is_gone_is_said_with_how(fed: Fed):
     assert fed.pulse.beat(True) == "the guard is gone (Broken pipe)"
 
 
+def within_patience(what: Callable[[], object]) -> None:
+    thread = threading.Thread(target=what, daemon=True)
+    thread.start()
+    thread.join(PATIENCE_S)
+    assert not thread.is_alive()
+
+
+def test_a_guard_that_reads_nothing_is_given_orders_no_longer_than_one_may_take(monkeypatch):
+    ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+    ours.setblocking(False)
+    with suppress(BlockingIOError):
+        while ours.send(b"x"):
+            pass
+    monkeypatch.setattr(module, "_connected", lambda path: ours)
+    monkeypatch.setattr(module, "END_S", 0.05)
+    made: list[Pulse] = []
+    within_patience(lambda: made.append(Pulse(NOWHERE, Path("x"), lambda line: None, ())))
+    assert ours.gettimeout() == 0.0
+    made[0].close()
+    theirs.close()
+
+
+def test_what_keeps_a_guard_there_ends_with_the_process(fed: Fed):
+    assert (fed.pulse._keeper.name, fed.pulse._keeper.daemon) == ("guard", True)
+
+
 def test_the_end_waits_no_longer_than_a_guard_may_take(fed: Fed, monkeypatch):
     waits: list[float] = []
     monkeypatch.setattr(fed.pulse._keeper, "join", waits.append)
     monkeypatch.setattr(module, "END_S", 0.05)
     while not fed.pulse._unread:
         fed.pulse.beat(False)  # until the link is full
-    closing = threading.Thread(target=fed.pulse.close, daemon=True)
-    closing.start()
-    closing.join(PATIENCE_S)
-    assert not closing.is_alive()
+    within_patience(fed.pulse.close)
     assert waits == [1.05]
 
 
