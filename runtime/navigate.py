@@ -8,7 +8,7 @@ import math
 from typing import Protocol, TypeVar
 
 from runtime.core import homeward, progress
-from runtime.core.approach import approach_target
+from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.exploration import explore, with_frontiers
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, grid, keyframes, scanning
@@ -216,8 +216,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         return weak
     resort = explored.resort.next()
     if resort is None:
-        why = f"no {world.goal} found and nothing left to explore{_shut_in(world)}"
-        return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
+        return _nothing_left(world)
     explored.resort = resort
     if resort is Resort.RETRY:
         explored.given_up[:] = False
@@ -225,6 +224,16 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     with_frontiers(world, cfg)
     course = Spin(cfg.control.look_radps)
     return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
+
+
+def _nothing_left(world: World) -> Command:
+    thing = out_of_reach(world)
+    if thing is not None:
+        x, y = thing.xy
+        why = f"{world.goal} {thing.id} was seen at ({x:.1f}, {y:.1f}), and no way leads there"
+        return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.UNREACHABLE)
+    why = f"no {world.goal} found and nothing left to explore{_shut_in(world)}"
+    return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
 
 
 def _shut_in(world: World) -> str:

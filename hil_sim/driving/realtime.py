@@ -46,7 +46,7 @@ LONGEST_S = 0.5
 """A tick that comes later than this does not make up for it."""
 BRAKE_S = 2.0
 """How long the base has to come to rest when the search is over."""
-OVER = (SearchState.FOUND, SearchState.NOT_FOUND, SearchState.CANCELLED)
+OVER = tuple(state for state in SearchState if state.over)
 CHARGE_S = 0.5
 """Between two messages of the battery's."""
 FULL_PERCENT = 80.0

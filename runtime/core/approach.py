@@ -11,7 +11,14 @@ from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
 from runtime.core.objects import candidates, standpoints
 from runtime.core.objects.instances import Instance
-from runtime.core.objects.verdict import Reached, Verdict, confirmed, settle, verdict
+from runtime.core.objects.verdict import (
+    Reached,
+    Verdict,
+    confirmed,
+    settle,
+    supported,
+    verdict,
+)
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
@@ -40,12 +47,28 @@ def approach_target(
         if command is not None:
             return command
         outcome = verdict(thing, goal, reached)
+        if reached is Reached.FACED:
+            world.held_up.discard(thing.id)
+        elif outcome is Verdict.REJECT and supported(thing, goal):
+            world.held_up.add(thing.id)
         settle(thing, goal, outcome, world.pose)
         world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
             what, found = f"found {_named(thing, goal)}", SearchState.FOUND
             return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)
     return None
+
+
+def out_of_reach(world: World) -> Instance | None:
+    """What is believed to be the goal and was never stood before, when nothing else is left to try:
+    the surest, or None."""
+    goal = world.goal
+    beyond = [
+        thing
+        for thing in world.semantic.called(goal)
+        if thing.id in world.held_up or supported(thing, goal)
+    ]
+    return max(beyond, key=lambda thing: (thing.confidence_of(goal), -thing.id), default=None)
 
 
 def _candidate(world: World, least: float | None) -> _Candidate | None:

@@ -272,12 +272,22 @@ class Action(StrEnum):
 
 
 class SearchState(StrEnum):
-    """How a search stands; the last five are how it ended."""
+    """How a search stands; from the third on, how it ended."""
 
     READY = "ready"
     SEARCHING = "searching"
     FOUND = "found"
+    ARRIVED = "arrived"  # where it was to go to
     NOT_FOUND = "not_found"
+    UNREACHABLE = "unreachable"  # it is believed to be seen, or known, and no way leads there
     CANCELLED = "cancelled"
     PREEMPTED = "preempted"  # by another goal
+    TIMED_OUT = "timed_out"
+    AREA_LEFT = "area_left"  # that the goal was bound to
+    FAILED = "failed"
     ENDED = "ended"  # with the runtime: a restart may go on
+
+    @property
+    def over(self) -> bool:
+        """Whether its goal is done with: none has taken its place, and no restart goes on."""
+        return self not in (self.READY, self.SEARCHING, self.PREEMPTED, self.ENDED)

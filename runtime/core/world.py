@@ -73,7 +73,7 @@ class Command:
     path_xy: F64 = field(default_factory=lambda: np.zeros((0, 2)))  # (N, 2) m, from the robot
     course: Course | None = None
     twist: Twist | None = None
-    ended: SearchState | None = None  # of a STOP: FOUND, NOT_FOUND or CANCELLED
+    ended: SearchState | None = None  # of a STOP: what came of it
 
 
 class AimKind(StrEnum):
@@ -215,6 +215,8 @@ class World:
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)
     pursuit: Pursuit = field(default_factory=Pursuit)
+    held_up: set[int] = field(default_factory=set)
+    """Objects that were believed to be the goal, and to which the robot came no nearer."""
 
     @classmethod
     def begin(

@@ -7,6 +7,7 @@ from runtime import navigate
 from runtime.core.exploration import with_frontiers
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.settings import NavigateConfig
+from runtime.core.types import SearchState
 from runtime.core.world import Resort, World
 
 
@@ -30,5 +31,11 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
         r.reason for r in Resort if r is not Resort.NONE
     ]
     assert said[-1].reason.startswith("inspect vase 1")
+    faint.evidence["vase"].odds = -9.0  # not even for that
+    world.held_up.add(1)
+    shut = navigate._finish(world, cfg)
+    assert (shut.ended, shut.toward_xy) == (SearchState.UNREACHABLE, faint.xy)
+    assert shut.reason == "vase 1 was seen at (1.5, 0.0), and no way leads there"
     world.semantic.instances.clear()
-    assert navigate._finish(world, cfg).mode == "stop"
+    over = navigate._finish(world, cfg)
+    assert (over.mode, over.ended) == ("stop", SearchState.NOT_FOUND)

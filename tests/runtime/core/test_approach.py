@@ -8,12 +8,13 @@ from apartment import MOUNT, TWO_ROOMS, Apartment
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
-from runtime.core.approach import approach_target
+from runtime.core import approach
+from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.distances.planner import look_around
 from runtime.core.local_policy import GIVE_UP_AFTER_S
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.objects.verdict import from_two_sides
+from runtime.core.objects.verdict import Reached, from_two_sides
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Ballot, Pose
 from runtime.core.world import World
@@ -65,6 +66,40 @@ def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_
     found = approach_target(world, cfg)
     assert found is not None
     assert found.mode == "stop"
+
+
+def test_what_is_believed_and_cannot_be_stood_before_is_out_of_reach():
+    world, table = before_a_table()
+    sofa = replace(world.semantic.instances[1], xy=(2.3, 0.0), cells_xy=table.cells_xy + (1.5, 0.0))
+    world.semantic.instances = {1: sofa}
+    x, _ = axes(world.map)
+    world.map.evidence[(x > 0.4) & (x < 0.6)] = 10  # a wall, through which it was seen
+    world.map.changed()
+    world.seen = look_around(world.map, POSE, RADIUS_M)
+    assert approach_target(world, NavigateConfig()) is None
+    assert out_of_reach(world) is sofa
+    sofa.evidence["sofa"].backing.clear()  # nothing of this search speaks for it
+    assert out_of_reach(world) is None
+
+
+def test_what_was_given_up_on_the_way_is_out_of_reach_until_it_was_stood_before(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    world, _ = before_a_table()
+    sofa = world.semantic.instances[1]
+    reached = Reached.HELD_UP
+    monkeypatch.setattr(approach, "_toward", lambda *_: (reached, None))
+    for odds in (4.0, 1.0):  # the second time, seen anew, it would not be believed
+        sofa.evidence["sofa"] = Evidence(odds, backing=[POSE, Pose(1.9, -2.0, 1.5)], near_m=1.0)
+        sofa.looks.extend([POSE, POSE])
+        assert approach_target(world, NavigateConfig()) is None
+        assert sofa.confidence_of("sofa") < 0.5  # given up
+        assert out_of_reach(world) is sofa
+    reached = Reached.FACED
+    sofa.evidence["sofa"] = Evidence(1.0, backing=[POSE], near_m=1.0)
+    sofa.looks.extend([POSE, POSE])
+    assert approach_target(world, NavigateConfig()) is None
+    assert out_of_reach(world) is None
 
 
 class Silent:

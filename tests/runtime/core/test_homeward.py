@@ -29,7 +29,7 @@ def test_a_robot_drives_back_and_ends_there():
     assert back.toward_xy == START
     assert math.dist(back.path_xy[-1], START) < 0.1
     there = go_back(world(Pose(START[0] - ARRIVED_M / 2, START[1], 0.0)), "battery", START, CFG)
-    assert (there.action, there.ended) == (Action.STOP, SearchState.CANCELLED)
+    assert (there.action, there.ended) == (Action.STOP, SearchState.ARRIVED)
     assert there.reason == "battery; it is back where it began"
 
 
@@ -43,4 +43,5 @@ def test_where_no_way_leads_back_it_ends_where_it_is():
     ended = [n for n, command in enumerate(commands) if command.ended is not None]
     assert GIVE_UP_AFTER / 2 < ended[0] <= GIVE_UP_AFTER + 1
     assert commands[ended[0]].reason == "battery; there is no way back to where it began"
+    assert commands[ended[0]].ended is SearchState.UNREACHABLE
     assert np.isfinite(commands[0].path_xy).all()

@@ -1,0 +1,46 @@
+"""What a search has come by, as it is told."""
+
+import math
+
+import numpy as np
+import pytest
+from open_floor import POSE, RADIUS_M, axes, floor
+
+from runtime.core.inventory import UNREACHED, searched, unreached
+from runtime.core.types import Frontier
+from runtime.core.world import World
+
+
+def a_world(*rooms: str) -> World:
+    """A floor of 6 x 6 m."""
+    world = World.begin("vase", ("vase",), rooms, POSE, RADIUS_M, 0)
+    world.map = floor()
+    return world
+
+
+def test_what_was_searched_is_told_in_square_metres_and_by_room():
+    world = a_world("kitchen", "bedroom", "bathroom")
+    x, _ = axes(world.map)
+    world.explored.looked[x < 0.0] = True
+    world.semantic.rooms[0][x < 1.0] = 2.0
+    world.semantic.rooms[1][x < -1.0] = 3.0  # more evidence than for the kitchen
+    told = searched(world)
+    assert told["floor_m2"] == pytest.approx(36.0, abs=1.0)
+    assert told["near_m2"] == pytest.approx(18.0, abs=0.5)
+    assert told["rooms_m2"] == {
+        "kitchen": pytest.approx(12.0, abs=0.5), "bedroom": pytest.approx(12.0, abs=0.5)
+    }  # fmt: skip
+
+
+def test_without_words_for_rooms_none_is_told():
+    assert searched(a_world())["rooms_m2"] == {}
+
+
+def test_what_no_way_led_to_is_told_the_widest_first_and_not_without_end():
+    world = a_world()
+    line = np.stack([np.arange(40) / 10, np.zeros(40)], axis=1)
+    shut = [Frontier(id, line[: 7 + id], (0.0, 0.0), math.inf) for id in range(12)]
+    world.frontiers = (*shut, Frontier(20, line, (0.0, 0.0), 3.0))
+    told = unreached(world)
+    assert [place["frontier"] for place in told] == list(range(11, 11 - UNREACHED, -1))
+    assert told[0] == {"frontier": 11, "xy": [0.85, 0.0], "cells": 18}
