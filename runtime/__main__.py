@@ -31,6 +31,7 @@ from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
+from runtime.loops.standing import RunStanding
 from runtime.loops.worker_thread import lower_priority
 from runtime.perception.configured_models import check_models
 from runtime.perception.loaded_models import LoadedModels
@@ -42,6 +43,7 @@ from runtime.robot.bases import opened_base, watched
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
+from runtime.service.notify import Systemd
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -168,13 +170,14 @@ def _drive(
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
     senses = not config.base.odometry, config.senses, config.safety, config.navigate
     with (
+        Systemd(clock) as systemd,
         watched(config.base, config.bus, guarded) as beat,
         Bus(config.bus, clock, False, config.camera, record, *senses) as bus,
         opened_base(config.base, bus, clock, arm) as base,
     ):
         control = ControlLoop(
             base, bus, clock, config.safety, config.realtime, tracer, ending, go_first_or_tell,
-            record, beat,
+            record, systemd.fed(beat),
         )  # fmt: skip
         bus.on_urgent = control.hurry
         control.start()
@@ -188,9 +191,15 @@ def _drive(
                 with closing(Drawings(*drawn)) as drawer:
                     loop = RealTime(*parts, record, terms=terms, drawer=drawer)
                     garbage.begin()
-                    loop.run(ending)
+                    loop.run(systemd.served(ending, lambda: _standing(control)))
         finally:
             control.close()
+
+
+def _standing(control: ControlLoop) -> str:
+    told = control.status()["runtime"]
+    assert isinstance(told, dict)
+    return RunStanding(**told).in_words()
 
 
 def main() -> None:

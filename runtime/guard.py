@@ -110,7 +110,8 @@ class Brake:
     def __init__(self, orders: Orders) -> None:
         config = zenoh.Config()
         for name, value in orders.session.items():
-            config.insert_json5(name, json.dumps(value))
+            # Where systemd puts credentials is another place in each unit.
+            config.insert_json5(name, os.path.expandvars(json.dumps(value)))
         self._lock, self._rest, self._hand_s = threading.Lock(), Rest(), -math.inf
         self._child, self._zero = orders.child, bytes.fromhex(orders.zero)
         self._gid, self._sent = bytes.fromhex(orders.gid), 0
@@ -234,6 +235,14 @@ def _received(link: socket.socket) -> bytes | None:
         return b""
 
 
+def tell_systemd(state: str) -> None:
+    """sd_notify(3), where systemd started the process with Type=notify. Waits for nothing."""
+    where = os.environ.get("NOTIFY_SOCKET")
+    if where:
+        with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+            systemd.sendto(state.encode(), socket.MSG_DONTWAIT, where)
+
+
 def links(path: Path) -> Iterator[socket.socket]:
     """Runtimes that come to a socket, one after the other."""
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -242,6 +251,7 @@ def links(path: Path) -> Iterator[socket.socket]:
         door.bind(str(path))
         path.chmod(0o600)
         door.listen(1)
+        tell_systemd("READY=1")
         while True:
             link, _ = door.accept()
             with link:

@@ -2,6 +2,7 @@
 both sides."""
 
 import ipaddress
+import os
 import ssl
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,10 +26,15 @@ class TlsConfig:
     private_key: str = key("", "Its private key, in a file that others cannot read.")
 
     @property
-    def paths(self) -> dict[str, Path]:
-        """By key."""
+    def named(self) -> dict[str, str]:
+        """The files that are given, by key, as they are given."""
         given = {name: getattr(self, name) for name in ("ca", "certificate", "private_key")}
-        return {name: Path(text).expanduser() for name, text in given.items() if text}
+        return {name: os.path.expanduser(text) for name, text in given.items() if text}
+
+    @property
+    def paths(self) -> dict[str, Path]:
+        """Where they are."""
+        return {name: Path(os.path.expandvars(text)) for name, text in self.named.items()}
 
 
 def check_endpoint(name: str, endpoint: str, tls: TlsConfig) -> None:

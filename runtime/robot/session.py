@@ -1,6 +1,7 @@
 """Where the bus is: configuration, topics, and opening a Zenoh session."""
 
 import json
+import os
 from dataclasses import dataclass, field
 from typing import Final, Literal
 
@@ -172,7 +173,7 @@ def open_session(config: BusConfig) -> zenoh.Session:
     try:
         zenoh_config = zenoh.Config()
         for key, value in session_settings(config).items():
-            zenoh_config.insert_json5(key, json.dumps(value))
+            zenoh_config.insert_json5(key, os.path.expandvars(json.dumps(value)))
         return zenoh.open(zenoh_config)
     except zenoh.ZError as error:
         what = " ".join(str(error).split(" at /")[0].split())
@@ -184,7 +185,8 @@ def open_session(config: BusConfig) -> zenoh.Session:
 
 
 def session_settings(config: BusConfig) -> dict[str, object]:
-    """By Zenoh's names. What is off by Zenoh's default is said too: defaults change."""
+    """By Zenoh's names. What is off by Zenoh's default is said too: defaults change. Of files that
+    are in $CREDENTIALS_DIRECTORY it says so: the guard, to which this is handed, has its own."""
     settings: dict[str, object] = {
         "mode": config.mode,
         "connect/endpoints": list(config.connect),
@@ -199,7 +201,7 @@ def session_settings(config: BusConfig) -> dict[str, object]:
         "transport/shared_memory/enabled": False,
     }
     if config.secured:
-        ca, certificate, private_key = (str(path) for path in config.tls.paths.values())
+        ca, certificate, private_key = config.tls.named.values()
         within = "transport/link/tls"
         settings |= {
             f"{within}/root_ca_certificate": ca,

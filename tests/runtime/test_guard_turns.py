@@ -171,6 +171,16 @@ def every(first_s: float, end_s: float, step_s: float = AGAIN_S) -> list[float]:
     return [round(first_s + step_s * n, 6) for n in range(round((end_s - first_s) / step_s))]
 
 
+def test_credentials_are_where_systemd_put_its_own(
+    world: World, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", "/run/credentials/guard")
+    ca = "transport/link/tls/root_ca_certificate"
+    told = {**ORDERS.session, ca: "$CREDENTIALS_DIRECTORY/ca.pem"}
+    guard.Brake(replace(ORDERS, session=told))
+    assert json.loads(world.config.get_json(ca)) == "/run/credentials/guard/ca.pem"
+
+
 def test_it_is_a_session_of_its_own_that_speaks_before_all_and_holds_up_nothing(world: World):
     world.watch(BYE)
     assert json.loads(world.config.get_json("listen/endpoints")) == ["tcp/127.0.0.1:1"]
@@ -442,6 +452,36 @@ def test_runtimes_that_come_to_a_socket_are_served_one_after_the_other(tmp_path:
         assert link.fileno() == -1
         assert told == [b"you", b"you"]
     assert path.parent.stat().st_mode & 0o777 == 0o700
+
+
+def test_systemd_is_told_when_runtimes_can_come(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, heard = tmp_path / "guard", tmp_path / "notify"
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(heard))
+        systemd.settimeout(20.0)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(heard))
+        came = guard.links(path)
+        taker = threading.Thread(target=lambda: next(came))
+        taker.start()
+        assert systemd.recv(99) == b"READY=1"
+        with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as link:
+            link.connect(str(path))  # at once
+            taker.join()
+            came.close()
+
+
+def test_a_systemd_that_reads_nothing_is_not_waited_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        for _ in range(5000):
+            guard.tell_systemd("WATCHDOG=1")
+        assert systemd.recv(99) == b"WATCHDOG=1"
+    guard.tell_systemd("WATCHDOG=1")  # nobody is there any more
 
 
 class Started:

@@ -66,6 +66,21 @@ def test_certificates_that_go_together_can_be_used(tmp_path: Path) -> None:
     check_files(certified(tmp_path, "robot", "127.0.0.1"))
 
 
+def test_certificates_may_be_credentials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = certified(tmp_path, "robot", "127.0.0.1")
+    folder = Path(made.ca).parent
+    monkeypatch.setenv("CREDENTIALS_DIRECTORY", str(folder))
+    names = (Path(getattr(made, name)).name for name in ("ca", "certificate", "private_key"))
+    tls = TlsConfig(*(f"$CREDENTIALS_DIRECTORY/{name}" for name in names))
+    check_files(tls)
+    assert tls.named["ca"] == "$CREDENTIALS_DIRECTORY/ca.pem"  # what a guard is told
+    monkeypatch.delenv("CREDENTIALS_DIRECTORY")
+    with pytest.raises(
+        ConfigError, match=r"^bus\.tls\.ca: \$CREDENTIALS_DIRECTORY/ca\.pem: No such"
+    ):
+        check_files(tls)
+
+
 def test_what_is_wrong_with_certificates_is_one_line(tmp_path: Path) -> None:
     robot = certified(tmp_path, "robot", "127.0.0.1")
     other = certified(tmp_path, "other", "127.0.0.1")
