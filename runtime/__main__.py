@@ -21,6 +21,7 @@ from runtime.commands.doctor import doctor_command
 from runtime.commands.guard import guard_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
+from runtime.commands.why import why_command
 from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.log import say
@@ -68,6 +69,7 @@ cli.add_command(bench_command)
 cli.add_command(replay_command)
 cli.add_command(guard_command)
 cli.add_command(understand_command)
+cli.add_command(why_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

@@ -25,6 +25,7 @@ from runtime.loops.search import Search, SearchModels
 from runtime.loops.shedding import Shedding
 from runtime.robot.base import BaseCondition
 from runtime.robot.battery import Battery
+from runtime.service.telemetry import Telemetry
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
 
@@ -47,6 +48,7 @@ class Means:
     battery: Battery
     when_low: str  # what becomes of a search: see `BatteryConfig`
     drawer: Drawer
+    telemetry: Telemetry
 
 
 @dataclass
@@ -109,6 +111,10 @@ class Drive:
         """Feedback on the goal."""
         now_s = self.means.clock.now_s()
         self.feedback.tell(self.means.bus, state, reason, now_s, always)
+
+    def elapsed_s(self) -> float:
+        """How long the search has taken."""
+        return self.feedback.elapsed_s(self.means.clock.now_s())
 
     def note_halt(self) -> None:
         """Journal when the base was held since the last look."""
@@ -234,6 +240,7 @@ class Drive:
             brief = answer.question.snapshot.brief
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
             means.bus.publish_decision(report)
+            self._remember(answer, world)
             search.billed(means.models)
         busy = worker.busy
         means.tracer.note("decisions", "vote" if busy else "")
@@ -248,6 +255,14 @@ class Drive:
             navigate.adopt(world, first)
         by = Deadline.after(cfg.panel.votes_s, means.clock)
         worker.ask(DecisionRequest(search, seen, search.order.panel, by, cfg.navigate))
+
+    def _remember(self, answer: DecisionReply, world: World) -> None:
+        """For whoever asks why."""
+        search, decision, asked = self.search, answer.decision, answer.question.snapshot
+        rank = search.config.navigate.consensus.rank
+        heads_for = consensus.successor(decision, world.frontiers, rank)
+        told = search.decisions, search.goal.text, decision, asked.brief, asked.frontiers
+        self.means.telemetry.decided(*told, heads_for, self.elapsed_s())
 
     def _holds(self, answer: DecisionReply) -> bool:
         """Whether an answer is to what this search asked, from where the robot came by itself."""

@@ -32,6 +32,7 @@ from runtime.loops.shedding import Shedding
 from runtime.record import Record, unrecorded
 from runtime.robot.battery import Battery
 from runtime.robot.bus import Request
+from runtime.service.telemetry import Telemetry
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -63,7 +64,9 @@ class RealTime:
         terms: Terms = STRICT,
         drawer: Drawer | None = None,
         answers: Mapping[str, Answering] = NOTHING_ELSE,
+        telemetry: Telemetry | None = None,
     ) -> None:
+        self._telemetry = telemetry or Telemetry(clock)
         self._record, self._terms = record, terms
         self._drawer = drawer or NoDrawings()
         self._bus, self._control, self._models = bus, control, models
@@ -84,6 +87,7 @@ class RealTime:
             "goal": lambda request: self._accept(request.body),
             "cancel": lambda request: self._cancel(cancel_reason(request.body)),
             "status": lambda request: self._status(),
+            "why": self._telemetry.why,
         }
         self._desk = Desk(ours | dict(answers))
 
@@ -120,6 +124,8 @@ class RealTime:
         if self._garbage.due():
             with self._tracer.stage(Stage.GARBAGE):
                 self._garbage.collect()
+        if self._telemetry.due():
+            self._telemetry.note(self._status())
         if self._drive is None:
             self._bus.wait_request(IDLE_S)
             return
@@ -140,7 +146,7 @@ class RealTime:
         """Log how the runtime's standing has changed, and journal it while a search is on."""
         for change in self._control.changes():
             was, now = change.before.in_words(), change.after.in_words()
-            say(f"{was} -> {now}")
+            self._telemetry.stood(change.now_s, was, change.after.state, change.after.cause)
             if self._drive is not None:
                 self._drive.search.journal.write("standing", at_s=change.now_s, was=was, now=now)
 
@@ -173,6 +179,10 @@ class RealTime:
             "stages": self._tracer.told(),
             "shed": self._shedding.told(),
             "journal_lost": latest.journal.lost if latest else "",
+            "journal": latest.journal.path if latest else None,
+            "elapsed_s": self._drive.elapsed_s() if self._drive else None,
+            "driven_m": self._drive.feedback.driven_m if self._drive else None,
+            **self._telemetry.told(),
         }
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
@@ -203,6 +213,7 @@ class RealTime:
         )  # fmt: skip
         self._drive = drive
         drive.plan(None, now_s, {"goal": order.goal.text, "mode": "wait"})
+        self._telemetry.began(order.goal.text, order.goal.how)
         return {
             "accepted": True,
             "name": order.goal.name,
@@ -223,6 +234,7 @@ class RealTime:
             self._battery,
             self._when_low,
             self._drawer,
+            self._telemetry,
         )
 
     def _look(self, surveyed: Surveyed) -> Detections | None:
@@ -268,5 +280,6 @@ class RealTime:
                 self._models.finish()
         summary["elapsed_s"] = round(drive.feedback.elapsed_s(self._clock.now_s()), 3)
         self._last = drive.search, summary
+        self._telemetry.ended(state, reason)
         self._garbage.collect_all()
         return summary

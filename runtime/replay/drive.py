@@ -18,6 +18,7 @@ from runtime.replay.models_again import ModelsAgain
 from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script, Turn
 from runtime.replay.stand_ins import Film, FilmBus, FilmClock, FilmDecisions, FilmLooks, FilmModels
+from runtime.service.telemetry import Telemetry, untold
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.tracer import Tracer
 
@@ -128,6 +129,7 @@ def _in_real_time(
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
         film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), terms,
+        telemetry=Telemetry(clock, tell=untold),
     )  # fmt: skip
     loop.run(film.over)
 

@@ -34,6 +34,7 @@ QUERIES: Final = {
     "cancel": QueryKind(strict=False, steers=True),
     "status": QueryKind(strict=False),
     "goal": QueryKind(waiting=4, steers=True),
+    "why": QueryKind(),
 }
 
 

@@ -12,6 +12,7 @@ from file_entries import (
     WORDS,
     a_drawing,
     a_gguf,
+    a_journal,
     an_onnx,
     configuration,
     database_of,
@@ -19,6 +20,7 @@ from file_entries import (
     drawing_xml,
     embeddings,
     gguf_head,
+    journal,
     manifest,
     onnx_head,
     recording,
@@ -45,7 +47,8 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "mavlink": EntryPoint(SEEDS, mavlink),
     "doctor": EntryPoint(told(), heard),
     "requests": EntryPoint(
-        [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 128) for body in GOALS], request
+        [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 3, 128) for body in GOALS],
+        request,
     ),
     "ros": EntryPoint(seeds(), lambda data: ros(data, refused)),
     "configuration": EntryPoint(TEXTS, configuration),
@@ -54,6 +57,7 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "vocabulary": EntryPoint((WORDS,), vocabulary),
     "onnx": EntryPoint((an_onnx(),), onnx_head),
     "gguf": EntryPoint((a_gguf(),), gguf_head),
+    "journals": EntryPoint((a_journal(),), journal),
     "recordings": EntryPoint((shortened(TESTS / "refs" / "lockstep.mcap"),), recording, True),
     "sh3d": EntryPoint((a_drawing(),), drawing, True),
     "sh3d drawings": EntryPoint(

@@ -8,6 +8,8 @@ import zipfile
 from collections.abc import Callable
 from contextlib import redirect_stderr
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 from answers import REFUSALS, filed, refused_in_a_line, scratch
@@ -24,12 +26,29 @@ from models.store.manifest import load_manifest
 from models.words.row_file import RowFile
 from models.words.vocabulary import load_vocabulary
 from runtime.config import load
+from runtime.core.motion.stops import stop_in_full
+from runtime.core.types import (
+    Absence,
+    Ballot,
+    Brief,
+    Frontier,
+    FrontierBrief,
+    Missing,
+    NearbyObject,
+    Vote,
+)
+from runtime.core.voting.consensus import ConsensusConfig, elect
+from runtime.core.voting.in_full import in_full
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
+from runtime.core.world import World
 from runtime.errors import RecordingError, RfNavError
 from runtime.experts.score_cache import ScoreFile
 from runtime.experts.spending import CapReached, Caps, Spending, SpendingError
+from runtime.journal import Journal
+from runtime.loops.reports import explain
 from runtime.recording.reader import Recording
 from runtime.replay.script import Script
+from runtime.service.told_journal import told_decisions, told_stops
 
 
 def configuration(data: bytes) -> None:
@@ -72,6 +91,16 @@ def recording(data: bytes) -> None:
         script.config()
         for _ in script.turns():
             pass
+
+
+def journal(data: bytes) -> None:
+    path = filed(data, "decisions.jsonl")
+    with refused_in_a_line(RecordingError):
+        for told in told_decisions(path):
+            assert all(line.isprintable() for line in in_full(told))
+    with refused_in_a_line(RecordingError):
+        for stop in told_stops(path):
+            assert stop_in_full(stop, None)
 
 
 def drawing(data: bytes) -> None:
@@ -160,6 +189,24 @@ def some_embeddings() -> bytes:
     path, model = scratch() / "seed.npz", scratch() / "model.bin"
     model.write_bytes(b"model")
     RowFile(path, model).keep({"bed": np.ones((1, 4), np.float32)})
+    return path.read_bytes()
+
+
+def a_journal() -> bytes:
+    path = scratch() / "seed.jsonl"
+    path.unlink(missing_ok=True)
+    sink = (NearbyObject("sink", 0.8, 0.6),)
+    brief = Brief("bed", 0, (FrontierBrief(3, 1.0, sink, (("kitchen", 0.7),)),))
+    vote = Vote("o2f", (3,), ((3, 0.9),), "3: sink", reasons=((3, "sink"),))
+    ballot = Ballot((vote,), (Missing("sle", Absence.LATE),), {"o2f": 0.25})
+    frontiers = (Frontier(3, np.zeros((1, 2)), (1.0, 0.5), 1.0),)
+    world = SimpleNamespace(body=SimpleNamespace(step=9), frontiers=frontiers)
+    decision = elect(ballot, brief.frontiers, ConsensusConfig(mode="lenient"))
+    with Journal(path) as file:
+        file.write("goal", text="bed")
+        file.write("standing", at_s=1.0, was="searching", now="held: frame: none")
+        file.write("decision", brief=brief, **explain(decision, cast(World, world), "nearest"))
+        file.write("standing", at_s=3.0, was="held: frame: none", now="searching")
     return path.read_bytes()
 
 

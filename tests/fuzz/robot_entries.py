@@ -38,6 +38,7 @@ from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, CameraConfig
+from runtime.service.telemetry import Telemetry, untold
 
 S = 10**9
 
@@ -196,6 +197,8 @@ def request(data: bytes) -> None:
         terms = Terms(harness=True) if number > 127 else STRICT
         answer: dict[str, object] = {"accepted": True}
         cancel_reason(taken.body)
+        if kind == "why":
+            answer = WATCH.why(taken)
         try:
             if kind == "goal":
                 asked = terms.read(taken.body)
@@ -219,4 +222,7 @@ GOALS = [
     {"goal": "please find the red mug on the kitchen table, not the cup"},
     {"goal": "wo ist mein Kühlschrank"},
     {"reason": "enough"},
+    {"decision": 3},
+    {"stop": 1},
 ]
+WATCH = Telemetry(ManualClock(), tell=untold)

@@ -32,12 +32,13 @@ def _why(decision: Decision, elected: int) -> str:
             "best": "of which {0} is surest",
             "majority": "most frequent of the samples of {0}",
         }.get(decision.rule, "on which {0} agree")
-        return verb.format(_listed(names)) + f" ({said})"
+        return verb.format(listed(names)) + f" ({said})"
     what = "the closest" if decision.rule == "closest" else f"by {decision.rule}"
-    return f"{what}, as {_no_agreement(decision)}"
+    return f"{what}, as {no_agreement(decision)}"
 
 
-def _no_agreement(decision: Decision) -> str:
+def no_agreement(decision: Decision) -> str:
+    """Why nobody's word decided."""
     names = [vote.expert for vote in decision.ballot.votes]
     absent = "; ".join(f"{m.expert}: {m.cause}" for m in decision.ballot.missing)
     beside = f" ({absent})" if absent else ""
@@ -46,8 +47,8 @@ def _no_agreement(decision: Decision) -> str:
     if len(names) == 1:
         return f"{names[0]} votes alone{beside}"
     if consensus.agree([frozenset(v.frontiers) for v in decision.ballot.votes])[1]:
-        return f"what {_listed(names)} agree on is too far away or voted against{beside}"
-    return f"{_listed(names)} do not agree{beside}"
+        return f"what {listed(names)} agree on is too far away or voted against{beside}"
+    return f"{listed(names)} do not agree{beside}"
 
 
 def _reason(vote: Vote, frontier: int) -> str:
@@ -55,5 +56,6 @@ def _reason(vote: Vote, frontier: int) -> str:
     return text if len(text) <= REASON_MAX else text[: REASON_MAX - 1] + "…"
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """ "a, b and c"."""
     return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

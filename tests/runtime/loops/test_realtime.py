@@ -593,3 +593,31 @@ def test_a_search_goes_on_where_its_journal_and_map_cannot_be_written(
     said = capsys.readouterr().err
     assert (said.count(lost), said.count(summary["map_lost"])) == (1, 1)
     assert [path.name for path in tmp_path.iterdir()] == ["decisions.jsonl"]
+
+
+def test_why_it_goes_there_and_why_it_stood_is_told_on_asking(tmp_path: Path):
+    with running(FakeModels(home(), o2f=farthest, r2f=farthest)) as (robot, ended):
+        assert robot.ask("why") == {"decision": None, "stop": None}
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) and robot.decisions)
+        robot.sending.discard("odom")
+        robot.until(lambda: robot.state()["runtime"]["state"] == "held")
+        robot.sending.add("odom")
+        robot.until(lambda: robot.state()["runtime"]["state"] != "held")
+        robot.until(lambda: robot.ask("why")["stop"]["ended_s"] is not None)
+        answer = robot.ask("why")
+        first = robot.ask("why", {"decision": 1})["decision"]
+        unknown = robot.ask("why", {"decision": 999})
+        status = robot.ask("status")
+    assert not ended
+    assert first["in_words"][0].startswith('Decision 1 of the search for "toilet", ')
+    elected = robot.decisions[0]["frontier"]
+    assert first["in_words"][2].startswith(f"Taken: frontier {elected}, at (")
+    assert any(line.startswith("o2f, by the objects near by, votes") for line in first["in_words"])
+    assert answer["stop"]["kind"] in ("odometry", "plan")
+    assert answer["stop"]["in_words"][2].startswith("It began ")
+    assert unknown["error"].startswith("why: decision 999: is not remembered; 1 to ")
+    assert status["votes"]["o2f"]["local"] >= 1
+    assert status["journal"] == str(tmp_path / "decisions.jsonl")
+    assert status["elapsed_s"] > 0
+    assert status["memory_mb"] > 10

@@ -1,0 +1,89 @@
+"""rfnav why: what it asks, prints and ends with."""
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from hil_sim.driving.link import free_port
+from runtime.__main__ import cli
+from runtime.journal import Journal
+from runtime.robot.session import BusConfig, open_session
+
+DECISION = {"number": 4, "goal": "mug", "in_words": ["Decision 4.", "  as told"]}
+STOP = {"number": 2, "in_words": ["Stop 2."]}
+Ask = Callable[..., Result]
+
+
+@pytest.fixture
+def answered() -> Iterator[tuple[Ask, list[dict[str, Any]], dict[str, Any]]]:
+    """Asks a runtime; what that was asked, and what it answers."""
+    end, heard = f"tcp/127.0.0.1:{free_port()}", []
+    answer: dict[str, Any] = {}
+    with open_session(BusConfig(listen=(end,))) as session:
+
+        def reply(query) -> None:
+            heard.append(json.loads(query.payload.to_string()))
+            query.reply(query.key_expr, json.dumps(answer))
+
+        session.declare_queryable("rfnav/why", reply)
+        yield (lambda *words: run(*words, "--set", f"bus.listen=['{end}']")), heard, answer
+
+
+def run(*words: str) -> Result:
+    return CliRunner().invoke(cli, ["why", *words])
+
+
+def test_the_last_decision_and_the_last_stop(answered):
+    ask, heard, answer = answered
+    answer.update(decision=DECISION, stop=STOP)
+    done = ask()
+    assert (done.output, done.exit_code) == ("Decision 4.\n  as told\n\nStop 2.\n", 0)
+    assert ask("--stop").output == "Stop 2.\n"
+    assert heard == [{}, {}]
+
+
+def test_one_by_its_number(answered):
+    ask, heard, answer = answered
+    answer.update(decision=DECISION)
+    assert ask("4").output == "Decision 4.\n  as told\n"
+    answer.clear()
+    answer.update(stop=STOP)
+    assert ask("2", "--stop").output == "Stop 2.\n"
+    assert heard == [{"decision": 4}, {"stop": 2}]
+
+
+def test_as_json(answered):
+    ask, _, answer = answered
+    answer.update(decision=DECISION, stop=None)
+    assert json.loads(ask("--json").output) == answer
+
+
+def test_nothing_yet_is_said_and_what_is_refused_ends_with_1(answered):
+    ask, _, answer = answered
+    answer.update(decision=None, stop=None)
+    assert ask().output == "Nothing was decided yet.\n\nNothing has held the base yet.\n"
+    answer.clear()
+    answer.update(accepted=False, error="why: decision 9: there was none yet")
+    done = ask("9")
+    assert (done.output, done.exit_code) == ("rfnav: why: decision 9: there was none yet\n", 1)
+
+
+def test_of_a_journal(tmp_path: Path):
+    path = tmp_path / "decisions.jsonl"
+    with Journal(path) as journal:
+        journal.write("goal", text="mug")
+        for at_s, now in ((2.0, "held: plan: old"), (3.0, "searching"), (4.0, "held: frame: none")):
+            journal.write("standing", at_s=at_s, now=now)
+    last, first = run("--stop", "--journal", str(path)), run("1", "--stop", "--journal", str(path))
+    assert last.output.startswith("Stop 2 (held, frame): ")
+    assert "It began at 4.0 s; it goes on." in last.output
+    assert "It began at 2.0 s; it lasted 1.0 s, then: searching." in first.output
+    assert run("--journal", str(path)).output == "Nothing was decided yet.\n"
+    none = run("3", "--journal", str(path))
+    assert (none.exit_code, none.output) == (1, f"rfnav: {path}: decision 3: there is none\n")
+    as_json = json.loads(run("--stop", "--json", "--journal", str(path)).output)
+    assert (as_json["stop"]["number"], as_json["stop"]["kind"]) == (2, "frame")
