@@ -59,6 +59,11 @@ COMMANDS = {
     ),
     "sheet": ("hil_sim.commands.sheet", "sheet_command", "Every goal of the replicas from 1 m."),
     "show": ("hil_sim.commands.show", "show_command", "Draw a scene."),
+    "soak": (
+        "hil_sim.commands.soak",
+        "soak_command",
+        "Goals and troubles without end, beside a service.",
+    ),
 }
 ASSETS = {
     "pull": (

@@ -1,0 +1,142 @@
+"""What a soak counts."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+from blink import Blink
+from corridor import EPISODE, SCENE, SMALL, Corridor
+
+from hil_sim.driving.living_robot import LivingRobot, Mate
+from hil_sim.driving.rig import start_of
+from hil_sim.driving.soak import STOPS_WITHIN_S, Memory, Watch, soak, told
+from hil_sim.driving.soak_plan import Trouble
+from hil_sim.simulation.mishaps import Mishaps
+from hil_sim.simulation.protocol import DifferentialDrive
+from hil_sim.simulation.robot import Robot
+from runtime.core.types import Pose, Twist
+
+STANDING = Robot(Pose(0.0, 0.0, 0.0))
+MOVING = replace(STANDING, twist=Twist(0.3, 0.0))
+BLIND = Trouble("camera-drop", 10.0, 5.0)
+
+
+def watched(*seen: tuple[float, Robot], troubles: tuple[Trouble, ...] = (BLIND,)) -> Watch:
+    watch = Watch(troubles)
+    for now_s, robot in seen:
+        watch.note(now_s, robot)
+    return watch
+
+
+def test_a_stop_in_time_is_none_that_was_missed():
+    watch = watched((9.0, MOVING), (10.0, MOVING), (11.0, STANDING), (14.9, STANDING))
+    (felt,) = watch.felt
+    assert (felt.moved, felt.stood_s, watch.missed()) == (True, 1.0, ())
+
+
+@pytest.mark.parametrize("late_s", [STOPS_WITHIN_S + 0.1, None])
+def test_a_stop_that_is_late_or_never_is_missed(late_s: float | None):
+    seen = [(10.0, MOVING), (11.0, MOVING)]
+    if late_s is not None:
+        seen.append((10.0 + late_s, STANDING))
+    assert len(watched(*seen).missed()) == 1
+
+
+def test_who_moves_again_has_not_stood():
+    watch = watched((10.0, MOVING), (10.5, STANDING), (12.0, MOVING), (14.0, STANDING))
+    assert watch.felt[0].stood_s == 4.0
+    assert watch.missed()
+
+
+def test_it_may_move_when_the_trouble_is_over_or_does_not_forbid_it():
+    assert not watched((10.0, STANDING), (15.1, MOVING)).missed()
+    person = (Trouble("person", 10.0, 5.0),)
+    assert not watched((10.0, MOVING), (14.0, MOVING), troubles=person).missed()
+
+
+def test_a_killed_service_may_be_back_before_the_trouble_would_be_over():
+    kill = (Trouble("kill", 10.0, 8.0),)
+    assert not watched((10.0, MOVING), (11.0, STANDING), (14.0, MOVING), troubles=kill).missed()
+
+
+def test_collisions_are_booked_with_the_trouble_they_fall_into():
+    hit = replace(STANDING, collisions=1)
+    person = (Trouble("person", 10.0, 5.0),)
+    watch = watched((9.0, STANDING), (12.0, hit), troubles=person)
+    assert (watch.collisions, watch.run_into(())) == (1, 1)
+    assert watch.run_into(("person",)) == 0
+    before = watched((9.0, hit), (12.0, hit), troubles=person)
+    assert before.run_into(("person",)) == 1
+
+
+def test_the_report_has_every_figure():
+    watch = watched((10.0, MOVING), (11.0, STANDING))
+    memory = Memory()
+    memory.note(1, 600.0)
+    memory.note(1, 500.0)
+    memory.note(2, None)
+    rows = told(watch, memory, Counter(found=3, cancelled=1), 2)
+    assert "1.00 s" in rows[1]
+    assert rows[2:] == [
+        "stops that were due and did not come: 0",
+        "collisions: 0",
+        "goals: 4 with a result (cancelled 1, found 3), 2 without",
+        "memory, most of each of 1 lives: 600 MB",
+    ]
+
+
+class Quiet:
+    """A bus that nobody is on."""
+
+    def publish(self, topic: str, payload: bytes) -> None: ...
+
+    def command(self) -> Twist | None:
+        return None
+
+    def hang_up(self) -> None: ...
+
+    def call_again(self) -> None: ...
+
+
+class Told:
+    """A service that notes what is done to it."""
+
+    state_dir = None
+
+    def __init__(self, broken: bool = False) -> None:
+        self.did, self._broken = list[str](), broken
+
+    def signal(self, number: int) -> None:
+        self.did.append(f"signal {int(number)}")
+
+    def restart(self) -> None:
+        if self._broken:
+            raise OSError("no systemctl")
+        self.did.append("restart")
+
+    def memory_mb(self) -> float | None:
+        return 500.0
+
+    def starts(self) -> int:
+        return 1
+
+
+def living() -> LivingRobot:
+    corridor, protocol = Corridor(), replace(SMALL, base=DifferentialDrive())
+    mishaps = Mishaps((), 0, "e", SCENE, corridor, corridor.bodies.append)
+    return LivingRobot(start_of(EPISODE), Mate(corridor, Blink(), Quiet(), mishaps, protocol))
+
+
+def test_a_service_has_its_troubles_at_their_times():
+    plan = (Trouble("kill", 0.05, 1.0), Trouble("restart", 0.15, 1.0))
+    service, said = Told(), list[str]()
+    watch, memory = soak(living(), service, plan, 0.3, said.append)
+    assert service.did == ["signal 9", "restart"]
+    assert [felt.trouble for felt in watch.felt] == list(plan)
+    assert memory.most == {1: 500.0}
+    assert len(said) == 2
+
+
+def test_a_trouble_that_cannot_be_made_ends_the_soak():
+    with pytest.raises(OSError, match="no systemctl"):
+        soak(living(), Told(broken=True), (Trouble("restart", 0.05, 1.0),), 5.0)
