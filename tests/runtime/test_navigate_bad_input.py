@@ -88,5 +88,5 @@ def test_a_target_outside_the_map_is_not_gone_to(xy: tuple[float, float]):
     for _ in range(5):
         command = shown(world, home.observe())
         assert command.ended is not SearchState.FOUND
-        assert command.toward_xy != xy
+        assert command.ended is SearchState.UNREACHABLE or command.toward_xy != xy
         home.apply(command.action)

@@ -70,7 +70,9 @@ def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_
 
 def test_what_is_believed_and_cannot_be_stood_before_is_out_of_reach():
     world, table = before_a_table()
-    sofa = replace(world.semantic.instances[1], xy=(2.3, 0.0), cells_xy=table.cells_xy + (1.5, 0.0))
+    sofa = replace(
+        world.semantic.instances[1], xy=(2.3, 0.0), cells_xy=table.cells_xy + np.array([1.5, 0.0])
+    )
     world.semantic.instances = {1: sofa}
     x, _ = axes(world.map)
     world.map.evidence[(x > 0.4) & (x < 0.6)] = 10  # a wall, through which it was seen
