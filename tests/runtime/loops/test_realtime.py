@@ -492,9 +492,10 @@ def test_the_map_is_kept_for_the_next_goal_when_that_is_wished(tmp_path: Path):
 
 
 def wrong(said: str) -> list[str]:
-    """What was said, but for what the system does not grant, how the runtime stood, and what its
-    watchdog did."""
-    usual = ("no SCHED_FIFO", "not locked", " -> ", "rfnav guard: ")
+    """What was said, but for what the system does not grant, how the runtime stood, what its
+    watchdog did, and how goals began and ended."""
+    usual = ("no SCHED_FIFO", "not locked", " -> ", "rfnav guard: ", 'rfnav: goal "')
+    usual += ("rfnav: ended: ", "rfnav: failed: ")
     return [line for line in said.splitlines() if not any(what in line for what in usual)]
 
 
