@@ -5,13 +5,16 @@ act: the target once it is believed, else the elected frontier; fast marching; o
 """
 
 import math
+from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from runtime.core import homeward, progress
 from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.exploration import explore, with_frontiers
+from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, grid, keyframes, scanning
+from runtime.core.mapping.zones import Zone
 from runtime.core.motion.contact import Met
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
@@ -130,12 +133,16 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
     decision, frame = world.standing.decision, world.map.frame
     window, ranked = around(candidates, frame), cfg.consensus.fallback == "geometry"
+    copy = world.map.copied(window)
+    if world.map.zones.zones:
+        barred = world.map.zones.barred(frame)[window]
+        copy = replace(copy, free=copy.free & ~barred, unknown=copy.unknown & ~barred)
     return Outlook(
         world.goal,
         world.stamp_ns,
         why,
         candidates,
-        world.map.copied(window),
+        copy,
         SemanticCopy.of(world.semantic, world.map, candidates, window),
         tuple(world.keyframes),
         world.pose,
@@ -161,10 +168,12 @@ def adopt(world: World, decision: Decision) -> None:
 
 
 def act(world: World, cfg: NavigateConfig) -> Command:
-    """What to do now: finish the first look, else go to the target, else to the elected frontier.
-    Whoever sends the command books what was sent (`steer`, `BaseState.told`)."""
+    """What to do now: finish the first look, else leave what is kept out of, else go to the target,
+    else to the elected frontier. Whoever sends the command books what was sent (`steer`,
+    `BaseState.told`)."""
     command = (
         _look_around(world, cfg)
+        or leave(world, cfg)
         or approach_target(world, cfg)
         or explore(world, cfg)
         or _finish(world, cfg)
@@ -180,6 +189,13 @@ def feel_edges(world: World, felt: bool) -> None:
         openings.edges_felt = felt
         if world.map.doubtful.any():
             world.map.changed()
+
+
+def keep_out(world: World, zones: tuple[Zone, ...]) -> None:
+    """Have these zones on the map, in place of those before."""
+    window = world.map.zones.put(zones, world.map.frame)
+    if window is not None:
+        world.map.touched(window)
 
 
 def meet(world: World, met: Met, cfg: NavigateConfig) -> None:

@@ -24,7 +24,8 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     parts = explored.boundary.update(world.map, explored.given_up)
     if explored.resort >= Resort.AFAR:
         edge = explored.boundary.edge
-        dim = coverage.overlooked(world.map, explored.looked, explored.given_up) & ~edge
+        out = explored.given_up | world.map.zones.barred(frame)
+        dim = coverage.overlooked(world.map, explored.looked, out) & ~edge
         parts += frontiers.components(dim, frame, coverage.MIN_CELLS)
     named = frontiers.identify(explored.memory, parts, frame)
     with_distances(world, named)

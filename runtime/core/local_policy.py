@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Protocol
 
+import numpy as np
+
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import DEAD_END_M
 from runtime.core.geometry import bearing
@@ -14,7 +16,7 @@ from runtime.core.motion import discrete_policy, step_search, velocity_policy
 from runtime.core.motion.courses import STILL, Along, ControlConfig, Course
 from runtime.core.motion.footing import footing, no_floor
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import F64, Action, Observation, Twist
+from runtime.core.types import F64, Action, Mask, Observation, Twist
 from runtime.core.world import Command, Mode, World
 
 GIVE_UP_AFTER = 24  # steps without coming closer to an aim
@@ -161,8 +163,20 @@ class WholeSteps:
         if action is not None:
             return action
         world.map.close(world.pose.x_m, world.pose.y_m, DEAD_END_M)
-        drops = partial(no_floor, world.map)
-        return discrete_policy.squeeze(world.terrain, world.pose, drops)
+        return discrete_policy.squeeze(world.terrain, world.pose, partial(self._no_way, world))
+
+    def _no_way(self, world: World, points_xy: F64) -> Mask:
+        """(..., 2) m -> (...) where there is no floor, or the body would be in a zone, and deeper
+        than it is."""
+        drops, zones = no_floor(world.map, points_xy), world.map.zones
+        if not zones.zones:
+            return drops
+        frame = world.map.frame
+        room_m, _ = zones.clearance(frame, (slice(0, frame.rows), slice(0, frame.cols)))
+        here_m = float(room_m[frame.cell(world.pose.x_m, world.pose.y_m)])
+        cells = np.clip(frame.cells(points_xy), 0, np.array(frame.shape) - 1)
+        least_m = min(self.cfg.robot.radius_m, here_m)
+        return drops | (room_m[cells[..., 0], cells[..., 1]] < least_m)
 
 
 @dataclass(frozen=True)

@@ -57,6 +57,7 @@ class Mode(StrEnum):
     TARGET = "target"
     FACE = "face"
     RETURN = "return"
+    LEAVE = "leave"  # a zone that is kept out of
     STOP = "stop"
 
 
@@ -85,6 +86,7 @@ class AimKind(StrEnum):
     SIDE = "side"  # of a target: to see it from another side
     FACE = "face"  # a target, turning on the spot
     START = "start"  # where the search began
+    OUT = "out"  # of a zone that is kept out of
 
 
 class Aim(NamedTuple):

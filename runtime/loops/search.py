@@ -34,6 +34,7 @@ from runtime.journal import Journal, write_map
 from runtime.log import say
 from runtime.loops.goal_request import Terms
 from runtime.loops.reports import explain, map_of, told_command
+from runtime.loops.whereabouts import Whereabouts
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
@@ -135,6 +136,7 @@ class Search:
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
     record: Record = unrecorded
+    whereabouts: Whereabouts = field(default_factory=Whereabouts)
 
     @classmethod
     def begin(cls, order: Order, record: Record = unrecorded) -> "Search":
@@ -186,6 +188,7 @@ class Search:
             self.world = self._first(obs)
         if self.start_xy is None:
             self.start_xy = obs.pose.x_m, obs.pose.y_m
+        self.whereabouts.keep(self.world, self.journal, self.record)
         return navigate.survey(self.world, obs, obs.mount or self.config.camera, cfg, led)
 
     def place(

@@ -10,6 +10,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.kernels import mapping as kernels
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, inside, joined, part_frame, widened
+from runtime.core.mapping.zones import TooNear
 from runtime.core.types import F32, F64, Mask, Pose
 
 MARGIN_M = 0.02  # added to the radius: cells are 5 cm wide
@@ -36,8 +37,9 @@ NO_SQUEEZE = Squeeze()
 class Terrain:
     """What the planner sees of the map: a window of it, (r, c) cells.
 
-    clearance_m: distance of a cell's centre to the nearest obstacle's edge, up to what planning
-    pays for and BEYOND_M. traversable: the body fits. speed: relative, 0 where not traversable.
+    clearance_m: distance of a cell's centre to the nearest obstacle's edge, or a zone's, up to what
+    planning pays for and BEYOND_M; within a zone less than 0. traversable: the body fits. speed:
+    relative, 0 where not traversable.
     """
 
     frame: GridFrame
@@ -85,6 +87,7 @@ class TerrainSurvey:
         self._revision = 0
         self._body: tuple[float, bool] = 0.0, False
         self._special: Window | None = None  # around the robot, at the last update
+        self._open: tuple[TooNear, ...] = ()  # of the zones, then
         self._clearance_m: F32 = np.zeros((0, 0), np.float32)
         self._traversable: Mask = np.zeros((0, 0), bool)
         self._speed: F32 = np.zeros((0, 0), np.float32)
@@ -100,14 +103,18 @@ class TerrainSurvey:
             self._clearance_m = np.full(shape, most_m(radius_m), np.float32)
             self._traversable, self._speed = np.zeros(shape, bool), np.zeros(shape, np.float32)
             self._special, window = None, grid.known_window()
+            zones = grid.zones.about(grid.zones.zones, grid.frame)
+            window = joined(zones, window)
         if window is not None:
             window = widened(window, _reach(grid.frame, radius_m), grid.frame)
         special = _near(grid.frame, pose, _special_m(grid.frame, squeeze))
-        for stale in (self._special, special):
+        for stale in (self._special, special, self._opened(grid, pose, radius_m)):
             window = joined(window, stale) if stale is not None else window
         assert window is not None
         self._revision, self._special = revision, special
         self._derive(grid, window, pose, radius_m, squeeze)
+        if grid.zones.zones:
+            self._keep_out(grid, window, radius_m)
         known = grid.known_window()
         frame = part_of(grid.frame, known)
         arrays = self._clearance_m[known], self._traversable[known], self._speed[known]
@@ -141,6 +148,26 @@ class TerrainSurvey:
                 DEAD_END_M + frame.resolution_m,
             ),
         )
+
+    def _opened(self, grid: NavigationMap, pose: Pose, radius_m: float) -> Window | None:
+        """Where zones are open now, and were before: there the terrain is out of date."""
+        before = self._open
+        self._open = grid.zones.openings(grid.frame, pose, radius_m + MARGIN_M)
+        return grid.zones.about([one.zone for one in (*before, *self._open)], grid.frame)
+
+    def _keep_out(self, grid: NavigationMap, window: Window, radius_m: float) -> None:
+        """Zones are walls; squeezing, driven ways and what is near the robot change nothing of
+        that."""
+        true_m, told_m = grid.zones.clearance(grid.frame, window, self._open)
+        spare_m = told_m - np.float32(radius_m + MARGIN_M)
+        pace = SLOWEST + (1 - SLOWEST) * np.clip(spare_m / np.float32(COMFORT_M), 0.0, 1.0)
+        fits = spare_m >= 0
+        for mine, zone in (
+            (self._clearance_m[window], true_m),
+            (self._speed[window], np.where(fits, pace, 0.0)),
+        ):
+            np.minimum(mine, zone, out=mine, casting="same_kind")
+        self._traversable[window] &= fits
 
 
 def _distance(grid: NavigationMap, window: Window, radius_m: float) -> F32:

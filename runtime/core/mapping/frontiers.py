@@ -38,10 +38,33 @@ def boundary(grid: NavigationMap, given_up: Mask) -> Mask:
 
 def _renew_edge(edge: Mask, window: Window, grid: NavigationMap, given_up: Mask) -> Window | None:
     """The boundary within a window, in place; the window of what changed."""
+    if grid.zones.zones:
+        return _renew_outside(edge, window, grid, given_up)
     changed = kernels.boundary(
         edge, grid.free, grid.unknown, grid.occupied, given_up, WALL_GAP_CELLS, ends(window)
     )
     return between(changed) if changed else None
+
+
+def _renew_outside(
+    edge: Mask, window: Window, grid: NavigationMap, given_up: Mask
+) -> Window | None:
+    """The same where there are zones: within one is no frontier, and nothing unknown to go to."""
+    part = widened(window, max(1, WALL_GAP_CELLS), grid.frame)
+    barred = grid.zones.barred(grid.frame)[part]
+    changed = kernels.boundary(
+        edge[part],
+        grid.free[part],
+        grid.unknown[part] & ~barred,
+        grid.occupied[part],
+        given_up[part] | barred,
+        WALL_GAP_CELLS,
+        ends(inside(window, part)),
+    )
+    if not changed:
+        return None
+    top, left = part[0].start, part[1].start
+    return between((changed[0] + top, changed[1] + top, changed[2] + left, changed[3] + left))
 
 
 def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:

@@ -33,6 +33,7 @@ from runtime.core.mapping.windows import (
     polygon_patch,
     widened,
 )
+from runtime.core.mapping.zones import ZoneLayer
 from runtime.core.types import F64, U8, Mask, Mount, Observation, Pose
 
 _GAP_REACH = 4  # cells, across which it is felt that gaps between obstacles are closed
@@ -97,6 +98,7 @@ class NavigationMap:
     openings: Openings = field(default_factory=Openings, repr=False)
     last_xy: tuple[float, float] | None = None
     laser: LaserLayer = field(default_factory=LaserLayer, repr=False)
+    zones: ZoneLayer = field(default_factory=ZoneLayer, repr=False)  # no part of the masks
     _views: dict[str, Mask] = field(default_factory=dict, repr=False)
     _stale: Window | None = field(default=None, repr=False)  # of the views
     _known: Window | None = field(default=None, repr=False)  # that holds all known cells

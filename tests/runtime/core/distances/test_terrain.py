@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from runtime.core.distances.terrain import NO_SQUEEZE, Squeeze, Terrain, TerrainSurvey, survey
 from runtime.core.mapping.grid import NavigationMap, integrate
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import Pose
 
 RADIUS = 0.18
@@ -30,6 +31,14 @@ def alike(one: Terrain, other: Terrain) -> bool:
     )
 
 
+def put_zones(grid: NavigationMap, rng: np.random.Generator) -> None:
+    low = rng.uniform(-2.5, 1.5, (int(rng.integers(0, 3)), 2))
+    corners = [((x, y), (x + 0.8, y), (x + 0.8, y + 1.2)) for x, y in low.tolist()]
+    window = grid.zones.put(tuple(Zone("", each) for each in corners), grid.frame)
+    if window is not None:
+        grid.touched(window)
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 10))
 def test_made_anew_where_something_changed_it_is_that_of_the_whole_map(seed: int, times: int):
@@ -41,6 +50,8 @@ def test_made_anew_where_something_changed_it_is_that_of_the_whole_map(seed: int
         window = slice(top, bottom + 1), slice(left, right + 1)
         grid.evidence[window] = rng.choice([-5, 0, 9], p=[0.6, 0.2, 0.2])
         grid.changed(window)
+        if rng.random() < 0.5:
+            put_zones(grid, rng)
         match rng.integers(0, 5):
             case 0:
                 grid.close(pose.x_m, pose.y_m, 0.1)
@@ -102,3 +113,36 @@ def test_a_copy_of_what_is_near_does_not_change_with_the_map():
     kept.update(grid, pose, RADIUS)
     assert not terrain.traversable[here]  # a view of the survey's own
     assert near.traversable[near.frame.cell(0.5, 0.5)]
+
+
+def test_a_zone_is_a_wall_that_no_squeeze_and_no_driven_way_goes_through():
+    grid, out, within = NavigationMap.around(Pose(0, 0, 0), RADIUS), (-1.0, -1.0), (1.2, 1.2)
+    grid.evidence[:] = -5
+    grid.driven[:] = 1
+    grid.changed()
+    grid.zones.put((Zone("", ((1.0, 1.0), (2.0, 1.0), (2.0, 2.0), (1.0, 2.0))),), grid.frame)
+    for squeeze in SQUEEZES:
+        terrain = survey(grid, Pose(0, 0, 0), RADIUS, squeeze)
+        clearance_m = terrain.clearance_m[terrain.frame.cell(*within)]
+        assert clearance_m == pytest.approx(-0.2, abs=0.07)
+        for x in (0.85, 0.95, 1.2, 2.05):
+            assert not terrain.traversable[terrain.frame.cell(x, 1.5)]
+            assert terrain.speed[terrain.frame.cell(x, 1.5)] == 0
+        assert terrain.speed[terrain.frame.cell(*out)] == 1
+        near = terrain.frame.cell(0.72, 1.5)
+        assert terrain.traversable[near]
+        assert 0 < terrain.speed[near] < 0.6
+
+
+def test_a_robot_within_one_can_get_out_and_no_deeper():
+    grid, pose = NavigationMap.around(Pose(0, 0, 0), RADIUS), Pose(0.3, 0.0, 0.0)
+    grid.evidence[:] = -5
+    grid.changed()
+    grid.zones.put((Zone("", ((0.0, -2.0), (2.0, -2.0), (2.0, 2.0), (0.0, 2.0))),), grid.frame)
+    kept = TerrainSurvey()
+    terrain = kept.update(grid, pose, RADIUS)
+    fits = [bool(terrain.traversable[terrain.frame.cell(x, 0.0)]) for x in (-0.4, 0.0, 0.3, 0.45)]
+    assert fits == [True, True, True, False]
+    terrain = kept.update(grid, Pose(-0.4, 0.0, 0.0), RADIUS)
+    fits = [bool(terrain.traversable[terrain.frame.cell(x, 0.0)]) for x in (-0.4, 0.0, 0.3, 0.45)]
+    assert fits == [True, False, False, False]

@@ -15,6 +15,7 @@ from runtime.core.mapping.frontiers import (
     identify,
 )
 from runtime.core.mapping.grid import NavigationMap
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import Pose
 
 FRAME = GridFrame(-3.0, -3.0, 0.05, 120, 120)
@@ -103,6 +104,23 @@ def test_no_cell_of_the_boundary_is_missed(seed: int):
         assert edge[row, col] == is_edge
 
 
+def test_a_zone_has_no_frontier_and_what_is_unknown_in_it_makes_none():
+    grid = drawn(patch(slice(40, 80), slice(40, 80)), np.zeros(FRAME.shape, bool))
+    nothing = np.zeros(FRAME.shape, bool)
+    before = boundary(grid, nothing)
+    x, y = FRAME.x0_m, FRAME.y0_m
+    corners = (x + 3.2, y + 1.0), (x + 5.0, y + 1.0), (x + 5.0, y + 5.0), (x + 3.2, y + 5.0)
+    grid.zones.put((Zone("", corners),), grid.frame)
+    edge = boundary(grid, nothing)
+    assert (edge[:, :63] == before[:, :63]).all()
+    assert not edge[:, 63:].any()
+    assert before[:, 63:].any()
+    grid.unknown[:, 80:] = False
+    corners = (x + 4.0, y + 1.0), (x + 5.0, y + 1.0), (x + 5.0, y + 5.0), (x + 4.0, y + 5.0)
+    grid.zones.put((Zone("", corners),), grid.frame)
+    assert not boundary(grid, nothing)[45:75, 70:].any()  # all that is unknown there is in the zone
+
+
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 12))
 def test_a_boundary_made_anew_where_the_map_changed_is_that_of_the_whole_map(seed: int, times: int):
@@ -120,6 +138,12 @@ def test_a_boundary_made_anew_where_the_map_changed_is_that_of_the_whole_map(see
         if rng.random() < 0.3:
             given_up[window] = True
             grid.touched(window)
+        if rng.random() < 0.3:
+            x, y = rng.uniform(-2.5, 1.5, 2).tolist()
+            zone = Zone("", ((x, y), (x + 1.2, y), (x + 1.2, y + 0.8)))
+            touched = grid.zones.put((zone,) if rng.random() < 0.7 else (), grid.frame)
+            if touched is not None:
+                grid.touched(touched)
         parts = kept.update(grid, given_up)
         edge = boundary(grid, given_up)
         assert (kept.edge == edge).all()
