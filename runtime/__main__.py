@@ -4,6 +4,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import closing
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -26,6 +27,7 @@ from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
 from runtime.log import say
 from runtime.loops.control_loop import ControlLoop
+from runtime.loops.desk import Answering
 from runtime.loops.drawings import Drawings
 from runtime.loops.goal_request import Terms
 from runtime.loops.loading import LoadingEndedError, leave, loaded
@@ -45,6 +47,7 @@ from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
 from runtime.service.notify import Systemd
+from runtime.service.zones import zones_beside
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -143,7 +146,8 @@ def run(
             loaded(lambda: LoadedModels(config, clock), 0, ending) as models,
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
-            Lockstep(bus, models, configure, clock, recorder, terms).run(ending)
+            terms, answers = _with_zones(terms, bus)
+            Lockstep(bus, models, configure, clock, recorder, terms, answers).run(ending)
 
 
 def _precautions(config: configuration.Config) -> None:
@@ -191,11 +195,19 @@ def _drive(
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
                 with closing(Drawings(*drawn)) as drawer:
-                    loop = RealTime(*parts, record, terms=terms, drawer=drawer)
+                    terms, answers = _with_zones(terms, bus)
+                    loop = RealTime(*parts, record, terms=terms, drawer=drawer, answers=answers)
                     garbage.begin()
                     loop.run(systemd.served(ending, lambda: _standing(control)))
         finally:
             control.close()
+
+
+def _with_zones(terms: Terms, bus: Bus) -> tuple[Terms, dict[str, Answering]]:
+    """What all searches keep out of, and who answers what is asked of it. Those that a harness
+    draws are of its home, and go with it."""
+    zones = zones_beside(bus, kept=not terms.harness)
+    return replace(terms, zones=zones), {"zones": lambda request: zones.answer(request.body)}
 
 
 def _standing(control: ControlLoop) -> str:

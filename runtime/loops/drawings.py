@@ -1,4 +1,4 @@
-"""What others draw of a search: map, path, frontiers, objects, what the detectors saw, diagnostics.
+"""What others draw of a search: map, zones, path, frontiers, objects, what was seen, diagnostics.
 
 The thread that owns the world hands over what is due, copied where it would change; one of its own,
 of low priority, makes messages of it and publishes them. Neither control nor the loop waits for it.
@@ -12,6 +12,7 @@ import numpy as np
 
 from runtime.clock import Clock
 from runtime.core.geometry import GridFrame
+from runtime.core.mapping.zones import Zone
 from runtime.core.objects.instances import Instance, size_m
 from runtime.core.types import Detections, Frontier
 from runtime.core.world import Command, World
@@ -24,7 +25,9 @@ from runtime.robot.frame_names import ODOM
 from runtime.robot.ros_node import Publisher
 from runtime.robot.streams import StreamHealth
 
-EVERY_S: Final = {"map": 1.0, "path": 0.5, "frontiers": 1.0, "objects": 1.0, "detections": 0.2}
+EVERY_S: Final = {
+    "map": 1.0, "path": 0.5, "frontiers": 1.0, "objects": 1.0, "detections": 0.2, "zones": 1.0,
+}  # fmt: skip
 DIAGNOSE_S: Final = 1.0
 TOPICS: Final = {
     "map": RosTopic("rfnav/map", drawn_messages.OCCUPANCY_GRID, Qos(latched=True, depth=1)),
@@ -32,6 +35,7 @@ TOPICS: Final = {
     "frontiers": RosTopic("rfnav/frontiers", drawn_messages.MARKERS),
     "objects": RosTopic("rfnav/objects", drawn_messages.MARKERS),
     "detections": RosTopic("rfnav/detections", drawn_messages.DETECTIONS),
+    "zones": RosTopic("rfnav/keep_out", drawn_messages.MARKERS),
     "diagnostics": RosTopic("diagnostics", DIAGNOSTICS),
 }
 
@@ -81,7 +85,7 @@ class Drawings:
         self._publishers = {name: bus.publisher(TOPICS[name]) for name in names}
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
         self._waiting: dict[str, Callable[[], bytes]] = {}
-        self._drawn: dict[str, set[int]] = {"frontiers": set(), "objects": set()}
+        self._drawn: dict[str, set[int]] = {"frontiers": set(), "objects": set(), "zones": set()}
         self._diagnostics = Diagnostics()
         self._thread = WorkerThread("drawings", self._work, nice)
         self._changed = self._thread.changed
@@ -106,6 +110,9 @@ class Drawings:
             frame, goal = world.map.frame, world.goal
             things = [_drawn(i, frame) for i in world.semantic.instances.values()]
             self._hand("objects", lambda: self._objects(things, goal, at))
+        if self._is_due("zones"):
+            zones = world.map.zones.zones
+            self._hand("zones", lambda: self._zones(zones, at))
 
     def seen(self, stamp_ns: int, detections: Detections, names: Sequence[str]) -> None:
         """What the detectors saw in the image of that stamp."""
@@ -168,6 +175,10 @@ class Drawings:
     def _objects(self, things: Sequence[DrawnObject], goal: str, at: Stamp) -> bytes:
         gone = self._gone("objects", {one.id for one in things})
         return drawn_messages.encode_objects(things, goal, gone, at)
+
+    def _zones(self, zones: Sequence[Zone], at: Stamp) -> bytes:
+        gone = self._gone("zones", set(range(len(zones))))
+        return drawn_messages.encode_zones(zones, gone, at)
 
     def _gone(self, name: str, ids: set[int]) -> list[int]:
         """Ids that were drawn last time and are not any more."""

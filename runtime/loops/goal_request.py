@@ -3,12 +3,13 @@ is set where the process is started."""
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from runtime.errors import ConfigError
 from runtime.log import say
+from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.private_files import state_directory
 from runtime.toml_values import unknown
 
@@ -60,10 +61,12 @@ def new_directory() -> Path | None:
 @dataclass(frozen=True)
 class Terms:
     """What goals may bring. Under a `harness`: settings of everything, and where files are written;
-    else what `MAY_SET` names. `directory`: where files go if nobody says."""
+    else what `MAY_SET` names. `directory`: where files go if nobody says; `zones`: what the robot
+    is kept out of, whatever it looks for."""
 
     harness: bool = False
     directory: Callable[[], Path | None] = new_directory
+    zones: ZoneKeeper = field(default_factory=NoZones)
 
     def read(self, body: Mapping[str, Any]) -> GoalRequest:
         """The request {"goal", "episode", "settings", "log_dir"}; ConfigError, one line, says what

@@ -14,7 +14,7 @@ from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
 from runtime.errors import RfNavError, SensorError
-from runtime.loops.desk import Desk
+from runtime.loops.desk import NOTHING_ELSE, Answering, Desk
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
 from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, SearchModels, seen, understand
@@ -27,6 +27,7 @@ class Lockstep:
     """Answers requests and observations until it is told to end.
 
     A goal may bring settings of its own: `configure` makes the search's configuration of them.
+    `answers`: of the kinds of requests that are answered without a search.
     """
 
     def __init__(
@@ -37,18 +38,18 @@ class Lockstep:
         clock: Clock,
         record: Record = unrecorded,
         terms: Terms = STRICT,
+        answers: Mapping[str, Answering] = NOTHING_ELSE,
     ) -> None:
         self._record, self._terms = record, terms
         self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
-        self._desk = Desk(
-            {
-                "goal": lambda request: self._accept(request.body),
-                "cancel": lambda request: self._cancel(cancel_reason(request.body)),
-                "status": lambda request: self._status(),
-            }
-        )
+        ours: dict[str, Answering] = {
+            "goal": lambda request: self._accept(request.body),
+            "cancel": lambda request: self._cancel(cancel_reason(request.body)),
+            "status": lambda request: self._status(),
+        }
+        self._desk = Desk(ours | dict(answers))
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`; SensorError ends it when the first frame can never be used."""

@@ -34,7 +34,7 @@ from runtime.journal import Journal, write_map
 from runtime.log import say
 from runtime.loops.goal_request import Terms
 from runtime.loops.reports import explain, map_of, told_command
-from runtime.loops.whereabouts import Whereabouts
+from runtime.loops.whereabouts import NoZones, Whereabouts, ZoneKeeper
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
@@ -94,6 +94,7 @@ class Order:
     log_dir: Path | None  # None: nothing can be written
     episode: str | int | None  # as the requester calls it
     rooms: tuple[str, ...]
+    zones: ZoneKeeper = field(default_factory=NoZones)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -109,6 +110,8 @@ def understand(
 ) -> Order:
     """A request, see `Terms.read`, by the robot's configuration; RfNavError says what is wrong."""
     request = terms.read(body)
+    if unbound := terms.zones.unbound():
+        raise ConfigError(unbound)
     config = configure(request.settings)
     robot, camera = configure(()).camera, config.camera
     if camera.by_tf != robot.by_tf:
@@ -120,7 +123,7 @@ def understand(
         raise ConfigError(f"camera.roll_rad, camera.depth_at: {what}")
     goal, panel = models.accept(request.text, config)
     log_dir = request.log_dir or terms.directory()
-    return Order(goal, config, panel, log_dir, request.episode, models.rooms)
+    return Order(goal, config, panel, log_dir, request.episode, models.rooms, terms.zones)
 
 
 @dataclass
@@ -150,7 +153,7 @@ class Search:
         journal = Journal(path)
         journal.write("goal", text=goal.text, name=goal.name, how=goal.how, episode=order.episode)
         record("order", {"goal": goal, "rooms": order.rooms})
-        return cls(order, journal, record=record)
+        return cls(order, journal, record=record, whereabouts=Whereabouts(order.zones))
 
     @property
     def config(self) -> Config:

@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from runtime.config import Config
+from runtime.core.mapping.zones import Zone
 from runtime.errors import RecordingError, RfNavError
 from runtime.loops.goal_request import Terms
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
+from runtime.recording.exact import read
 from runtime.replay.control import FilmControl
 from runtime.replay.differences import Differences
 from runtime.replay.models_again import ModelsAgain
@@ -65,7 +67,7 @@ def replay(
     account.models = FilmModels(film, clock, again)
     with tempfile.TemporaryDirectory() as folder:
         bus = FilmBus(film, Path(folder), reflex.sweeps if reflex else lambda *_: None)
-        terms = Terms(script.harness, lambda: Path(folder))
+        terms = Terms(script.harness, lambda: Path(folder), FilmZones(film))
         try:
             if script.lockstep:
                 loop = Lockstep(bus, account.models, configure, clock, film.record, terms)
@@ -110,6 +112,22 @@ class _Account:
             self.skipped += turn.kind == "frame"
         if self.control is not None:
             self.control.drive(turn)
+
+
+class FilmZones:
+    """What was kept out of then."""
+
+    def __init__(self, film: Film) -> None:
+        self._film, self._zones = film, tuple[Zone, ...]()
+
+    def now(self) -> tuple[Zone, ...]:
+        told = self._film.given("zones")
+        if told is not None:
+            self._zones = tuple(read(one, Zone) for one in told)
+        return self._zones
+
+    def unbound(self) -> str:
+        return ""
 
 
 def _in_real_time(

@@ -1,5 +1,5 @@
-"""What others draw, as CDR: map, path, frontiers, objects, what the detectors saw. In RViz and
-Foxglove they appear as they are."""
+"""What others draw, as CDR: map, zones, path, frontiers, objects, what the detectors saw. In RViz
+and Foxglove they appear as they are."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import get_types_from_msg
 
 from runtime.core.mapping.grid import MapCopy
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import F64, Detections, Frontier
 from runtime.robot import wire
 
@@ -49,12 +50,14 @@ class _Shape(IntEnum):
     """Marker.type."""
 
     CUBE = 1
+    LINE = 4
     POINTS = 8
     TEXT = 9
 
 
 _ADD, _DELETE = 0, 2  # Marker.action
 _ELECTED, _OTHER = (0.1, 0.9, 0.2, 1.0), (0.2, 0.5, 1.0, 0.9)  # red, green, blue, alpha
+_KEPT_OUT, _AREA, _LINE_M = (1.0, 0.1, 0.1, 0.9), (0.1, 0.8, 1.0, 0.9), 0.04
 _GOAL, _THING, _WORDS = (0.1, 0.9, 0.2, 0.6), (0.9, 0.6, 0.1, 0.4), (1.0, 1.0, 1.0, 1.0)
 
 
@@ -147,6 +150,20 @@ def encode_objects(
         above = (x, y, z + one.size_m[2] / 2 + TEXT_M)
         markers.append(_text(at, "object names", one.id, above, told))
     markers += _gone(at, ("objects", "object names"), gone)
+    return wire.encode(_T[MARKERS](markers))
+
+
+def encode_zones(zones: Sequence[Zone], gone: Iterable[int], at: Stamp) -> bytes:
+    """Zones -> MarkerArray: their outlines and names; a marker's id is the zone's place in the
+    list. What is kept out of is red, the area of a search another colour."""
+    markers = []
+    for id, zone in enumerate(zones):
+        corners = (*zone.corners_xy, zone.corners_xy[0])
+        outline = [_point(x, y, FLOOR_Z_M) for x, y in corners]
+        colour, width = _AREA if zone.area else _KEPT_OUT, (_LINE_M, 0.0, 0.0)
+        markers.append(_marker(at, "zones", id, _Shape.LINE, width, colour, outline))
+        markers.append(_text(at, "zone names", id, (*zone.middle_xy, TEXT_M), zone.name))
+    markers += _gone(at, ("zones", "zone names"), gone)
     return wire.encode(_T[MARKERS](markers))
 
 

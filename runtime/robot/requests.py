@@ -35,6 +35,7 @@ QUERIES: Final = {
     "status": QueryKind(strict=False),
     "goal": QueryKind(waiting=4, steers=True),
     "why": QueryKind(),
+    "zones": QueryKind(),  # what a search makes of them is recorded with it
 }
 
 

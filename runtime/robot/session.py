@@ -23,7 +23,7 @@ STOP = "rfnav/stop"
 RELEASE = "rfnav/release"
 PACKED: Final = {"color": ("/compressed",), "depth": ("/compressed", "/compressedDepth")}
 """What the topics of such images end in, as image_transport has it."""
-DRAWN: Final = ("map", "path", "frontiers", "objects", "detections", "diagnostics")
+DRAWN: Final = ("map", "path", "frontiers", "objects", "detections", "zones", "diagnostics")
 DEFAULT_LISTEN: Final = ("tcp/127.0.0.1:7447",)  # Zenoh's own port, on this computer alone
 OWN_TOPICS = {
     "action": ACTION, "state": STATE, "decision": DECISION, "feedback": FEEDBACK,

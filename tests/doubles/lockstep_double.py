@@ -20,6 +20,7 @@ from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.bus import Bus
 from runtime.robot.session import ACTION, BusConfig, open_session
+from runtime.service.zones import zones_beside
 
 
 class Peer:
@@ -92,7 +93,11 @@ def running(
     def serve() -> None:
         try:
             with Bus(configure(()).bus, clock, lockstep=True, record=record) as bus:
-                Lockstep(bus, models, configure, clock, record, Terms(True)).run(ending.is_set)
+                zones = zones_beside(bus, kept=False)
+                answers = {"zones": lambda request: zones.answer(request.body)}
+                terms = Terms(True, zones=zones)
+                loop = Lockstep(bus, models, configure, clock, record, terms, answers)
+                loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)
 

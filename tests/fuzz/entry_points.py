@@ -30,12 +30,14 @@ from file_entries import (
     some_embeddings,
     some_scores,
     some_spending,
+    some_zones,
     spending,
     vocabulary,
+    zones,
 )
 from image_entries import images, pictures
 from places import TESTS
-from robot_entries import GOALS, mavlink, messages, numbered, request
+from robot_entries import GOALS, QUERY_KINDS, ZONES, mavlink, messages, numbered, request
 from ros_entry import ros, seeds
 from rover_bytes import SEEDS
 
@@ -47,7 +49,10 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "mavlink": EntryPoint(SEEDS, mavlink),
     "doctor": EntryPoint(told(), heard),
     "requests": EntryPoint(
-        [bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 3, 128) for body in GOALS],
+        [
+            *(bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 3, 128) for body in GOALS),
+            *(bytes((QUERY_KINDS.index("zones"),)) + json.dumps(body).encode() for body in ZONES),
+        ],
         request,
     ),
     "ros": EntryPoint(seeds(), lambda data: ros(data, refused)),
@@ -63,6 +68,7 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "sh3d drawings": EntryPoint(
         (xml(WALLS, ROOMS, door(400, 200), text("Bath", 200, 200)),), drawing_xml, True
     ),
+    "zones": EntryPoint((some_zones(),), zones, True),
     "scores": EntryPoint((database_of(some_scores),), scores, True),
     "spending": EntryPoint((database_of(some_spending),), spending, True),
     "embeddings": EntryPoint((some_embeddings(),), embeddings, True),

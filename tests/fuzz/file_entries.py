@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
-from answers import REFUSALS, filed, refused_in_a_line, scratch
+from answers import REFUSALS, filed, refused, refused_in_a_line, scratch
 from drawn import CUBE, MTL, ROOMS, WALLS, door, piece, save, xml
 from places import ROOT
 
@@ -49,6 +49,7 @@ from runtime.loops.reports import explain
 from runtime.recording.reader import Recording
 from runtime.replay.script import Script
 from runtime.service.told_journal import told_decisions, told_stops
+from runtime.service.zones import Surroundings, Zones
 
 
 def configuration(data: bytes) -> None:
@@ -257,3 +258,28 @@ sha256 = "00"
 sources = [{ url = "https://example.com/a.onnx" }]
 """
 WORDS = b'objects = [["bed"], ["sofa", "couch"]]\nrooms = ["kitchen"]\n[also]\nbed = ["bunk"]\n'
+
+
+def some_zones() -> bytes:
+    path = scratch() / "seed.json"
+    path.unlink(missing_ok=True)
+    square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
+    assert Zones(path, NOWHERE).answer({"add": "stairs", "polygon": square})["accepted"]
+    return path.read_bytes()
+
+
+def zones(data: bytes) -> None:
+    """A file of zones: bad ones are put aside, and no goal is taken."""
+    folder = scratch() / "zones"
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    path = folder / "zones.json"
+    path.write_bytes(data)
+    some = Zones(path, NOWHERE)
+    if "draw the keep-out zones again" in some.unbound():
+        refused(some.unbound())
+    assert path.exists() or any(folder.iterdir())
+    assert some.now() == ()
+
+
+NOWHERE = Surroundings(lambda: None, lambda: (0.0, 0.0))

@@ -39,6 +39,7 @@ from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, CameraConfig
 from runtime.service.telemetry import Telemetry, untold
+from runtime.service.zones import Surroundings, Zones
 
 S = 10**9
 
@@ -190,7 +191,7 @@ def request(data: bytes) -> None:
         return
     number, asker = data[0], _Asker(data[1:])
     requests = Requests(threading.Condition(), lambda topic: topic)
-    kind = list(QUERIES)[number % len(QUERIES)]
+    kind = QUERY_KINDS[number % len(QUERY_KINDS)]
     requests.file(kind, kind, asker)
     taken = requests.take()
     if taken is not None:
@@ -199,6 +200,9 @@ def request(data: bytes) -> None:
         cancel_reason(taken.body)
         if kind == "why":
             answer = WATCH.why(taken)
+        if kind == "zones":
+            nowhere = Surroundings(lambda: Pose(0.0, 0.0, 0.0), lambda: (0.0, 0.0))
+            answer = Zones(None, nowhere).answer(taken.body)
         try:
             if kind == "goal":
                 asked = terms.read(taken.body)
@@ -211,6 +215,13 @@ def request(data: bytes) -> None:
     assert asker.answers == 1
 
 
+QUERY_KINDS = list(QUERIES)
+ZONES = [
+    {"add": "stairs", "polygon": [[0, 0], [1.5, 0], [1, 1e3], [0, 1]]},
+    {"remove": "stairs"},
+    {"clear": True},
+    {"list": True},
+]
 GOALS = [
     {"goal": "bed"},
     {"goal": "bed", "episode": "e1", "settings": ["goal.keep_map=true", "panel.experts=['o2f']"]},

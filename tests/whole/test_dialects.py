@@ -32,6 +32,7 @@ KINDS = {
     "rfnav/frontiers": drawn_messages.MARKERS,
     "rfnav/objects": drawn_messages.MARKERS,
     "rfnav/detections": drawn_messages.DETECTIONS,
+    "rfnav/keep_out": drawn_messages.MARKERS,
     "diagnostics": DIAGNOSTICS,
 }
 

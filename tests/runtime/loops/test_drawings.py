@@ -12,6 +12,7 @@ from drawn_reader import read
 from manual_clock import ManualClock
 
 from runtime import navigate
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, Pose
 from runtime.core.world import Command, Mode, World
 from runtime.loops.drawings import DIAGNOSE_S, EVERY_S, TOPICS, Drawings, NoDrawings
@@ -164,6 +165,25 @@ def test_a_frontier_that_is_gone_is_taken_away(world: World):
     drawer.note(world, COMMAND)
     later = bus.told("rfnav/frontiers", 2)[1]
     assert {m.id for m in later.markers if m.action == 2} == {ids[0]}
+    drawer.close()
+
+
+def test_a_zone_that_was_removed_is_taken_away(world: World):
+    bus, clock = FakeBus(), ManualClock()
+    drawer = drawings(bus, clock, ("zones",))
+    square = ((1.0, 0.0), (2.0, 0.0), (2.0, 1.0))
+    navigate.keep_out(world, (Zone("stairs", square), Zone("the area", square, area=True)))
+    drawer.note(world, COMMAND)
+    (told,) = bus.told("rfnav/keep_out", 1)
+    lines = [m for m in told.markers if m.ns == "zones"]
+    assert [m.text for m in told.markers if m.ns == "zone names"] == ["stairs", "the area"]
+    assert [(p.x, p.y) for p in lines[0].points] == [*square, square[0]]
+    assert lines[0].color != lines[1].color
+    navigate.keep_out(world, (Zone("stairs", square),))
+    clock.advance(EVERY_S["zones"])
+    drawer.note(world, COMMAND)
+    later = bus.told("rfnav/keep_out", 2)[1]
+    assert {m.id for m in later.markers if m.action == 2} == {1}
     drawer.close()
 
 

@@ -1,0 +1,82 @@
+"""What people draw over the bus is kept out of at once, journaled, and the same in a replay."""
+
+import math
+from pathlib import Path
+
+import pytest
+from fake_models import FakeModels
+from lockstep_double import begin, home, running
+
+from runtime.commands.record import RecordOptions, recording
+from runtime.config import load
+from runtime.core.mapping.zones import Zone
+from runtime.core.types import Action
+from runtime.errors import ConfigError
+from runtime.journal import read_journal
+from runtime.loops.goal_request import Terms
+from runtime.loops.search import understand
+from runtime.record import Record, unrecorded
+from runtime.replay.drive import replay
+from runtime.replay.script import Script
+from runtime.service.zones import read_zone
+
+HALL = [[0.2, 0.2], [9.8, 0.2], [9.8, 1.45], [0.2, 1.45]]
+GAP = [[4.6, 2.4], [5.2, 2.4], [5.2, 4.2], [4.6, 4.2]]
+RADIUS_M, TOLD = 0.18, 13
+
+
+def searched(folder: Path, record: Record = unrecorded) -> list[tuple[float, float]]:
+    """A search that is told of a zone before it begins, and at step TOLD of another: where the
+    robot was at each."""
+    there, been = home(), []
+    with running(FakeModels(there), record=record) as (peer, ended):
+        assert peer.ask("zones", {"add": "the hall", "polygon": HALL})["accepted"]
+        assert begin(peer, folder)["accepted"]
+        for step in range(40):
+            if step == TOLD:
+                assert peer.ask("zones", {"add": "a gap", "polygon": GAP})["accepted"]
+            action = peer.show(there)
+            assert action is not None, ended
+            been.append((there.pose.x_m, there.pose.y_m))
+            if action == "stop":
+                break
+            there.apply(Action(action))
+        peer.ask("cancel", {"reason": "enough"})
+    assert not ended
+    return been
+
+
+def test_a_zone_counts_from_the_next_frame_on_and_is_journaled(tmp_path: Path):
+    been = searched(tmp_path)
+    hall, gap = read_zone("", HALL), read_zone("", GAP)
+    assert all(hall.outside_m(xy) >= RADIUS_M for xy in been)
+    assert all(gap.outside_m(xy) >= RADIUS_M for xy in been[TOLD:])
+    assert max(math.dist(xy, been[0]) for xy in been) > 0.5
+    lines = [line for line in read_journal(tmp_path / "decisions.jsonl") if line["kind"] == "zones"]
+    names = [[zone["name"] for zone in line["zones"]] for line in lines]
+    assert names == [["the hall"], ["the hall", "a gap"]]
+
+
+def test_a_drive_with_zones_is_replayed_to_the_last_bit(tmp_path: Path):
+    with recording(load(None), RecordOptions(tmp_path / "r", 0.0, False), True, True) as record:
+        searched(tmp_path / "log", record)
+    (path,) = (tmp_path / "r").iterdir()
+    again = replay(Script.open(path))
+    assert again.equal, again.differences.found[0].in_words()
+    assert again.differences.compared["command"] >= 14
+
+
+class Unbound:
+    def now(self) -> tuple[Zone, ...]:
+        return ()
+
+    def unbound(self) -> str:
+        return "1 keep-out zones were drawn before the last start"
+
+
+def test_while_nobody_knows_where_they_lie_no_goal_is_taken():
+    models = FakeModels(home())
+    terms = Terms(True, zones=Unbound())
+    with pytest.raises(ConfigError, match=r"^1 keep-out zones were drawn before the last start"):
+        understand({"goal": "toilet"}, models, lambda more: load(None, more), terms)
+    models.panel.close()
