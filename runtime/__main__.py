@@ -22,6 +22,7 @@ from runtime.commands.doctor import doctor_command
 from runtime.commands.guard import guard_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
+from runtime.commands.status import status_command
 from runtime.commands.why import why_command
 from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
@@ -72,6 +73,7 @@ cli.add_command(bench_command)
 cli.add_command(replay_command)
 cli.add_command(guard_command)
 cli.add_command(understand_command)
+cli.add_command(status_command)
 cli.add_command(why_command)
 
 
