@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import closing
+from contextlib import AbstractContextManager, closing, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -48,6 +48,7 @@ from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
 from runtime.service.notify import Systemd
+from runtime.service.telemetry import Telemetry
 from runtime.service.zones import zones_beside
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
@@ -176,6 +177,8 @@ def _drive(
     models start after that inherits the lower priority."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
+    is_watched = config.metrics.port > 0 or "diagnostics" in config.bus.draws
+    telemetry = Telemetry(clock, is_watched)
     senses = not config.base.odometry, config.senses, config.safety, config.navigate
     with (
         Systemd(clock) as systemd,
@@ -193,12 +196,16 @@ def _drive(
             lower_priority(WORKERS_NICE)
             book = partial(tracer.book, Stage.SCORE)
             load = partial(LoadedModels, config, clock, book)
-            with loaded(load, MODELS_NICE, ending) as models:
+            told = _told_to_prometheus(config.metrics.port, telemetry, tracer, clock)
+            with told, loaded(load, MODELS_NICE, ending) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
-                with closing(Drawings(*drawn)) as drawer:
-                    terms, answers = _with_zones(terms, bus)
-                    loop = RealTime(*parts, record, terms=terms, drawer=drawer, answers=answers)
+                terms, answers = _with_zones(terms, bus)
+                with closing(Drawings(*drawn, lambda: telemetry.newest.status)) as drawer:
+                    loop = RealTime(
+                        *parts, record, terms=terms, drawer=drawer, answers=answers,
+                        telemetry=telemetry,
+                    )  # fmt: skip
                     garbage.begin()
                     loop.run(systemd.served(ending, lambda: _standing(control)))
         finally:
@@ -210,6 +217,16 @@ def _with_zones(terms: Terms, bus: Bus) -> tuple[Terms, dict[str, Answering]]:
     draws are of its home, and go with it."""
     zones = zones_beside(bus, kept=not terms.harness)
     return replace(terms, zones=zones), {"zones": lambda request: zones.answer(request.body)}
+
+
+def _told_to_prometheus(
+    port: int, telemetry: Telemetry, tracer: Tracer, clock: SystemClock
+) -> AbstractContextManager[object]:
+    if not port:
+        return nullcontext()
+    from runtime.service.metrics import metrics_served  # 5 MB that nobody else needs
+
+    return metrics_served(port, telemetry, tracer, clock.now_s)
 
 
 def _standing(control: ControlLoop) -> str:

@@ -135,6 +135,15 @@ class GoalConfig:
 
 
 @dataclass(frozen=True)
+class MetricsConfig:
+    """[metrics]"""
+
+    port: int = key(
+        0, "Where on 127.0.0.1 Prometheus reads metrics, e.g. 9464; 0: nowhere.", within=(0, 65_535)
+    )
+
+
+@dataclass(frozen=True)
 class RealtimeConfig:
     """[realtime]: rates of the loops that do not follow the camera's."""
 
@@ -160,6 +169,7 @@ class Config:
     battery: BatteryConfig = field(default_factory=BatteryConfig)
     safety: SafetyConfig = field(default_factory=SafetyConfig)
     realtime: RealtimeConfig = field(default_factory=RealtimeConfig)
+    metrics: MetricsConfig = field(default_factory=MetricsConfig)
     goal: GoalConfig = field(default_factory=GoalConfig)
     panel: PanelConfig = field(default_factory=PanelConfig)
     models: ModelsConfig = field(default_factory=ModelsConfig)

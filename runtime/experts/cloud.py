@@ -64,6 +64,7 @@ class Cloud:
         self._rest_until_s, self._failures = -1e9, 0
         self._bills: deque[Bill] = deque(maxlen=100)
         self._calls, self._error, self._spent = 0, "", (0.0, 0.0)
+        self._run_usd = 0.0  # since the process began
 
     def __enter__(self) -> Self:
         return self
@@ -109,6 +110,7 @@ class Cloud:
                 "calls": self._calls,
                 "goal_usd": round(goal_usd, 6),
                 "day_usd": round(day_usd, 6),
+                "run_usd": round(self._run_usd, 6),
                 "error": self._error,
             }
 
@@ -219,3 +221,4 @@ class Cloud:
         )
         with self._lock:
             self._bills.append(bill)
+            self._run_usd += usd

@@ -71,7 +71,8 @@ class NoDrawings:
 
 
 class Drawings:
-    """A `Drawer`. `names`: of TOPICS, what is published; `status`: the control loop's."""
+    """A `Drawer`. `names`: of TOPICS, what is published; `status`: the control loop's; `service`:
+    what a query on `rfnav/status` was answered last."""
 
     def __init__(
         self,
@@ -80,8 +81,9 @@ class Drawings:
         status: Callable[[], Mapping[str, object]],
         clock: Clock,
         nice: int = 0,
+        service: Callable[[], Mapping[str, Any]] = dict,
     ) -> None:
-        self._bus, self._status, self._clock = bus, status, clock
+        self._bus, self._status, self._service, self._clock = bus, status, service, clock
         self._publishers = {name: bus.publisher(TOPICS[name]) for name in names}
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
         self._waiting: dict[str, Callable[[], bytes]] = {}
@@ -165,7 +167,8 @@ class Drawings:
         late, now_s = status.get("tick_late_ms", {}), self._clock.now_s()
         told = {f"tick late, {name} (ms)": value for name, value in late.items()}
         health = self._bus.health()
-        payload = self._diagnostics.encode(status["runtime"], told, health, now_s, time.time_ns())
+        known = status["runtime"], told, health, now_s, time.time_ns(), self._service()
+        payload = self._diagnostics.encode(*known)
         publisher.put(payload)
 
     def _frontiers(self, frontiers: Sequence[Frontier], elected: int | None, at: Stamp) -> bytes:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 LEAST_S = 1e-5
 PER_OCTAVE = 8  # a percentile is told 9 % too high at most
 OCTAVES = 24  # up to 168 s
+FIRST_OCTAVE, LAST_OCTAVE = 5, 21  # of those that are told by octave: 0.3 ms to 10 s
 
 
 @dataclass
@@ -35,6 +36,14 @@ class Histogram:
             if count and so_far >= wanted:
                 return min(self.max_s, LEAST_S * math.exp2(i / PER_OCTAVE))
         return self.max_s
+
+    def by_octave(self) -> list[tuple[float, int]]:
+        """(upper edge, s; how many are up to it) of every octave, then (inf, all): of one moment,
+        whoever adds meanwhile."""
+        counts = tuple(self.counts)
+        edges = range(0, len(counts), PER_OCTAVE)
+        upto = [(LEAST_S * math.exp2(i // PER_OCTAVE), sum(counts[: i + 1])) for i in edges]
+        return [*upto[FIRST_OCTAVE:LAST_OCTAVE], (math.inf, sum(counts))]
 
     def told(self) -> dict[str, float]:
         """As JSON, in milliseconds but for the total."""

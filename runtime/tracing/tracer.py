@@ -94,6 +94,10 @@ class Tracer:
         self._histograms = {stage: Histogram() for stage in Stage}
         self._overruns.clear()
 
+    def histograms(self) -> dict[Stage, Histogram]:
+        """By stage, of those that ran; they go on counting. Any thread may ask."""
+        return {stage: h for stage, h in self._histograms.items() if h.n}
+
     def told(self) -> dict[str, dict[str, float]]:
         """Percentiles by stage, of those that ran."""
         return {s.value: h.told() for s, h in self._histograms.items() if h.n}

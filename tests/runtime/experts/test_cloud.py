@@ -102,7 +102,8 @@ def test_a_vote_with_its_price(server: Server, config: CloudConfig) -> None:
         assert (bill.tokens_in, bill.tokens_out, bill.usd) == (100, 10, 0.0002)
         assert cloud.bills() == ()
         assert cloud.status() == {
-            "model": "big", "calls": 1, "goal_usd": 0.0002, "day_usd": 0.0002, "error": "",
+            "model": "big", "calls": 1, "goal_usd": 0.0002, "day_usd": 0.0002, "run_usd": 0.0002,
+            "error": "",
         }  # fmt: skip
     (request,) = server.requests
     assert request["model"] == "big"
