@@ -317,14 +317,18 @@ def test_a_serial_line():
     os.close(theirs)
 
 
-def test_what_a_serial_line_has_not_taken_is_thrown_away_at_the_end():
+def test_what_a_serial_line_has_not_taken_is_thrown_away_at_the_end(monkeypatch):
+    flushed: list[tuple[int, int]] = []
+    monkeypatch.setattr(module.termios, "tcflush", lambda *how: flushed.append(how))
     ours, theirs = pty.openpty()
     link = link_to(f"serial:{os.ttyname(theirs)}:57600")
-    assert link.send(b"old") == ""
+    line = link._handle.fileno()
+    del flushed[:]  # when it was opened
     link.close()
-    os.set_blocking(ours, False)
-    with pytest.raises(BlockingIOError):
-        os.read(ours, 100)
+    assert flushed == [(line, termios.TCOFLUSH)]
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}").close()
+    assert len(flushed) == 1
     os.close(ours)
     os.close(theirs)
 
