@@ -170,7 +170,7 @@ class StreamLink:
         return f"{self._address}: does not take more"
 
     def close(self) -> None:
-        with suppress(OSError, ValueError, termios.error):
+        with suppress(OSError, termios.error):
             if self._address.kind == "serial":
                 termios.tcflush(self._handle.fileno(), termios.TCOFLUSH)
         with suppress(OSError):

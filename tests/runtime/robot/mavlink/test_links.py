@@ -193,6 +193,18 @@ def test_a_connection_holds_little_and_nothing_waits_for_more():
     link.close()
 
 
+def test_a_connection_that_cannot_even_be_closed_is_closed():
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+
+    def close() -> None:
+        raise OSError("it is gone")
+
+    link._handle.close()
+    link._handle = SimpleNamespace(close=close)
+    link.close()
+
+
 def test_a_connection_that_is_not_taken_is_not_waited_for(monkeypatch):
     monkeypatch.setattr(module, "CONNECT_S", 0.05)
     with socket.socket() as server, ExitStack() as others:
@@ -324,6 +336,7 @@ def test_what_a_serial_line_has_not_taken_is_thrown_away_at_the_end(monkeypatch)
     link = link_to(f"serial:{os.ttyname(theirs)}:57600")
     line = link._handle.fileno()
     del flushed[:]  # when it was opened
+    link.close()
     link.close()
     assert flushed == [(line, termios.TCOFLUSH)]
     with socket.create_server(("127.0.0.1", 0)) as server:
