@@ -19,6 +19,7 @@ PyObject *kernel_near_points(PyObject *module, PyObject *const *args, Py_ssize_t
 PyObject *kernel_nearest(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_register_depth(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_shared(PyObject *module, PyObject *const *args, Py_ssize_t count);
+PyObject *kernel_see_through(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_solid(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_steps_clear(PyObject *module, PyObject *const *args, Py_ssize_t count);
 PyObject *kernel_survey(PyObject *module, PyObject *const *args, Py_ssize_t count);

@@ -79,6 +79,37 @@ def integrate(
     return range_m, seen, dropped
 
 
+class Through(NamedTuple):
+    """What tells that a cell is seen through. Heights are above the floor."""
+
+    max_depth_m: float  # cells farther off are not looked at
+    lowest_m: float  # of eight heights at which a cell is looked at
+    apart_m: float  # one from the next
+    margin_m: float  # beyond the cell all that is read has to be, by so much
+    slack: float  # and so much a m away
+    miss: int  # less evidence, by a frame
+
+
+def see_through(
+    evidence: NDArray[np.int16],
+    stood: U8,
+    depth_m: F32,
+    grid: tuple[float, float, float, int],
+    base: tuple[float, float, float, float],
+    camera: tuple[float, ...],
+    rules: Through,
+) -> Ends | None:
+    """Takes from the `evidence` (R, C) of cells with an obstacle that a depth image (H, W) m sees
+    through, in place. `stood` (R, C): by a bit each the heights at which something was seen there.
+    A cell is seen through where across all of it the image reads what is beyond it: at the lowest
+    height, or at three at which something stood, while at none of those it is blocked or hidden.
+    `grid` is its corner, the side of a cell and how many cells around the camera are looked at;
+    `base` x, y, cosine and sine of the yaw; `camera` its place on the base, the turn from its frame
+    to the base's, by rows, and fx, fy, cx, cy. Returns the window of what changed, None for
+    nothing. ValueError for shapes that do not fit."""
+    return _compiled.see_through(evidence, stood, depth_m, *grid, *base, *camera, *rules)
+
+
 def derive(
     evidence: NDArray[np.int16],
     drops: U8,

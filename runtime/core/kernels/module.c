@@ -14,6 +14,7 @@ static PyMethodDef methods[] = {
     {"near_points", (PyCFunction)(void (*)(void))kernel_near_points, METH_FASTCALL, NULL},
     {"nearest", (PyCFunction)(void (*)(void))kernel_nearest, METH_FASTCALL, NULL},
     {"register_depth", (PyCFunction)(void (*)(void))kernel_register_depth, METH_FASTCALL, NULL},
+    {"see_through", (PyCFunction)(void (*)(void))kernel_see_through, METH_FASTCALL, NULL},
     {"shared", (PyCFunction)(void (*)(void))kernel_shared, METH_FASTCALL, NULL},
     {"solid", (PyCFunction)(void (*)(void))kernel_solid, METH_FASTCALL, NULL},
     {"steps_clear", (PyCFunction)(void (*)(void))kernel_steps_clear, METH_FASTCALL, NULL},

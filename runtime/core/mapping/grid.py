@@ -3,6 +3,7 @@
 Evidence is clipped log-odds in integer steps. Floor that is seen clears a cell; a ray that merely
 passes over a cell only tells unknown from free, since a level camera looks over low furniture.
 Where depth is missing below what was seen, something may stand that gave none: no ray passes.
+What is seen through at the heights at which it stood has gone: see `seen_through.py`.
 What is seen below the floor tells that there is none where its ray crosses it: a drop, which is an
 obstacle to a robot, and which no ray through the air clears.
 """
@@ -21,6 +22,7 @@ from runtime.core.keys import key
 from runtime.core.mapping import drops
 from runtime.core.mapping.drops import Openings
 from runtime.core.mapping.laser_layer import LaserLayer
+from runtime.core.mapping.seen_through import unlearn
 from runtime.core.mapping.windows import (
     Window,
     between,
@@ -80,8 +82,9 @@ class NavigationMap:
     dead_end: (R, C) where no step led on, whatever the clearance says: no way to plan through.
     drops: (R, C) frames that showed a cell to have no floor, less those that showed some. backed:
     (R, C) swept by rays along whose azimuth floor was seen there or beyond. doubtful: (R, C) where
-    sweeping tells nothing, as floor drops close by. began_xy: the floor round there may never have
-    been in view; None once the robot has left it.
+    sweeping tells nothing, as floor drops close by. stood: (R, C) at which heights something was
+    seen where evidence speaks for an obstacle. began_xy: the floor round there may never have been
+    in view; None once the robot has left it.
     """
 
     frame: GridFrame
@@ -94,6 +97,7 @@ class NavigationMap:
     drops: U8
     backed: Mask
     doubtful: Mask
+    stood: U8
     began_xy: tuple[float, float] | None = None
     openings: Openings = field(default_factory=Openings, repr=False)
     last_xy: tuple[float, float] | None = None
@@ -110,19 +114,14 @@ class NavigationMap:
         """An unknown map centred on the pose, with the body's disc known to be free."""
         n = math.ceil(SIDE_M / RESOLUTION_M)
         frame = GridFrame(pose.x_m - SIDE_M / 2, pose.y_m - SIDE_M / 2, RESOLUTION_M, n, n)
+        evidence, shape = np.zeros((n, n), np.int16), (n, n)
+        swept, bumped, dead_end, backed, doubtful = np.zeros((5, *shape), bool)
+        driven, fell, stood = np.zeros((3, *shape), np.uint8)
+        began_xy = pose.x_m, pose.y_m
         grid = cls(
-            frame,
-            OCCUPIED_AT,
-            np.zeros((n, n), np.int16),
-            np.zeros((n, n), bool),
-            np.zeros((n, n), bool),
-            np.zeros((n, n), np.uint8),
-            np.zeros((n, n), bool),
-            np.zeros((n, n), np.uint8),
-            np.zeros((n, n), bool),
-            np.zeros((n, n), bool),
-            (pose.x_m, pose.y_m),
-        )
+            frame, OCCUPIED_AT, evidence, swept, bumped, driven, dead_end, fell, backed, doubtful,
+            stood, began_xy,
+        )  # fmt: skip
         grid.drive_over(pose, radius_m)
         return grid
 
@@ -277,7 +276,7 @@ class NavigationMap:
         self.swept, self.bumped = padded(self.swept, pad), padded(self.bumped, pad)
         self.driven, self.dead_end = padded(self.driven, pad), padded(self.dead_end, pad)
         self.drops, self.backed = padded(self.drops, pad), padded(self.backed, pad)
-        self.doubtful = padded(self.doubtful, pad)
+        self.doubtful, self.stood = padded(self.doubtful, pad), padded(self.stood, pad)
         self.laser.grow(pad)
         self.frame = GridFrame(
             f.x0_m - left * f.resolution_m,
@@ -307,6 +306,7 @@ def integrate(
         x0 - frame.x0_m, y0 - frame.y0_m, 1.0 / frame.resolution_m,
         drops.SLACK, drops.LIP_M, drops.DROP_WITHIN_M,
     )  # fmt: skip
+    cells_around = math.ceil(max_depth_m * table.farthest / frame.resolution_m) + 2
     (reach, floor, opening), seen, dropped = kernels.integrate(
         grid.evidence,
         grid.drops,
@@ -316,11 +316,12 @@ def integrate(
         len(table.azimuths),
         view,
         _WEIGHTS,
-        math.ceil(max_depth_m * table.farthest / frame.resolution_m) + 2,
+        cells_around,
         max(2, round(HOLE_RAD * obs.intrinsics.fy / STRIDE)),
     )
-    if seen:
-        grid.changed(between(seen))
+    gone = unlearn(grid.evidence, grid.stood, frame, obs, mount, max_depth_m, cells_around, MISS)
+    for window in filter(None, (seen and between(seen), gone)):
+        grid.changed(window)
     azimuth = table.azimuths + obs.pose.yaw_rad
     outline = fan((x0, y0), azimuth, reach)
     _sweep(grid, outline, fan((x0, y0), azimuth, floor))

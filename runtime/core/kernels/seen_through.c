@@ -1,0 +1,158 @@
+/* Which cells with an obstacle are seen through now, at the heights at which something stood in them:
+ * see runtime/core/mapping/grid.py. */
+#include "windows.h"
+#include <math.h>
+
+enum { BANDS = 8, FEET = 1 }; /* heights, each a bit of a cell; the lowest, just above the floor */
+
+typedef union {
+    Grid all[3];
+    struct {
+        Grid evidence, stood, depth;
+    };
+} Arrays;
+
+/* In the order in which Python gives them. */
+typedef union {
+    double all[30];
+    struct {
+        double x0_m, y0_m, cell_m, cells_around; /* the grid's corner */
+        double x_m, y_m, cosine, sine;           /* of the base */
+        double mount_m[3], turn[9];              /* from the optical to the base frame, by rows */
+        double fx, fy, cx, cy;
+        double max_depth_m, lowest_m, apart_m; /* heights: the first, and between two */
+        double margin_m, slack, miss;
+    };
+} Numbers;
+
+/* What is read where a height of a cell is in the image. */
+typedef struct {
+    uint8_t passed, blocked, here; /* a bit each: all beyond it, some of it not, some of it there */
+} Sight;
+
+/* All across the cell, so that nothing thin stands beside a ray that passes. */
+static void look(const Grid *depth, const Numbers *n, const double at[3], uint8_t bit, Sight *sight)
+{
+    const double away = at[2];
+    if (!(away > 0.1 && away <= n->max_depth_m))
+        return;
+    const double half = n->fx * n->cell_m / 2.0 / away;
+    const double u = n->fx * at[0] / away + n->cx, v = n->fy * at[1] / away + n->cy;
+    const double left = floor(u - half), right = floor(u + half), line = floor(v);
+    if (!(left >= 0.0 && right < (double)depth->cols && line >= 0.0 && line < (double)depth->rows))
+        return;
+    const double least = away + n->margin_m + n->slack * away;
+    const double nearest = away - n->margin_m - n->slack * away;
+    const float *row = GRID_ROW(*depth, float, (Py_ssize_t)line);
+    int known = 1, blocked = 0, here = 0;
+    for (Py_ssize_t col = (Py_ssize_t)left; col <= (Py_ssize_t)right; col++) {
+        const double read = (double)row[col];
+        const int valid = read > 0.0 && read < INFINITY;
+        known &= valid;
+        blocked |= valid && read < least;
+        here |= valid && read < least && read >= nearest;
+    }
+    sight->passed |= known && !blocked ? bit : 0;
+    sight->blocked |= blocked ? bit : 0;
+    sight->here |= here ? bit : 0;
+}
+
+static Sight sight_of(const Grid *depth, const Numbers *n, Py_ssize_t row, Py_ssize_t col)
+{
+    const double dx = n->x0_m + ((double)col + 0.5) * n->cell_m - n->x_m;
+    const double dy = n->y0_m + ((double)row + 0.5) * n->cell_m - n->y_m;
+    const double ahead = n->cosine * dx + n->sine * dy - n->mount_m[0];
+    const double aside = n->cosine * dy - n->sine * dx - n->mount_m[1];
+    const double *turn = n->turn;
+    Sight sight = {0, 0, 0};
+    for (int band = 0; band < BANDS; band++) {
+        const double up = n->lowest_m + band * n->apart_m - n->mount_m[2];
+        double at[3];
+        for (int k = 0; k < 3; k++)
+            at[k] = turn[k] * ahead + turn[3 + k] * aside + turn[6 + k] * up;
+        look(depth, n, at, (uint8_t)(1 << band), &sight);
+    }
+    return sight;
+}
+
+static int count_of(unsigned bits)
+{
+    int count = 0;
+    for (; bits; bits &= bits - 1)
+        count++;
+    return count;
+}
+
+/* Books what a cell shows; whether its evidence is less. */
+static int weigh(int16_t *evidence, uint8_t *stood, Sight sight, const Numbers *n)
+{
+    enum { ENOUGH = 3 }; /* heights: what has stood there has gone, whatever is below the image */
+    *stood |= sight.here;
+    if (sight.blocked & (*stood ? *stood : 0xFF)) {
+        *stood &= (uint8_t)~sight.passed;
+        return 0;
+    }
+    if (!(sight.passed & FEET) && count_of(sight.passed & *stood) < ENOUGH)
+        return 0;
+    *evidence = (int16_t)(*evidence - (int)n->miss);
+    *stood = *evidence > 0 ? *stood : 0;
+    return 1;
+}
+
+static Box see_through(Arrays *arrays, const Numbers *n)
+{
+    const Grid *evidence = &arrays->evidence;
+    const double row = floor((n->y_m - n->y0_m) / n->cell_m);
+    const double col = floor((n->x_m - n->x0_m) / n->cell_m);
+    Box found = NO_BOX;
+    const double rows = (double)evidence->rows, cols = (double)evidence->cols;
+    const Py_ssize_t top = (Py_ssize_t)greater(0.0, lesser(rows, row - n->cells_around));
+    const Py_ssize_t bottom = (Py_ssize_t)greater(0.0, lesser(rows, row + n->cells_around + 1.0));
+    const Py_ssize_t left = (Py_ssize_t)greater(0.0, lesser(cols, col - n->cells_around));
+    const Py_ssize_t right = (Py_ssize_t)greater(0.0, lesser(cols, col + n->cells_around + 1.0));
+    for (Py_ssize_t y = top; y < bottom; y++) {
+        int16_t *line = GRID_ROW(*evidence, int16_t, y);
+        uint8_t *stood = GRID_ROW(arrays->stood, uint8_t, y);
+        for (Py_ssize_t x = left; x < right; x++) {
+            if (line[x] <= 0)
+                stood[x] = 0;
+            else if (weigh(line + x, stood + x, sight_of(&arrays->depth, n, y, x), n))
+                box_join_row(&found, y, x, x + 1);
+        }
+    }
+    return found;
+}
+
+static const char *problem_of(const Numbers *n)
+{
+    for (int k = 0; k < 30; k++)
+        if (!(fabs(n->all[k]) < 1e9))
+            return "view: a number that is none of a camera's";
+    if (!(n->cell_m > 0.0 && n->cells_around >= 0.0 && n->miss >= 0.0 && n->miss < 1e4))
+        return "view: no cells, or no evidence";
+    return NULL;
+}
+
+PyObject *kernel_see_through(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
+{
+    static const GridSpec specs[] = {{'h', 1, "evidence"}, {'B', 1, "stood"}, {'f', 0, "depth_m"}};
+    enum { ARRAYS = 3, NUMBERS = 30 };
+    Arrays arrays;
+    Numbers numbers;
+    Box changed = NO_BOX;
+    if (count_is("see_through", count, ARRAYS + NUMBERS) < 0 ||
+        numbers_of(numbers.all, args + ARRAYS, NUMBERS) < 0 ||
+        grids_open(arrays.all, args, specs, ARRAYS) < 0)
+        return NULL;
+    const int alike = grids_alike(arrays.all, specs, 2);
+    const char *problem = problem_of(&numbers);
+    if (alike == 0 && !problem) {
+        Py_BEGIN_ALLOW_THREADS
+        changed = see_through(&arrays, &numbers);
+        Py_END_ALLOW_THREADS
+    }
+    grids_close(arrays.all, ARRAYS);
+    if (alike < 0)
+        return NULL;
+    return problem ? failed("see_through", problem) : box_as_tuple(&changed);
+}
