@@ -246,6 +246,15 @@ def test_a_guard_of_its_own_is_started_so_that_nothing_that_ends_us_ends_it(monk
         assert (child.killed, child.waits) == (killed, waits)
 
 
+def test_a_guard_of_its_own_that_is_gone_is_not_waited_for(monkeypatch):
+    monkeypatch.setattr(module.subprocess, "Popen", Child)
+    with Pulse(NOWHERE, None, lambda line: None, ()) as pulse:
+        child: Any = pulse._process
+        assert pulse.beat(True) == "the guard is gone (Broken pipe)"
+        until(lambda: child.waits)
+    assert child.waits == [0.0]
+
+
 def test_a_guard_that_cannot_be_started_leaves_no_link(monkeypatch):
     ends = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
 

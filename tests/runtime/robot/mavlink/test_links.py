@@ -116,6 +116,13 @@ def test_who_listens_is_spoken_to_first(vehicle):
     vehicle.sendto(b"welcome", peer)
     assert (data, receive(link)) == (b"hello", b"welcome")
     assert link.receive(0.0) == b""
+    link.heard_vehicle()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.sendto(b"from elsewhere", peer)
+        assert receive(link) == b"from elsewhere"
+    link.heard_vehicle()
+    assert link.send(b"again") == ""
+    assert vehicle.recv(100) == b"again"
     link.close()
 
 
