@@ -89,6 +89,23 @@ def test_a_vehicle_that_calls_is_answered_once_it_is_known_for_one(vehicle):
     assert why.startswith(f"udpin:127.0.0.1:{port}: is gone: file descriptor cannot be")
 
 
+@pytest.mark.parametrize("kind", ["udpin", "tcp"])
+def test_what_does_not_come_is_waited_for_as_long_as_is_asked(monkeypatch, kind: str):
+    asked: list[object] = []
+
+    def select(*how: object) -> tuple[list[object], ...]:
+        asked.append(how)
+        return [], [], []
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        link = link_to(f"{kind}:127.0.0.1:{server.getsockname()[1]}")
+    handle = link._socket if kind == "udpin" else link._handle
+    monkeypatch.setattr(module.select, "select", select)
+    assert link.receive(0.25) == b""
+    assert asked == [([handle], [], [], 0.25)]
+    link.close()
+
+
 def test_of_two_that_call_the_first_is_heard_as_long_as_it_speaks(vehicle, clock):
     port = free_port()
     link = link_to(f"udpin:127.0.0.1:{port}")
