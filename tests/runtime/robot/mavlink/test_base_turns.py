@@ -250,10 +250,10 @@ def test_streams_are_asked_for_until_they_come_and_parameters_once_they_are_told
 
 def test_a_velocity_goes_out_with_the_time_since_it_began(rover: Rover):
     rover.is_ready()
-    rover.clock.advance(0.125)
+    rover.clock.advance(1.5)
     assert rover.order() == Sent(AHEAD)
     (told,) = rover.line.took(SET_POINT)
-    assert told.time_boot_ms == 125
+    assert told.time_boot_ms == 1500
     assert (told.vx, told.yaw_rate) == pytest.approx((0.3, -0.5))
     assert (told.target_system, told.target_component) == (SYSTEM, COMPONENT)
     assert rover.base.condition() == BaseCondition()
@@ -392,6 +392,19 @@ def test_a_link_that_is_full_is_told(rover: Rover):
     rover.is_ready()
     rover.line.full = "does not take more"
     assert rover.order() == Sent(None, "does not take more")
+
+
+def test_without_a_link_nothing_is_taken_for_sent(rover: Rover):
+    rover.is_ready()
+    rover.base._hang_up("")
+    assert rover.order() == Sent(None, "no link")
+
+
+def test_what_is_broken_in_a_datagram_takes_nothing_of_the_next(rover: Rover):
+    rover.line.comes.append(b"\xfd\x09\x00")
+    rover.base._turn()
+    rover.beats()
+    assert len(rover.said) == 1
 
 
 def test_what_cannot_be_read_is_counted(rover: Rover):
