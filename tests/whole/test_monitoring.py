@@ -1,0 +1,75 @@
+"""Who watches over `rfnav run` from beside it: rfnav status, rfnav why, Prometheus."""
+
+import http.client
+import json
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+from apartment import TWO_ROOMS, Apartment
+from places import ROOT
+from prometheus_client.parser import text_string_to_metric_families
+from run_process import process
+
+from hil_sim.driving.link import free_port
+from runtime.core.types import Pose
+
+pytestmark = pytest.mark.slow  # whole processes
+
+PATIENT = "safety.frame_stale_s=4.0", "safety.plan_stale_s=5.0", "safety.depth_stale_s=2.0"
+
+
+def rfnav(end: str, *words: str) -> tuple[int, str]:
+    command = [sys.executable, "-m", "runtime", *words, "--set", f"bus.connect=['{end}']"]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60.0)
+    assert done.stderr == ""
+    return done.returncode, done.stdout
+
+
+def metrics(port: int) -> dict[tuple[str, ...], float]:
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10.0)
+    connection.request("GET", "/metrics")
+    families = text_string_to_metric_families(connection.getresponse().read().decode())
+    return {
+        (sample.name, *(value for _, value in sorted(sample.labels.items()))): sample.value
+        for family in families
+        for sample in family.samples
+    }
+
+
+def test_what_it_does_and_why_it_stood_is_told_while_it_runs(tmp_path: Path):
+    home, port, said = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5)), free_port(), list[str]()
+    with process(home, 100_000, f"metrics.port={port}", *PATIENT) as (child, robot):
+        listening = threading.Thread(target=lambda: said.extend(child.stderr or ()))
+        listening.start()
+        [end] = [part.split("'")[1] for part in child.args if part.startswith("bus.connect")]
+        assert robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path)})["accepted"]
+        robot.until(lambda: robot.decisions and robot.twist.v_mps > 0)
+        _, told = rfnav(end, "status", "--json")
+        status = json.loads(told)
+        assert (status["goal"], status["journal"]) == ("toilet", str(tmp_path / "decisions.jsonl"))
+        _, why = rfnav(end, "why", "1")
+        assert why.startswith('Decision 1 of the search for "toilet", ')
+        robot.sending.discard("odom")
+        robot.until(lambda: robot.state()["runtime"]["state"] == "held")
+        code, screen = rfnav(end, "status")
+        assert code == 1
+        assert screen.startswith("WRONG    held: odometry: ")
+        _, why = rfnav(end, "why", "--stop")
+        assert "What to do: Look whether the base's driver runs" in why
+        robot.sending.add("odom")
+        robot.until(lambda: robot.state()["runtime"]["state"] != "held")
+        robot.until(lambda: metrics(port).get(("rfnav_halts_total", "odometry"), 0.0) >= 1.0)
+        found = metrics(port)
+        child.terminate()
+        child.wait(30.0)
+    listening.join(30.0)
+    assert found["rfnav_stage_seconds_count", "tick"] > 0
+    assert found["rfnav_told_age_seconds",] < 60.0
+    assert found["rfnav_decisions_total",] >= 1.0
+    assert any("-> held: odometry" in line for line in said)
+    code, why = rfnav(end, "why", "--stop", "1", "--journal", str(tmp_path / "decisions.jsonl"))
+    assert code == 0
+    assert why.startswith("Stop 1 (held, ")
