@@ -84,7 +84,9 @@ class Telemetry:
         words."""
         self._recollection.stood(now_s, state, cause)
         now = f"{state}: {cause}" if cause else state
-        fields = self._fields("halt" if state == "held" else "standing")
+        fields = self._fields("standing")
+        if state == "held":
+            fields = self._fields("halt") | {"HALT": cause.partition(": ")[0]}
         priority = PRIORITIES.get(state, INFO)
         self._tell(f"{was} -> {now}", priority, **fields, STATE=state, CAUSE=cause)
 

@@ -58,7 +58,13 @@ def test_a_search_is_told_from_its_goal_to_its_result():
         (
             "searching -> held: frame: no frame",
             WARNING,
-            {"EVENT": "halt", "GOAL_ID": "g1", "STATE": "held", "CAUSE": "frame: no frame"},
+            {
+                "EVENT": "halt",
+                "GOAL_ID": "g1",
+                "HALT": "frame",
+                "STATE": "held",
+                "CAUSE": "frame: no frame",
+            },
         ),
         (
             "held: frame: no frame -> searching",
