@@ -15,9 +15,10 @@ from runtime.commands.running import Running, running
 from runtime.commands.status_screen import screen, wrong
 from runtime.config import Config, load
 from runtime.errors import BusError
-from runtime.robot.topic_names import NEEDED
+from runtime.robot.heard_topics import heard_topics
 from runtime.tracing.budgets import read_budgets
 
+LIVELY: Final = ("color", "depth", "odom")
 BETWEEN_S: Final = 1.0  # two answers, of which the second is shown with what came since the first
 HOME, REST_OF_LINE, REST = "\x1b[H", "\x1b[K", "\x1b[J"
 
@@ -53,9 +54,9 @@ def _once(runtime: Running, needed: Sequence[str], as_json: bool) -> list[str]:
 
 
 def _needed(config: Config) -> tuple[str, ...]:
-    """Topics that no search does without."""
-    names = [name for name in NEEDED if name != "cmd_vel"]
-    return tuple(getattr(config.bus.topics, name) for name in names)
+    """Topics on which something new comes all the time, or no search goes on."""
+    topics = heard_topics(config.bus)
+    return tuple(topics[name].name for name in LIVELY)
 
 
 def _watched(runtime: Running, needed: Sequence[str], as_json: bool) -> list[str]:

@@ -66,6 +66,7 @@ def test_the_streams_that_a_search_needs_are_the_configurations(
     assert (done.exit_code, done.output.splitlines()[0]) == (
         1, "WRONG    wheel_odom: nothing has come",
     )  # fmt: skip
+    assert ask("--set", "bus.topics.pose=wheel_odom").exit_code == 1
 
 
 class Nights:
