@@ -208,9 +208,13 @@ class Search:
         assert world is not None  # it was surveyed
         self.record("heard", {"name": "looked", "value": obs.stamp_ns})
         self.record("detections", detections)
-        known = len(world.semantic.instances)
+        known, newest = dict(world.semantic.instances), world.semantic.next_id
         navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
-        if ahead and len(world.semantic.instances) != known:
+        gone = [i for id, i in known.items() if id not in world.semantic.instances]
+        if gone:
+            told = [{"id": i.id, "name": i.name, "xy": i.xy} for i in gone]
+            self.journal.write("gone", objects=told)
+        if ahead and world.semantic.next_id != newest:
             names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
         return world

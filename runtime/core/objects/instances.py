@@ -81,6 +81,7 @@ class Instance:
     range_m: float = math.inf  # of the nearest view
     views: list[Pose] = field(default_factory=list)  # distinct poses that it was seen from
     looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
+    seen_through: int = 0  # so often its place was, since it was seen last
     _embedding: tuple[F32, F32] | None = field(default=None, repr=False, compare=False)
     _sides: tuple[F64, tuple[float, float]] | None = field(default=None, repr=False, compare=False)
     """Of the sum, and of the cells, that they were computed of."""
@@ -202,7 +203,7 @@ def fuse(
         total, one = instance.embedding_sum, seen.embedding_sum
         if one.size:  # not every detector, nor every frame, has one
             instance.embedding_sum = total + one if total.shape == one.shape else one
-    instance.range_m = min(instance.range_m, range_m)
+    instance.range_m, instance.seen_through = min(instance.range_m, range_m), 0
     instance.best_score = max(instance.best_score, sighting.score)
     if _is_new(instance, pose, instance.views_as(sighting.name)):
         instance.views.append(pose)

@@ -13,12 +13,14 @@ from runtime.core.mapping.windows import padded, polygon_mask
 from runtime.core.objects.catalogue import Catalogue
 from runtime.core.objects.depth_segments import STRIDE, Sighting, things_in
 from runtime.core.objects.footprints import unpacked
+from runtime.core.objects.gone import LOOKS, seen_through
 from runtime.core.objects.instances import (
     ASSOCIATE_M,
     Instance,
     called,
     first_view,
     fuse,
+    reject,
     uncalled,
 )
 from runtime.core.objects.places import InstancePlaces
@@ -27,6 +29,9 @@ from runtime.core.types import F32, F64, Detections, Intrinsics, Mount, Observat
 MISS_RANGE_M = (1.2, 4.0)  # where not seeing an object means something,
 MISS_MARGIN = (0.12, 0.08)  # in the image without so much of it at its sides, above and below,
 HIDDEN_M = 0.6  # and with nothing so far before it
+AGAIN_M = 0.5  # from where something was that went: what is called so there again is no news
+GONE_LOG_ODDS = -1.0  # what is then left of its evidence
+GONE_KEPT = 200  # places, the latest
 ROOM_CREDIT_M = 3.0  # a view's room type is credited to cells this close
 EDGE_PX = 2.0
 """A box that ends so near to the image's edge is cut off by it."""
@@ -41,6 +46,7 @@ class SemanticMap:
     rooms: F32
     instances: dict[int, Instance] = field(default_factory=dict)
     next_id: int = 1
+    gone_xy: list[tuple[float, float]] = field(default_factory=list)  # of what has left the map
     _places: tuple[dict[int, Instance], InstancePlaces] | None = field(default=None, repr=False)
     _catalogue: tuple[dict[int, Instance], Catalogue] | None = field(default=None, repr=False)
 
@@ -77,6 +83,19 @@ class SemanticMap:
         """What is known of these is not what it was."""
         if self._catalogue is not None and self._catalogue[0] is self.instances:
             self._catalogue[1].note(instances)
+
+    def forget(self, instance: Instance) -> None:
+        """It has gone. Where something went before, what seems to be there again stays known as
+        what it is not: else each far view would send the robot there."""
+        if any(math.dist(instance.xy, xy) <= AGAIN_M for xy in self.gone_xy):
+            for name in instance.evidence:
+                reject(instance, name, GONE_LOG_ODDS)
+            instance.seen_through = 0
+            self.learnt((instance,))
+            return
+        self.gone_xy = [*self.gone_xy, instance.xy][-GONE_KEPT:]
+        del self.instances[instance.id]
+        self._places = self._catalogue = None
 
     def room_around(self, frame: GridFrame, xy: tuple[float, float], range_m: float) -> str:
         """The room type with most evidence in the square around a point; "" when there is none."""
@@ -140,7 +159,7 @@ def place(
     outline: F64,
     mount: Mount,
 ) -> None:
-    """Fuse one image's detections and its room type into the map."""
+    """Fuse one image's detections and its room type into the map, which what has gone leaves."""
     names: dict[int, set[str]] = {}
     whole: set[int] = set()
     places = semantic.places
@@ -159,6 +178,10 @@ def place(
         uncalled(semantic.instances[id], those, obs.pose, cut=id not in whole)
     missed = _miss(semantic, obs, mount, names)
     semantic.learnt(semantic.instances[id] for id in (*names, *missed))
+    for instance in seen_through((semantic.instances[id] for id in missed), obs, mount):
+        instance.seen_through += 1
+        if instance.seen_through >= LOOKS:
+            semantic.forget(instance)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline)
 
 

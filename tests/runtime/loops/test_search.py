@@ -1,10 +1,12 @@
 """A search: where its camera is, and what a goal may not ask for."""
 
 import contextlib
+import json
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+import boxes
 import numpy as np
 import pytest
 from apartment import INTRINSICS, MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
@@ -12,10 +14,11 @@ from fake_models import FakeModels
 
 from runtime.config import load
 from runtime.core.geometry import rays
+from runtime.core.objects.gone import LOOKS
 from runtime.core.types import Detections, Mount, Observation, Pose
 from runtime.errors import ConfigError
 from runtime.loops.goal_request import Terms
-from runtime.loops.search import Search, seen, understand
+from runtime.loops.search import JOURNAL_FILE, Search, seen, understand
 
 NODDING = Mount(z_m=0.93, pitch_rad=0.12)
 
@@ -154,3 +157,23 @@ def test_tf_does_not_come_with_a_goal(tmp_path: Path) -> None:
         understand(body, models, lambda more: load(None, more), terms(tmp_path))
     models.panel.close()
     assert models.asked == []
+
+
+def test_what_has_gone_from_the_map_is_journaled(tmp_path: Path) -> None:
+    models = FakeModels(Apartment.of(TWO_ROOMS, boxes.HERE))
+    request = {"goal": "bed", "log_dir": str(tmp_path)}
+    order = understand(request, models, lambda more: load(None, more), terms(tmp_path))
+    search = Search.begin(order)
+    label = np.array([order.names.index("bed")], np.int32)
+    box, none = np.array([[277, 237, 363, 410]], np.float32), np.zeros(0, np.float32)
+    there = Detections(box, np.full(1, 0.9, np.float32), label, np.zeros((1, 8), np.float32), none)
+    bed, wall = boxes.Box(2.0, 0.0, (0.4, 0.4), 0.0, 0.9), boxes.wall(4.5)
+    search.perceive(search.prepared(boxes.seen(boxes.depth_of(wall, bed))), there, models)
+    for _ in range(LOOKS):
+        obs = search.prepared(boxes.seen(boxes.depth_of(wall)))
+        search.perceive(obs, NO_DETECTIONS, models)
+    search.end("seen")
+    models.panel.close()
+    lines = [json.loads(line) for line in (tmp_path / JOURNAL_FILE).read_text().splitlines()]
+    (told,) = [line for line in lines if line["kind"] == "gone"]
+    assert [thing["name"] for thing in told["objects"]] == ["bed"]

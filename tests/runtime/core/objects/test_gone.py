@@ -1,0 +1,124 @@
+"""What was taken away: its place has been seen through, and it leaves the map."""
+
+from dataclasses import replace
+
+import numpy as np
+from boxes import CAMERA, HERE, MOUNT, Box, depth_of, seen, wall
+
+from runtime.core.mapping.grid import NavigationMap
+from runtime.core.objects.gone import LOOKS, NEAR_M, seen_through
+from runtime.core.objects.semantic_map import SemanticMap, place
+from runtime.core.types import Detections, Observation, Pose
+
+CHAIR = Box(2.0, 0.0, (0.4, 0.4), 0.0, 0.9)
+WALL = wall(4.5)
+OUTLINE = np.zeros((3, 2))
+
+
+def detected(*boxes_px: tuple[float, float, float, float]) -> Detections:
+    n = len(boxes_px)
+    return Detections(
+        np.array(boxes_px, np.float32).reshape(n, 4),
+        np.full(n, 0.9, np.float32),
+        np.zeros(n, np.int32),
+        np.zeros((n, 0), np.float32),
+        np.zeros(0, np.float32),
+    )
+
+
+IN_VIEW, NOTHING = detected((277, 237, 363, 410)), detected()
+
+
+def known(thing: Box = CHAIR) -> tuple[SemanticMap, NavigationMap]:
+    """A chair that was seen once."""
+    grid = NavigationMap.around(HERE, 0.18)
+    semantic = SemanticMap.empty(("chair",), (), grid.frame)
+    place(semantic, grid, seen(depth_of(WALL, thing)), IN_VIEW, OUTLINE, MOUNT)
+    assert len(semantic.instances) == 1
+    return semantic, grid
+
+
+def look(
+    semantic: SemanticMap, grid: NavigationMap, obs: Observation, times: int,
+    there: Detections = NOTHING,
+) -> None:  # fmt: skip
+    for _ in range(times):
+        place(semantic, grid, obs, there, OUTLINE, MOUNT)
+
+
+def test_it_goes_after_some_looks_and_is_no_candidate_any_more():
+    semantic, grid = known()
+    away = seen(depth_of(WALL))
+    look(semantic, grid, away, LOOKS - 1)
+    assert semantic.called("chair")
+    look(semantic, grid, away, 1)
+    assert not semantic.instances
+    assert not semantic.called("chair")
+    assert len(semantic.places) == 0
+
+
+def test_a_look_that_sees_it_begins_the_count_anew():
+    semantic, grid = known()
+    away = seen(depth_of(WALL))
+    look(semantic, grid, away, LOOKS - 1)
+    look(semantic, grid, seen(depth_of(WALL, CHAIR)), 1, IN_VIEW)
+    look(semantic, grid, away, LOOKS - 1)
+    assert semantic.called("chair")
+
+
+def test_what_a_detector_misses_stays():
+    semantic, grid = known()
+    look(semantic, grid, seen(depth_of(WALL, CHAIR)), 5 * LOOKS)
+    assert semantic.instances
+
+
+def test_what_is_hidden_stays():
+    semantic, grid = known()
+    look(semantic, grid, seen(depth_of(WALL, wall(1.2))), 5 * LOOKS)
+    assert semantic.instances
+
+
+def test_nothing_is_told_where_nothing_is_read():
+    semantic, grid = known()
+    look(semantic, grid, seen(depth_of(wall(4.5, glass=True), wall(2.4, glass=True))), 5 * LOOKS)
+    assert semantic.instances
+
+
+def test_nothing_is_told_from_afar():
+    semantic, _ = known()
+    obs = seen(depth_of(WALL))
+    assert seen_through(semantic.instances.values(), obs, MOUNT)
+    back = replace(obs, pose=Pose(-(NEAR_M - 1.7), 0.0, 0.0))
+    assert not seen_through(semantic.instances.values(), back, MOUNT)
+
+
+def test_a_gap_in_the_middle_is_no_gap_all_over():
+    """Between two legs the wall is seen; the rest of it stands."""
+    sides = [Box(2.0, y, (0.4, 0.12), 0.0, 0.9) for y in (-0.14, 0.14)]
+    semantic, grid = known()
+    look(semantic, grid, seen(depth_of(WALL, *sides)), 5 * LOOKS)
+    assert semantic.instances
+
+
+def test_what_seems_to_be_there_again_is_no_news():
+    semantic, grid = known()
+    away = seen(depth_of(WALL))
+    look(semantic, grid, away, LOOKS)
+    look(semantic, grid, seen(depth_of(WALL, CHAIR)), 1, IN_VIEW)
+    look(semantic, grid, away, LOOKS)
+    (thing,) = semantic.instances.values()
+    assert thing.evidence["chair"].rejections == 1
+    assert not semantic.catalogue.sure
+
+
+def test_where_nothing_was_missed_nothing_is_asked():
+    assert (
+        seen_through(
+            [],
+            Observation(
+                0, np.zeros((1, 1, 3), np.uint8), np.zeros((1, 1), np.float32), HERE, CAMERA
+            ),
+            MOUNT,
+        )
+        == []
+    )
