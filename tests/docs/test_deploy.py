@@ -1,5 +1,9 @@
 """What is deployed starts a robot, and never what a harness may do."""
 
+import shutil
+import subprocess
+
+import pytest
 from places import ROOT
 
 from hil_sim.driving.link import rfnav_command
@@ -21,3 +25,24 @@ def test_the_harness_starts_a_runtime_with_it():
     command, _ = model_fault(parse_faults(("llm-hang",)), ())
     assert command is not None
     assert FLAG in command
+
+
+SCRIPTS = sorted((ROOT / "deploy").glob("*.sh"))
+
+
+def test_its_scripts_can_be_run_and_a_checker_has_nothing_to_say():
+    assert {path.name for path in SCRIPTS} == {"install.sh", "uninstall.sh"}
+    for path in SCRIPTS:
+        assert path.stat().st_mode & 0o111
+        assert subprocess.run(["bash", "-n", path], check=False).returncode == 0
+    if shutil.which("shellcheck") is None:
+        pytest.skip("shellcheck is not installed")
+    done = subprocess.run(["shellcheck", *SCRIPTS], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "")
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.name)
+def test_what_is_asked_wrongly_is_refused_in_a_line(script):
+    done = subprocess.run([script, "--bogus"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert "--bogus: unknown; it takes --" in done.stderr

@@ -1,0 +1,300 @@
+"""RF-NAV as a service under a real systemd, in a Debian that is booted for it: installed from
+wheels, asked for things by a robot on this computer, killed, frozen, starved, upgraded, removed.
+The tests are one life, in order."""
+
+import os
+import re
+import subprocess
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from labelled_robot import LabelledRobot
+from nspawn import Machine, why_not
+from places import ROOT
+
+from hil_sim.driving.link import free_port
+from runtime.core.types import Twist
+from runtime.robot.session import BusConfig
+
+pytestmark = [pytest.mark.slow, pytest.mark.systemd]
+
+UNITS = ("rf-nav.service", "rf-nav-guard.service")
+EXPOSED = 3.0  # at most, of 10
+STILL = Twist(0.0, 0.0)
+CONFIG = "/etc/rf-nav/robot.toml"
+OURS = """
+[bus]
+mode = "client"
+connect = ["tcp/127.0.0.1:{port}"]
+
+[research]
+detector_source = "topic"
+detector_labels = ["chair"]
+"""
+CLOUD = """
+[cloud]
+enabled = true
+base_url = "http://127.0.0.1:1/v1"
+model = "m"
+price_in_usd = 0.0
+price_out_usd = 0.0
+credential = "rf-nav.cloud-key"
+"""
+RESTS = "systemctl show -p SubState --value rf-nav | grep -qx running"
+STARVED_BYTES = 1 << 20
+EVERYTHING = (
+    "find / -xdev \\( -path /proc -o -path /run -o -path /tmp -o -path /var/log -o -path /bundle"
+    " -o -path /newer \\) -prune -o -print | sort"
+)
+
+
+@dataclass
+class Life:
+    """The machine and what lies beside it. `before`: every file, before anything was installed."""
+
+    machine: Machine
+    before: list[str]
+    robot: LabelledRobot
+    port: int
+
+    def property(self, name: str, unit: str = "rf-nav") -> str:
+        return self.machine.told("systemctl", "show", "-p", name, "--value", unit)
+
+    def configure(self, more: str = "") -> None:
+        text = OURS.format(port=self.port) + more
+        self.machine.shell(f"cat >{CONFIG} <<'END'\n{text}\nEND")
+
+    def ready(self) -> None:
+        self.machine.until(RESTS)
+
+    def drives(self) -> None:
+        """A search is under way, and the base moves."""
+        assert self.robot.ask("goal", {"goal": "chair"})["accepted"]
+        self.robot.until(lambda: self.robot.commands and self.robot.commands[-1] != STILL)
+
+    def back(self, restarts: int) -> None:
+        """It was started anew, for the so manieth time, and takes goals."""
+        self.machine.until(f'[ "$(systemctl show -p NRestarts --value rf-nav)" = {restarts} ]')
+        self.ready()
+        assert self.robot.ask("status")["runtime"]["state"] != "fault"
+
+
+@contextmanager
+def starved(life: Life) -> Iterator[None]:
+    """Less memory than what runs has: by MemoryMax, or where this computer has the old control
+    groups, which a machine in it has no part in, by one of those."""
+    group = Path("/sys/fs/cgroup/memory") / f"rf-nav-{os.getpid()}"
+    limit = "systemctl set-property --runtime rf-nav MemoryMax={}"
+    if not group.parent.is_dir():
+        life.machine.shell(limit.format(STARVED_BYTES))
+        yield
+        life.machine.shell(limit.format("1500M"))
+        return
+    pid = life.machine.here(int(life.property("MainPID")))
+    group.mkdir()
+    (group / "memory.limit_in_bytes").write_text(str(STARVED_BYTES))
+    (group / "cgroup.procs").write_text(str(pid))
+    yield
+    group.rmdir()
+
+
+def renamed(wheel: Path, version: str, folder: Path) -> Path:
+    """The same wheel, as if it was of another version."""
+    was = f"rf_nav-{wheel.name.split('-')[1]}."
+    made = folder / re.sub(r"^rf_nav-[^-]+", f"rf_nav-{version}", wheel.name)
+    with zipfile.ZipFile(wheel) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_STORED) as new:
+        for info in old.infolist():
+            content, name = old.read(info), info.filename
+            if name.endswith((".dist-info/METADATA", ".dist-info/RECORD")):
+                text = re.sub(r"^Version: .*$", f"Version: {version}", content.decode(), flags=re.M)
+                content = text.replace(was, f"rf_nav-{version}.").encode()
+            info.filename = name.replace(was, f"rf_nav-{version}.")
+            new.writestr(info, content)
+    return made
+
+
+@pytest.fixture(scope="module")
+def life(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Life]:
+    if why := why_not():
+        pytest.skip(f"THE SERVICE IS NOT TESTED: {why}")
+    work, port = tmp_path_factory.mktemp("systemd"), free_port()
+    bundle, newer = work / "bundle", work / "newer"
+    subprocess.run([ROOT / "scripts" / "bundle", bundle], check=True)
+    newer.mkdir()
+    [wheel] = (bundle / "wheels").glob("rf_nav-*.whl")
+    renamed(wheel, "99.0.0", newer)
+    robot = LabelledRobot(BusConfig(listen=(f"tcp/127.0.0.1:{port}",)))
+    robot.start()
+    try:
+        machine = Machine(work, {"/bundle": bundle, "/newer": newer})
+        with machine:
+            yield Life(machine, machine.shell(EVERYTHING).splitlines(), robot, port)
+    finally:
+        robot.close()
+
+
+def test_it_is_installed_from_wheels_and_a_second_time_changes_nothing(life: Life) -> None:
+    machine = life.machine
+    done = machine.run("/bundle/install.sh")
+    assert done.returncode == 0, done.stderr
+    assert "is installed; when /etc/rf-nav/robot.toml is your robot's" in done.stderr
+    installed = machine.shell(EVERYTHING)
+    life.configure()
+    again = machine.run("/bundle/install.sh")
+    assert again.returncode == 0, again.stderr
+    assert machine.shell(EVERYTHING) == installed
+    assert f"tcp/127.0.0.1:{life.port}" in machine.shell(f"cat {CONFIG}")  # which was not touched
+    assert machine.shell("stat -c '%a %U:%G' /var/lib/rf-nav") == "700 rf-nav:rf-nav"
+
+
+def test_what_is_in_the_way_is_told_a_line_each_and_nothing_is_changed(life: Life) -> None:
+    before = life.machine.shell(EVERYTHING)
+    done = life.machine.run("/bundle/install.sh", "--wheels", "/nowhere")
+    assert done.returncode == 2
+    assert re.fullmatch(
+        r"install: /nowhere/rf_nav-\*\.whl: no wheel; .*\n"
+        r"install: llama-cpp-python has to be compiled here, without: cc c\+\+ cmake: .*\n",
+        done.stderr,
+    )
+    assert life.machine.shell(EVERYTHING) == before
+
+
+@pytest.mark.parametrize("unit", UNITS)
+def test_little_is_open_to_it(life: Life, unit: str) -> None:
+    told = life.machine.told("systemd-analyze", "security", "--no-pager", unit)
+    found = re.search(r"Overall exposure level for \S+: ([\d.]+)", told)
+    assert found is not None, told
+    assert float(found[1]) <= EXPOSED
+
+
+def test_its_units_say_nothing_that_systemd_does_not_know(life: Life) -> None:
+    done = life.machine.run("systemd-analyze", "verify", *UNITS, "rf-nav-again.service")
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+
+
+def test_it_starts_takes_a_goal_and_finds_it(life: Life) -> None:
+    life.machine.shell("systemctl start rf-nav")  # and waits for READY=1
+    life.machine.until("systemctl show -p StatusText --value rf-nav | grep -qx ready")
+    assert life.property("ActiveState", "rf-nav-guard") == "active"
+    life.drives()
+    life.robot.until(lambda: life.robot.state().get("state") == "found")
+    assert life.machine.shell("ls /var/lib/rf-nav/searches")
+    owners = "find /var/lib/rf-nav -not -user rf-nav -o -type f -perm /077"
+    assert life.machine.shell(owners) == ""
+
+
+def test_killed_it_is_back_and_meanwhile_the_guard_has_stopped_the_base(life: Life) -> None:
+    life.drives()
+    life.machine.shell("systemctl kill -s KILL rf-nav")
+    life.robot.until(lambda: life.robot.commands[-1] == STILL)
+    told = life.machine.told("journalctl", "-u", "rf-nav-guard", "-o", "cat", "--no-pager")
+    assert "rfnav guard: the control loop ended: zero is commanded" in told
+    life.back(1)
+
+
+def test_frozen_it_is_killed_by_systemds_watchdog_and_back(life: Life) -> None:
+    life.drives()
+    life.machine.shell("systemctl kill -s STOP rf-nav")
+    life.robot.until(lambda: life.robot.commands[-1] == STILL)
+    life.back(2)
+    told = life.machine.told("journalctl", "-u", "rf-nav", "-o", "cat", "--no-pager")
+    assert "Failed with result 'watchdog'" in told
+
+
+def test_out_of_memory_it_is_killed_and_back(life: Life) -> None:
+    life.drives()
+    with starved(life):
+        life.robot.until(lambda: life.robot.commands[-1] == STILL)
+        life.machine.until('[ "$(systemctl show -p NRestarts --value rf-nav)" = 3 ]')
+    life.ready()
+    told = life.machine.told("journalctl", "-u", "rf-nav", "-o", "cat", "--no-pager")
+    assert re.search(r"code=killed, status=9/KILL|oom-kill", told)
+
+
+def test_on_a_full_disk_it_goes_on_and_says_what_is_lost(life: Life) -> None:
+    machine, searches = life.machine, "/var/lib/rf-nav/searches"
+    machine.shell(f"mount -t tmpfs -o size=64k,mode=700,uid=$(id -u rf-nav) full {searches}")
+    try:
+        machine.shell(f"head -c 60000 /dev/zero >{searches}/much; systemctl restart rf-nav")
+        life.drives()
+        life.robot.until(lambda: life.robot.ask("status")["journal_lost"])
+        life.drives()  # and takes another goal
+    finally:
+        machine.shell(f"umount -l {searches}; systemctl restart rf-nav")
+
+
+def test_the_clouds_key_is_a_credential(life: Life) -> None:
+    machine = life.machine
+    key = "install -d -m 0700 /etc/credstore; umask 077; echo sk-test >/etc/credstore/"
+    machine.shell(f"{key}rf-nav.cloud-key")
+    life.configure(CLOUD)
+    machine.shell("systemctl restart rf-nav")
+    assert life.robot.ask("status")["runtime"]["state"] != "fault"
+    machine.shell("rm -r /etc/credstore")
+    done = machine.run("systemctl", "restart", "rf-nav")
+    assert done.returncode != 0
+    assert "cloud.credential: must name a file that holds the key" in machine.journal()
+
+
+def test_given_up_it_rests_is_tried_again_and_who_stops_it_meanwhile_is_heeded(life: Life) -> None:
+    machine = life.machine
+    machine.shell("systemctl stop rf-nav; systemctl reset-failed rf-nav")
+    once = "/run/systemd/system/rf-nav.service.d"
+    machine.shell(f"mkdir -p {once}; printf '[Unit]\\nStartLimitBurst=1\\n' >{once}/once.conf")
+    machine.shell("systemctl daemon-reload; systemctl start --no-block rf-nav")
+    machine.until("systemctl is-active -q rf-nav-again")
+    assert life.property("ActiveState") == "failed"
+    machine.shell("systemctl stop rf-nav")
+    assert life.property("ActiveState", "rf-nav-again") == "inactive"
+    life.configure()
+    machine.shell(f"rm -r {once}; systemctl daemon-reload; systemctl reset-failed rf-nav")
+    machine.shell("systemctl start rf-nav")
+
+
+def test_it_is_upgraded_and_goes_back(life: Life) -> None:
+    machine = life.machine
+    was = machine.shell("readlink /opt/rf-nav/current")
+    done = machine.run("/bundle/install.sh", "--wheel", "/newer/" + newest(machine))
+    assert done.returncode == 0, done.stderr
+    assert machine.shell("readlink /opt/rf-nav/current").startswith("99.0.0-")
+    assert machine.shell("readlink /opt/rf-nav/previous") == was
+    life.ready()
+    assert "/opt/rf-nav/99.0.0-" in running(life)
+    assert f"tcp/127.0.0.1:{life.port}" in machine.shell(f"cat {CONFIG}")
+    life.drives()
+
+    back = machine.run("/opt/rf-nav/current/share/rf-nav/install.sh", "--rollback")
+    assert back.returncode == 0, back.stderr
+    assert machine.shell("readlink /opt/rf-nav/current") == was
+    assert f"/opt/rf-nav/{was}/" in running(life)
+    life.ready()
+    life.drives()
+
+
+def newest(machine: Machine) -> str:
+    return machine.shell("ls /newer")
+
+
+def running(life: Life) -> str:
+    return life.machine.shell(
+        "readlink /proc/$(systemctl show -p MainPID --value rf-nav)/exe; "
+        "tr '\\0' ' ' </proc/$(systemctl show -p MainPID --value rf-nav)/cmdline"
+    )
+
+
+def test_removed_what_it_learnt_is_left_and_purged_nothing_is(life: Life) -> None:
+    machine = life.machine
+    done = machine.run("/opt/rf-nav/current/share/rf-nav/uninstall.sh")
+    assert done.returncode == 0, done.stderr
+    life.robot.until(lambda: life.robot.commands[-1] == STILL)  # it drove
+    assert machine.shell(f"ls {CONFIG}; ls -d /var/lib/rf-nav/searches")
+    assert machine.run("ls", "/opt/rf-nav").returncode != 0
+    assert machine.told("systemctl", "list-unit-files", "--no-legend", "rf-nav*") == ""
+    done = machine.run("/bundle/uninstall.sh", "--purge")
+    assert (done.returncode, done.stderr) == (0, "uninstall: nothing is left\n")
+    assert machine.shell(EVERYTHING).splitlines() == life.before
+    assert machine.run("id", "rf-nav").returncode != 0
