@@ -31,6 +31,7 @@ from runtime.loops.control_loop import ControlLoop
 from runtime.loops.desk import Answering
 from runtime.loops.drawings import Drawings
 from runtime.loops.goal_request import Terms
+from runtime.loops.goals import Custom
 from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
@@ -41,12 +42,13 @@ from runtime.perception.configured_models import check_models
 from runtime.perception.loaded_models import LoadedModels
 from runtime.perception.models_command import models_command
 from runtime.perception.understand_command import understand_command
-from runtime.private_files import keep_to_owner
+from runtime.private_files import keep_to_owner, state_directory
 from runtime.record import Record
 from runtime.robot.bases import opened_base, watched
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.loopback import check_alone
+from runtime.service.goal_queue import GoalFile
 from runtime.service.notify import Systemd
 from runtime.service.telemetry import Telemetry
 from runtime.service.zones import zones_beside
@@ -149,8 +151,8 @@ def run(
             loaded(lambda: LoadedModels(config, clock), 0, ending) as models,
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
-            terms, answers = _with_zones(terms, bus)
-            Lockstep(bus, models, configure, clock, recorder, terms, answers).run(ending)
+            custom, answers = _custom(terms, bus, config)
+            Lockstep(bus, models, configure, clock, recorder, custom.terms, answers).run(ending)
 
 
 def _precautions(config: configuration.Config) -> None:
@@ -173,12 +175,10 @@ def _drive(
     guarded: Path | None,
     terms: Terms,
 ) -> None:
-    """Real time. The guard, the bus and the control loop start first, for every thread that the
-    models start after that inherits the lower priority."""
+    """Real time. The threads of the models inherit the lower priority: they are loaded last."""
     prepare()
     tracer, garbage = Tracer(budgets, clock.now_s), Garbage(clock)
-    is_watched = config.metrics.port > 0 or "diagnostics" in config.bus.draws
-    telemetry = Telemetry(clock, is_watched)
+    telemetry = Telemetry(clock, config.metrics.port > 0 or "diagnostics" in config.bus.draws)
     senses = not config.base.odometry, config.senses, config.safety, config.navigate
     with (
         Systemd(clock) as systemd,
@@ -194,16 +194,15 @@ def _drive(
         control.start()
         try:
             lower_priority(WORKERS_NICE)
-            book = partial(tracer.book, Stage.SCORE)
-            load = partial(LoadedModels, config, clock, book)
+            load = partial(LoadedModels, config, clock, partial(tracer.book, Stage.SCORE))
             told = _told_to_prometheus(config.metrics.port, telemetry, tracer, clock)
             with told, loaded(load, MODELS_NICE, ending) as models:
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
-                terms, answers = _with_zones(terms, bus)
+                custom, answers = _custom(terms, bus, config)
                 with closing(Drawings(*drawn, lambda: telemetry.newest.status)) as drawer:
                     loop = RealTime(
-                        *parts, record, terms=terms, drawer=drawer, answers=answers,
+                        *parts, record, custom=custom, drawer=drawer, answers=answers,
                         telemetry=telemetry,
                     )  # fmt: skip
                     garbage.begin()
@@ -212,11 +211,15 @@ def _drive(
             control.close()
 
 
-def _with_zones(terms: Terms, bus: Bus) -> tuple[Terms, dict[str, Answering]]:
-    """What all searches keep out of, and who answers what is asked of it. Those that a harness
-    draws are of its home, and go with it."""
+def _custom(
+    terms: Terms, bus: Bus, config: configuration.Config
+) -> tuple[Custom, dict[str, Answering]]:
+    """What is usual with goals, what all searches keep out of among it, and who answers what is
+    asked of that. Zones and goals of a harness go with it."""
     zones = zones_beside(bus, kept=not terms.harness)
-    return replace(terms, zones=zones), {"zones": lambda request: zones.answer(request.body)}
+    file = None if terms.harness else GoalFile(state_directory())
+    custom = Custom(replace(terms, zones=zones), file, config.goal.after_restart)
+    return custom, {"zones": lambda request: zones.answer(request.body)}
 
 
 def _told_to_prometheus(

@@ -132,6 +132,11 @@ class GoalConfig:
     """[goal]"""
 
     keep_map: bool = key(False, "A new goal begins with the map and the objects of the one before.")
+    after_restart: Literal["fail", "resume"] = key(
+        "fail",
+        'What becomes of goals that had not ended when the runtime did: "fail" reports them as '
+        'failed, "resume" searches for them again.',
+    )
 
 
 @dataclass(frozen=True)

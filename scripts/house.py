@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parent.parent
 PACKAGES = ("runtime", "models", "hil_sim")
 FILE_LINES = 350  # the aim is 300
 FUNCTION_LINES = 45  # the aim is 40
-ROBOT_KEYS = 91  # of the configuration, outside [research]: what a robot's owner would turn
+ROBOT_KEYS = 92  # of the configuration, outside [research]: what a robot's owner would turn
 RESEARCH = "research."
 # Beside the mirrored tree: the whole system, the documents' own commands, stand-ins, reference
 # files, how long things take, spoilt input; and what holds for all tests.

@@ -24,9 +24,13 @@ from runtime.core.small_words import (
     OTHER,
     PLACING,
     SAYING,
+    THEN,
 )
 
 Tokens = tuple[str, ...]
+_THEN = re.compile(
+    r"(?:^|[\s,;.])(?:" + "|".join(r"\s+".join(words) for words in THEN) + r")(?=[\s,:])", re.I
+)
 
 
 class Nouns(Protocol):
@@ -63,6 +67,12 @@ class Phrase:
             *(f"not: {unlike}" for unlike in self.unlike),
             *self.other,
         )
+
+
+def in_turn(text: str) -> tuple[str, ...]:
+    """ "X, then Y" -> X and Y, for one after the other; any other text, whole."""
+    parts = (part.strip(" ,;.") for part in _THEN.split(text))
+    return tuple(part for part in parts if part) or (text,)
 
 
 def parse(text: str, nouns: Nouns) -> Phrase:

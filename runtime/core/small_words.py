@@ -14,6 +14,12 @@ def _words(text: str) -> frozenset[str]:
     return frozenset(text.split())
 
 
+THEN: Final = _phrases("""
+    after that, afterwards, and after that, and afterwards, and then, danach, dann, daarna, después,
+    e poi, en daarna, en dan, ensuite, et ensuite, et puis, luego, poi, puis, then, und danach, und
+    dann, y después, y luego
+    """)
+"""Said before what is to be done next."""
 FRONT: Final = (
     *_phrases("""
     alsjeblieft, and, are there, bitte, bring, bring me, bring us, busca, busco, can i, can

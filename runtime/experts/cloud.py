@@ -5,6 +5,7 @@ Failures are abstentions with a cause. After one that is not the question's faul
 left alone for a while, so that a cloud that is down costs no decision its time.
 """
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -79,6 +80,10 @@ class Cloud:
     def begin(self, goal: str) -> None:
         """A new goal, with a cap of its own."""
         self._book(partial(self._spending.begin, goal))
+
+    def afford(self, usd: float | None) -> None:
+        """The goal may cost no more than that, nor than its cap."""
+        self._spending.afford(math.inf if usd is None else usd)
 
     def finish(self) -> None:
         """The goal is done with."""

@@ -76,7 +76,11 @@ class Spending:
 
     def __init__(self, path: Path, caps: Caps, now: Callable[[], datetime] = _now) -> None:
         self._path, self._caps, self._now = path, caps, now
-        self._account = 0
+        self._account, self._limit_usd = 0, math.inf
+
+    def afford(self, usd: float) -> None:
+        """The goal under way has a limit of its own beside the cap."""
+        self._limit_usd = usd
 
     def begin(self, goal: str) -> None:
         """What is spent from now on is for this goal; one that a restart cut off goes on."""
@@ -112,7 +116,7 @@ class Spending:
             spent_day = self._sum(file, "day = ?", day)
             spent_goal = self._sum(file, "account = ?", self._account)
             for name, spent, cap in (
-                ("goal", spent_goal, self._caps.goal_usd),
+                ("goal", spent_goal, min(self._caps.goal_usd, self._limit_usd)),
                 ("day", spent_day, self._caps.day_usd),
             ):
                 if spent + nano > round(cap * NANO):

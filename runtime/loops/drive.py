@@ -2,53 +2,33 @@
 saw and what was decided is taken in when it comes."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
 
 from runtime import navigate
-from runtime.clock import Clock, Deadline
+from runtime.clock import Deadline
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
-from runtime.core.types import Action, Ballot, Observation, SearchState
+from runtime.core.types import Ballot, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Surveyed
-from runtime.loops.drawings import Drawer
-from runtime.loops.feedback import Feedback
+from runtime.loops.feedback import NO_MORE, Feedback
+from runtime.loops.led import Led, led_by
+from runtime.loops.means import Means
 from runtime.loops.plans import Plan
-from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
-from runtime.loops.search import Search, SearchModels
-from runtime.loops.shedding import Shedding
-from runtime.robot.base import BaseCondition
-from runtime.robot.battery import Battery
-from runtime.service.telemetry import Telemetry
+from runtime.loops.search import Search
+from runtime.service.outcomes import FailCause, GoalEnd
 from runtime.tracing.stages import Stage
-from runtime.tracing.tracer import Tracer
 
 FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
+IN_VAIN = (SearchState.NOT_FOUND, SearchState.UNREACHABLE)
 AT_ONCE = (Mode.TARGET, Mode.FACE)  # what lies ahead is what matters
-
-
-@dataclass(frozen=True)
-class Means:
-    """What every drive of a runtime has at hand."""
-
-    bus: RealTimeBus
-    control: Control
-    models: SearchModels
-    clock: Clock
-    decisions: Decisions
-    detector: LoopDetector
-    tracer: Tracer
-    shedding: Shedding
-    battery: Battery
-    when_low: str  # what becomes of a search: see `BatteryConfig`
-    drawer: Drawer
-    telemetry: Telemetry
 
 
 @dataclass
@@ -67,19 +47,23 @@ class Drive:
     led_by: str = ""  # how that is called in the journal: hand, or held
     left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
     astray: str = ""  # why the newest frame is of nowhere on the map
-    back: str = ""  # why it drives back to where it began
+    leaves: GoalEnd | None = None  # how it ends, once it is back where it began
+    paused: str = ""  # by whom
+    first_s: float | None = None  # when its first frame arrived
     uncharged: bool = False  # it began before anybody knew what is in the battery
 
-    def see(self, obs: Observation, frame_s: float) -> Command | None:
-        """One frame, that arrived at `frame_s`; the command that ends the search, or None."""
+    def see(self, obs: Observation, frame_s: float) -> GoalEnd | None:
+        """One frame, that arrived at `frame_s`; how the search ends by it, or None."""
         if self._is_astray(obs):
             return None  # the plan grows old, and that holds the base
+        self.first_s = frame_s if self.first_s is None else self.first_s
         condition = self.means.control.condition()
-        if condition.hand or condition.held:
-            self._led(obs, frame_s, condition)
+        led = led_by(condition, self.paused)
+        if led is not None:
+            self._led(obs, frame_s, led)
             return None
         self._given_back()
-        ends = self._run_low(condition.battery_percent, frame_s)
+        ends = self._run_low(condition.battery_percent, frame_s) or self.over(frame_s)
         if ends is not None:
             return ends
         if _frozen(self.fresh, obs):
@@ -90,7 +74,7 @@ class Drive:
         began_s = perf_counter()
         world = self._perceive(obs, frame_s)
         now_s = search.timed("map", began_s)
-        if not self.back:
+        if self.leaves is None:
             with tracer.stage(Stage.DECIDE):
                 self._decide(world)
             now_s = search.timed("decide", now_s)
@@ -107,10 +91,36 @@ class Drive:
         course = command.course if command else None
         self.means.control.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
 
-    def tell(self, state: SearchState, reason: str, always: bool = False) -> None:
-        """Feedback on the goal."""
+    def tell(
+        self,
+        state: SearchState,
+        reason: str,
+        always: bool = False,
+        result: Mapping[str, object] = NO_MORE,
+    ) -> None:
+        """Feedback on the goal; with its result, when it has ended."""
         now_s = self.means.clock.now_s()
-        self.feedback.tell(self.means.bus, state, reason, now_s, always)
+        told: dict[str, object] = {"usd": self.means.spent_usd(), "paused": self.paused}
+        self.feedback.tell(self.means.bus, state, reason, now_s, always, told | dict(result))
+
+    def over(self, now_s: float) -> GoalEnd | None:
+        """How it ends by its limits, whether or not frames come; None while it does not. Its time
+        is counted from its first frame on."""
+        if self.leaves is not None or self.led_s is not None or self.paused:
+            return None
+        since_s = self.feedback.began_s if self.first_s is None else self.first_s
+        elapsed_s = now_s - since_s - self.feedback.led_s
+        end = self.search.order.limits.passed(elapsed_s, self.feedback.way_m())
+        return self._or_back(end) if end is not None else None
+
+    def pause(self, by: str) -> None:
+        """Stand from now on, or with "" go on; what comes is mapped and looked at all the same."""
+        self.paused = by
+        if by:
+            reason = f"paused by {by}"
+            told = self.report | {"mode": "pause", "reason": reason, "paused": reason}
+            self.plan(None, self.means.clock.now_s(), told)
+            self.tell(SearchState.SEARCHING, reason, always=True)
 
     def elapsed_s(self) -> float:
         """How long the search has taken."""
@@ -171,26 +181,25 @@ class Drive:
 
     def _act(self, world: World) -> Command:
         cfg, start_xy = self.search.config.navigate, self.search.start_xy
-        if not self.back or start_xy is None:
+        if self.leaves is None or start_xy is None:
             return navigate.act(world, cfg)
-        return navigate.go_back(world, self.back, start_xy, cfg)
+        return navigate.go_back(world, self.leaves.reason, start_xy, cfg)
 
-    def _led(self, obs: Observation, frame_s: float, condition: BaseCondition) -> None:
-        """A frame while a hand drives, or nobody can (a base that is not armed): it is mapped and
-        looked at, but no time of the search passes, nothing is decided, and no plan is made."""
-        kind, mode, reason = "held", "wait", f"base: {condition.held}"
-        if condition.hand:
-            kind, mode, reason = "hand", "hand", f"a hand has the sticks: {condition.hand}"
+    def _led(self, obs: Observation, frame_s: float, led: Led) -> None:
+        """A frame while a hand drives, or nobody can or may (a base that is not armed, a pause): it
+        is mapped and looked at, but no time of the search passes, nothing is decided, and no plan
+        is made."""
         if self.led_s is None:
-            who = condition.hand or condition.held
-            self.search.journal.write(kind, who=who, pose=obs.pose)
-            self.led_s, self.led_by = frame_s, kind
+            self.search.journal.write(led.kind, who=led.who, pose=obs.pose)
+            self.led_s, self.led_by = frame_s, led.kind
         self.feedback.led_s += frame_s - self.led_s
         self.fresh, self.led_s, self.left_ns = obs, frame_s, obs.stamp_ns
         world = self._perceive(obs, frame_s, led=True)
         self.means.drawer.note(world, None)
-        self.plan(None, frame_s, self.report | {"mode": mode, "reason": reason})
-        self.tell(SearchState.SEARCHING, reason)
+        told = self.report | {"mode": led.mode, "reason": led.reason}
+        told |= {"paused": led.reason} if self.paused else {}
+        self.plan(None, frame_s, told)
+        self.tell(SearchState.SEARCHING, led.reason)
 
     def _given_back(self) -> None:
         if self.led_s is not None:
@@ -198,20 +207,35 @@ class Drive:
             assert self.fresh is not None  # the last that a hand drove by
             self.search.journal.write(self.led_by, who="", pose=self.fresh.pose)
 
-    def _run_low(self, percent: float | None, frame_s: float) -> Command | None:
+    def _run_low(self, percent: float | None, frame_s: float) -> GoalEnd | None:
         """The end of a search that the battery is too low for, or None; it may have to go back."""
         means = self.means
         low = means.battery.runs_low(percent, frame_s)
         if percent is not None and not means.battery.refuses(percent):
             self.uncharged = False
         goes_on = means.when_low == "refuse" and not self.uncharged  # else it is refused now
-        if not low or self.back or goes_on:
+        if not low or self.leaves is not None or goes_on:
             return None
         self.search.journal.write("battery", percent=percent, reason=low, then=means.when_low)
-        if means.when_low == "return":
-            self.back = low
-            return None
-        return Command(Action.STOP, Mode.STOP, None, low, ended=SearchState.CANCELLED)
+        return self._or_back(GoalEnd(SearchState.FAILED, low, FailCause.BATTERY))
+
+    def _or_back(self, end: GoalEnd) -> GoalEnd | None:
+        """The end, or None where the robot is to go back to where it began first."""
+        wished = self.search.order.returns
+        if end.cause is FailCause.BATTERY:
+            wished = self.means.when_low == "return"
+        if not wished or self.search.start_xy is None:
+            return end
+        self.leaves = end
+        self.search.journal.write("return", then=end.state, reason=end.reason)
+        return None
+
+    def _concluded(self, command: Command, ended: SearchState) -> GoalEnd | None:
+        """What a command that ends the search, or the way back, makes of the goal."""
+        if self.leaves is None:
+            return self._or_back(GoalEnd(ended, command.reason, at_xy=command.toward_xy))
+        back = ended is SearchState.ARRIVED
+        return replace(self.leaves, reason=command.reason, returned=back)
 
     def _have_looked_at(self, surveyed: Surveyed, world: World) -> None:
         last = world.body.last
@@ -295,10 +319,10 @@ class Drive:
         self.search.record("heard", {"name": "behind", "value": behind})
         return behind
 
-    def _follow(self, world: World, command: Command, frame_s: float) -> Command | None:
+    def _follow(self, world: World, command: Command, frame_s: float) -> GoalEnd | None:
         """Have the control loop follow the command's course; booked is what it sent last."""
         means, search = self.means, self.search
-        if command.ended is SearchState.NOT_FOUND and self._behind():
+        if command.ended in IN_VAIN and self._behind():
             command = replace(command, ended=None, reason=f"{command.reason}, but in what waits")
         command = world.body.told(as_sent(command, means.control.sent()))
         report = search.stepped(world, command, means.models.rung())
@@ -307,8 +331,10 @@ class Drive:
         self.report = report | {"goal": search.goal.text, **lacks, **told}
         means.drawer.note(world, command)
         if command.ended is not None:
-            return command
-        self.plan(command, frame_s, self.report)
+            end = self._concluded(command, command.ended)
+            if end is not None:
+                return end
+        self.plan(command if command.ended is None else None, frame_s, self.report)
         self.tell(SearchState.SEARCHING, command.reason)
         return None
 

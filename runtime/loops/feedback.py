@@ -2,14 +2,17 @@
 and then."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Protocol
+from types import MappingProxyType
+from typing import Final, Protocol
 
 from runtime.core.types import SearchState
+from runtime.core.world import World
 from runtime.loops.search import Search
 
+NO_MORE: Final[Mapping[str, object]] = MappingProxyType({})
 FEEDBACK_S = 1.0  # between messages, where nothing changes
 
 
@@ -31,6 +34,12 @@ class Feedback:
     counted: int = 0  # poses of the track that are in it
     led_s: float = 0.0  # for so long somebody else drove: no time of the search
 
+    @classmethod
+    def of(cls, search: Search, began_s: float) -> "Feedback":
+        """Of a search that begins now; a way that it inherits is none of its own."""
+        known = len(search.world.body.visited_xy) if search.world is not None else 0
+        return cls(search, began_s, counted=known)
+
     def elapsed_s(self, now_s: float) -> float:
         """How long the search has taken."""
         return now_s - self.began_s - self.led_s
@@ -42,30 +51,43 @@ class Feedback:
         reason: str,
         now_s: float,
         always: bool = False,
+        more: Mapping[str, object] = NO_MORE,
     ) -> None:
-        """Publish, where something changed or it is time to."""
+        """Publish, where something changed or it is time to; `more` with it."""
         world = self.search.world
         command = world.body.last if world else None
         told = state, command.mode if command else ""
         if not (always or now_s - self.told_s >= FEEDBACK_S or told != self.told):
             return
         self.told, self.told_s = told, now_s
-        self._drive_on(world.body.visited_xy if world else [])
         listener.publish_feedback(
             {
+                "id": self.search.order.id,
                 "goal": self.search.goal.text,
                 "state": state,
                 "mode": told[1],
                 "reason": reason,
                 "toward_xy": command.toward_xy if command else None,
                 "elapsed_s": round(self.elapsed_s(now_s), 3),
-                "driven_m": round(self.driven_m, 3),
+                "driven_m": round(self.way_m(), 3),
                 "decisions": self.search.decisions,
+                "vote": self.search.in_words,
+                "frontiers": _left(world),
+                "limits": self.search.order.limits.told(),
+                **more,
             }
         )
 
-    def _drive_on(self, track: Sequence[tuple[float, float]]) -> None:
-        """Add what is new of the way; the track only grows."""
+    def way_m(self) -> float:
+        """How far the robot has come; the track only grows, and what is new of it is added."""
+        world = self.search.world
+        track = world.body.visited_xy if world else []
         new = track[max(0, self.counted - 1) :]
         self.driven_m += sum(math.dist(a, b) for a, b in pairwise(new))
         self.counted = len(track)
+        return self.driven_m
+
+
+def _left(world: World | None) -> int:
+    """Frontiers that can still be gone to."""
+    return sum(math.isfinite(f.distance_m) for f in world.frontiers) if world else 0

@@ -11,11 +11,18 @@ from runtime.errors import ConfigError
 from runtime.log import say
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.private_files import state_directory
+from runtime.service.limits import NO_LIMITS, GoalLimits
 from runtime.toml_values import unknown
 
 MAY_SET: Final = ("goal.keep_map", "panel.decide_budget_s", "panel.experts")
 """Keys that say what a search is; their values keep to the keys' own bounds."""
-ASKED: Final = ("goal", "episode", "settings", "log_dir")
+SEVERAL: Final = ("refuse", "in_turn")
+IF_BUSY: Final = ("preempt", "queue", "refuse")
+AFTERWARDS: Final = ("stay", "return")
+ASKED: Final = (
+    "goal", "several", "if_busy", "limits", "afterwards", "episode", "settings", "log_dir"
+)  # fmt: skip
+TEXTS: Final = 16  # of a list of goals
 SETTINGS: Final = 32
 SETTING_CHARS: Final = 200
 PATH_CHARS: Final = 1000
@@ -25,12 +32,19 @@ DIRECTORIES: Final = 1000  # of searches that began in one second
 
 @dataclass(frozen=True)
 class GoalRequest:
-    """`log_dir`: where journal and map are left; None: in a directory of the search's own."""
+    """`texts`: looked for one after the other. `several`: what becomes of a text that names more
+    than one thing; `if_busy`: of this goal, or of the one under way, where there is one;
+    `afterwards`: of the robot. `log_dir`: where journal and map are left; None: in a directory of
+    the search's own."""
 
-    text: str
-    settings: tuple[str, ...]
-    log_dir: Path | None
-    episode: str | int | None
+    texts: tuple[str, ...]
+    settings: tuple[str, ...] = ()
+    log_dir: Path | None = None
+    episode: str | int | None = None
+    several: str = SEVERAL[0]
+    if_busy: str = IF_BUSY[0]
+    limits: GoalLimits = NO_LIMITS
+    afterwards: str = AFTERWARDS[0]
 
 
 def searches_directory() -> Path:
@@ -69,13 +83,21 @@ class Terms:
     zones: ZoneKeeper = field(default_factory=NoZones)
 
     def read(self, body: Mapping[str, Any]) -> GoalRequest:
-        """The request {"goal", "episode", "settings", "log_dir"}; ConfigError, one line, says what
-        is wrong with it."""
+        """A request of what is in `ASKED`; ConfigError, one line, says what is wrong with it."""
         for name in body:
             if name not in ASKED:
                 raise ConfigError(f"goal request: {name[:TOLD_CHARS]!r}: {unknown(name, ASKED)}")
         log_dir = self._log_dir(body) if "log_dir" in body else None
-        return GoalRequest(_text(body), self._settings(body), log_dir, _episode(body))
+        return GoalRequest(
+            _texts(body),
+            self._settings(body),
+            log_dir,
+            _episode(body),
+            _choice(body, "several", SEVERAL),
+            _choice(body, "if_busy", IF_BUSY),
+            GoalLimits.read(body.get("limits", {})),
+            _choice(body, "afterwards", AFTERWARDS),
+        )
 
     def _settings(self, body: Mapping[str, Any]) -> tuple[str, ...]:
         value = body.get("settings", [])
@@ -120,10 +142,18 @@ def cancel_reason(body: Mapping[str, Any]) -> str:
     return str(reason) if fine else "cancelled"
 
 
-def _text(body: Mapping[str, Any]) -> str:
+def _texts(body: Mapping[str, Any]) -> tuple[str, ...]:
     value = body.get("goal")
-    if not isinstance(value, str):
-        raise ConfigError("goal request: goal: must be text")
+    texts = value if isinstance(value, list) else [value]
+    if not all(isinstance(text, str) for text in texts) or not 0 < len(texts) <= TEXTS:
+        raise ConfigError(f"goal request: goal: must be text, or a list of {TEXTS} at most")
+    return tuple(texts)
+
+
+def _choice(body: Mapping[str, Any], name: str, choices: tuple[str, ...]) -> str:
+    value = body.get(name, choices[0])
+    if not isinstance(value, str) or value not in choices:
+        raise ConfigError(f"goal request: {name}: must be {' or '.join(choices)}")
     return value
 
 

@@ -13,12 +13,15 @@ from runtime.clock import Clock, Deadline
 from runtime.config import Config
 from runtime.core.types import Observation, SearchState
 from runtime.core.world import Command, World
-from runtime.errors import RfNavError, SensorError
+from runtime.errors import ConfigError, RfNavError, SensorError
 from runtime.loops.desk import NOTHING_ELSE, Answering, Desk
-from runtime.loops.goal_request import STRICT, Terms, cancel_reason
+from runtime.loops.goal_request import STRICT, GoalRequest, Terms, cancel_reason
+from runtime.loops.order import SearchModels, understand
 from runtime.loops.ports import LockstepBus
-from runtime.loops.search import Search, SearchModels, seen, understand
+from runtime.loops.search import Search, seen
 from runtime.record import Record, unrecorded
+from runtime.service.limits import NO_LIMITS
+from runtime.service.outcomes import GoalEnd, Refusal, refused
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
 
@@ -85,6 +88,7 @@ class Lockstep:
 
     def _accept(self, body: Mapping[str, Any]) -> dict[str, object]:
         try:
+            _alone(self._terms.read(body))
             order = understand(body, self._models, self._configure, self._terms)
             if self._search is not None:
                 self._end("preempted")
@@ -93,7 +97,7 @@ class Lockstep:
                 search.inherit(self._last.world, self._models)
             self._search = search
         except RfNavError as error:
-            return {"accepted": False, "error": str(error)}
+            return refused(Refusal.REQUEST, str(error))
         self._bus.flush()
         return {"accepted": True, "name": order.goal.name, "how": order.goal.how}
 
@@ -103,7 +107,11 @@ class Lockstep:
             return {"ended": False, "error": "no search is under way"}
         self._last = search
         search.billed(self._models)
-        return search.end(reason)
+        end = GoalEnd(SearchState.CANCELLED, reason)
+        last = search.world.body.last if search.world is not None else None
+        if last is not None and last.ended is not None:
+            end = GoalEnd(last.ended, last.reason, at_xy=last.toward_xy)
+        return search.end(reason, result=end.result, code=end.code)
 
     # -- one step --------------------------------------------------------------------------------
 
@@ -149,3 +157,9 @@ class Lockstep:
         told = {"took_s": took_s, "seconds": search.seconds, "models": self._models.health()}
         self._bus.publish_state({**state, **told})
         self._bus.publish_action(world.stamp_ns, command.action, command.twist)
+
+
+def _alone(asked: GoalRequest) -> None:
+    """ConfigError for what only real time has."""
+    if len(asked.texts) > 1 or asked.limits != NO_LIMITS or asked.afterwards != "stay":
+        raise ConfigError("goal request: one goal, without limits or afterwards, in lockstep")

@@ -2,9 +2,7 @@
 lockstep and in real time, are made of it."""
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from time import perf_counter
 from typing import Any, Protocol
 
@@ -15,12 +13,10 @@ from runtime.config import Config
 from runtime.core.mapping.floor_plane import mount_by_floor
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
-from runtime.core.objects.surfaces import Window, surfaces_window
+from runtime.core.objects.surfaces import surfaces_window
 from runtime.core.optics.upright import upright_mount
 from runtime.core.types import (
-    F32,
     F64,
-    U8,
     Brief,
     Decision,
     Detections,
@@ -29,12 +25,11 @@ from runtime.core.types import (
 from runtime.core.world import Command, World
 from runtime.errors import ConfigError
 from runtime.experts.hindsight import CHOICES_KEPT, Choice
-from runtime.experts.panel import Panel
 from runtime.journal import Journal, write_map
 from runtime.log import say
-from runtime.loops.goal_request import Terms
+from runtime.loops.order import Order, SearchModels
 from runtime.loops.reports import explain, map_of, told_command
-from runtime.loops.whereabouts import NoZones, Whereabouts, ZoneKeeper
+from runtime.loops.whereabouts import Whereabouts
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
@@ -49,83 +44,6 @@ class LabelBus(Protocol):
         """The message on `labels` of that stamp; None when it does not come in time."""
 
 
-class SearchModels(Protocol):
-    """The models, as the loops need them."""
-
-    rooms: tuple[str, ...]
-
-    def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
-        """Understand a goal, set the detector's vocabulary, seat and warm the experts."""
-
-    def detect(self, rgb: U8, window: Callable[[], Window | None] = ...) -> Detections:
-        """What is in an image; `window`: where small things may be, if there is time to look."""
-
-    def notice(self, goal: str, names: tuple[str, ...]) -> None:
-        """Objects that are on the map by now: score them in the background."""
-
-    def likeness(self, embeddings: F32) -> F64:
-        """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of
-        the classes of the goal accepted last."""
-
-    def capabilities(self) -> Mapping[str, object]:
-        """What the detector can do and, once there is a goal, what stands for each class and what
-        it cannot see."""
-
-    def rung(self) -> str:
-        """Which rung answers the experts."""
-
-    def health(self) -> Mapping[str, object]:
-        """For people: rungs by expert, what models said that failed, what the cloud costs."""
-
-    def bills(self) -> Sequence[object]:
-        """Calls of a cloud since this was asked last."""
-
-    def finish(self) -> None:
-        """The search for the goal accepted last is over."""
-
-
-@dataclass(frozen=True)
-class Order:
-    """A goal request that can be followed: understood, with its own configuration."""
-
-    goal: Goal
-    config: Config
-    panel: Panel
-    log_dir: Path | None  # None: nothing can be written
-    episode: str | int | None  # as the requester calls it
-    rooms: tuple[str, ...]
-    zones: ZoneKeeper = field(default_factory=NoZones)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The classes that are looked for and looked at."""
-        return tuple(names[0] for names in self.goal.classes)
-
-
-def understand(
-    body: Mapping[str, Any],
-    models: SearchModels,
-    configure: Callable[[Sequence[str]], Config],
-    terms: Terms,
-) -> Order:
-    """A request, see `Terms.read`, by the robot's configuration; RfNavError says what is wrong."""
-    request = terms.read(body)
-    if unbound := terms.zones.unbound():
-        raise ConfigError(unbound)
-    config = configure(request.settings)
-    robot, camera = configure(()).camera, config.camera
-    if camera.by_tf != robot.by_tf:
-        raise ConfigError(
-            "camera.mount: tf is read from the start or not at all: set it in rfnav's configuration"
-        )
-    if (camera.turned, camera.depth_at) != (robot.turned, robot.depth_at):
-        what = "how images are set right is known from the start: set it in rfnav's configuration"
-        raise ConfigError(f"camera.roll_rad, camera.depth_at: {what}")
-    goal, panel = models.accept(request.text, config)
-    log_dir = request.log_dir or terms.directory()
-    return Order(goal, config, panel, log_dir, request.episode, models.rooms, terms.zones)
-
-
 @dataclass
 class Search:
     """A search under way: its world, journal and timings (seconds by stage, summed)."""
@@ -136,6 +54,7 @@ class Search:
     start_xy: tuple[float, float] | None = None  # where it began, in the map
     decisions: int = 0
     rehearsals: dict[str, int] = field(default_factory=lambda: {"used": 0, "missed": 0})
+    in_words: str = ""  # the newest decision
     choices: deque[Choice] = field(default_factory=lambda: deque(maxlen=CHOICES_KEPT))
     seconds: dict[str, float] = field(default_factory=dict)
     record: Record = unrecorded
@@ -151,7 +70,8 @@ class Search:
         except OSError as error:
             raise ConfigError(f"{path}: cannot be replaced ({error.strerror})") from error
         journal = Journal(path)
-        journal.write("goal", text=goal.text, name=goal.name, how=goal.how, episode=order.episode)
+        asked = {"id": order.id, "episode": order.episode, "limits": order.limits.told()}
+        journal.write("goal", text=goal.text, name=goal.name, how=goal.how, **asked)
         record("order", {"goal": goal, "rooms": order.rooms})
         return cls(order, journal, record=record, whereabouts=Whereabouts(order.zones))
 
@@ -245,6 +165,7 @@ class Search:
         self.decisions += 1
         self.choices.append(Choice.of(decision, world.frontiers))
         report = explain(decision, world, self.config.navigate.consensus.rank)
+        self.in_words = str(report["in_words"])
         if rehearsal:
             report["rehearsal"] = rehearsal
             self.rehearsals["used" if rehearsal == "used" else "missed"] += 1

@@ -24,7 +24,7 @@ class RunState(StrEnum):
 
     FAULT = "fault"  # it ends, by a mistake of its own
     STOPPED = "stopped"  # by hand, until that is released
-    PAUSED = "paused"  # a hand has the sticks
+    PAUSED = "paused"  # a hand has the sticks, or somebody asked for it
     HELD = "held"  # a search wants to drive, and must not
     DEGRADED = "degraded"  # it searches, with less than it was given
     SEARCHING = "searching"
@@ -72,6 +72,8 @@ def stands(
         return RunStanding(RunState.PAUSED, f"a hand has the sticks: {base.hand}")
     if state is not SearchState.SEARCHING:
         return RunStanding(RunState.READY if started else RunState.STARTING)
+    if paused := report.get("paused"):
+        return RunStanding(RunState.PAUSED, str(paused))
     if halt is not None:
         return RunStanding(RunState.HELD, f"{halt.kind}: {halt.reason}")
     lacks = ", ".join(part for part in (_lacks(report), unguarded) if part)

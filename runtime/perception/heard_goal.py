@@ -37,9 +37,7 @@ def hear(text: str, words: Words, embed: Embed) -> Heard:
     nouns = Known(words, words.lexicon) if words.lexicon is not None else None
     if nouns is None or nouns.listed(ARTICLE.sub("", said.lower())):
         return Heard(understand(said, words, embed), Phrase((said,)))
-    phrase = parse(said, nouns)
-    if phrase.refusal:
-        raise ConfigError(f"goal: {_cut(said)!r} {phrase.refusal}; name one, e.g. {EXAMPLES}")
+    phrase = _parsed(said, nouns)
     few = phrase.things[:MOST]
     goals = [_understood(thing, nouns, words, embed) for thing in few]
     if len({goal.name for goal in goals}) > 1 or len(few) < len(phrase.things):
@@ -48,6 +46,31 @@ def hear(text: str, words: Words, embed: Embed) -> Heard:
             f"goal: {_cut(said)!r} names {len(phrase.things)} things; ask for one: {asked}"
         )
     return Heard(_told(said, phrase, goals[0], nouns), phrase)
+
+
+def hear_each(text: str, words: Words, embed: Embed) -> tuple[Goal, ...]:
+    """The same of a text that may name several things: a goal for each, by the words for it."""
+    said = check(text)
+    nouns = Known(words, words.lexicon) if words.lexicon is not None else None
+    if nouns is None or nouns.listed(ARTICLE.sub("", said.lower())):
+        return (hear(text, words, embed).goal,)
+    things = _parsed(said, nouns).things
+    if len(things) < 2:
+        return (hear(text, words, embed).goal,)
+    if len(things) > MOST:
+        raise ConfigError(
+            f"goal: {_cut(said)!r} names {len(things)} things; ask for {MOST} at most"
+        )
+    goals = (hear(thing, words, embed).goal for thing in things)
+    return tuple({goal.name: goal for goal in goals}.values())
+
+
+def _parsed(said: str, nouns: "Known") -> Phrase:
+    """ConfigError for what names nothing that can be looked for."""
+    phrase = parse(said, nouns)
+    if phrase.refusal:
+        raise ConfigError(f"goal: {_cut(said)!r} {phrase.refusal}; name one, e.g. {EXAMPLES}")
+    return phrase
 
 
 def _understood(thing: str, nouns: "Known", words: Words, embed: Embed) -> Goal:

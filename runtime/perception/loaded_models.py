@@ -28,7 +28,7 @@ from runtime.experts.seating import EMBEDDING, Seating
 from runtime.log import say
 from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
-from runtime.perception.heard_goal import hear, with_labels, words_of
+from runtime.perception.heard_goal import hear, hear_each, with_labels, words_of
 from runtime.perception.model_errors import models_told
 
 TEXT_MODEL = "minilm"  # it embeds words and pictures' prompts; all classes are measured with it
@@ -107,6 +107,19 @@ class LoadedModels:
         appeals = seating.appeals(config.panel.experts) if seating else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         return understood, self._panel
+
+    @models_told()
+    def hear(self, text: str, config: Config, several: bool) -> tuple[Goal, ...]:
+        """What a text names, without looking for it: one thing, or `several`."""
+        words = with_labels(self._words, config.detector.labels)
+        each = hear_each if several else lambda *told: (hear(*told).goal,)
+        return each(text, words, self._encoder.embed)
+
+    def afford(self, usd: float | None) -> None:
+        """What the goal accepted last may cost at most, if that is less than the robot's own cap;
+        None: the cap."""
+        if self._cloud is not None:
+            self._cloud.afford(usd)
 
     def finish(self) -> None:
         """The search is over: what its goal may cost is counted anew for the next."""

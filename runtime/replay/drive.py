@@ -10,6 +10,7 @@ from runtime.config import Config
 from runtime.core.mapping.zones import Zone
 from runtime.errors import RecordingError, RfNavError
 from runtime.loops.goal_request import Terms
+from runtime.loops.goals import Custom
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
@@ -146,7 +147,7 @@ def _in_real_time(
     account.control = FilmControl(film, configure(()), tracer, account.differences, reflex)
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
-        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), terms,
+        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), Custom(terms),
         telemetry=Telemetry(clock, tell=untold),
     )  # fmt: skip
     loop.run(film.over)

@@ -18,7 +18,7 @@ from runtime.config import Config
 from runtime.core.objects.surfaces import Window
 from runtime.core.types import Absence, Ballot, Brief, Detections
 from runtime.experts.panel import Panel
-from runtime.loops.search import SearchModels
+from runtime.loops.order import SearchModels
 
 SAME_IOU: Final = 0.5
 SAME_SCORE: Final = 0.2

@@ -14,7 +14,8 @@ from runtime.core.objects.verdict import confirmed
 from runtime.core.world import World
 from runtime.errors import RecordingError
 from runtime.loops.goal_request import Terms
-from runtime.loops.search import Search, SearchModels, seen, understand
+from runtime.loops.order import SearchModels, understand
+from runtime.loops.search import Search, seen
 from runtime.replay.script import Script, Turn, observed
 
 

@@ -198,6 +198,15 @@ class FilmModels:
             self.again.accept(goal, config)
         return read(told["goal"], Goal), FilmPanel(self._film, self._clock, self.again)
 
+    def hear(self, text: str, config: Config, several: bool) -> tuple[Goal, ...]:
+        told = self._film.given("hears")
+        if told is None:
+            raise ConfigError("this goal was refused then")
+        return tuple(read(one, Goal) for one in told)
+
+    def afford(self, usd: float | None) -> None:
+        """Nothing is spent."""
+
     def detect(self, rgb: U8, window: Callable[[], Window | None] = lambda: None) -> Detections:
         then = read(self._film.heard("detections"), Detections)
         if self.again is not None:

@@ -32,7 +32,10 @@ class QueryKind:
 # a status is told whatever else they say: who cannot be understood may want the robot to stop.
 QUERIES: Final = {
     "cancel": QueryKind(strict=False, steers=True),
+    "pause": QueryKind(strict=False, steers=True),
     "status": QueryKind(strict=False),
+    "result": QueryKind(),
+    "resume": QueryKind(steers=True),
     "goal": QueryKind(waiting=4, steers=True),
     "why": QueryKind(),
     "zones": QueryKind(),  # what a search makes of them is recorded with it
@@ -132,20 +135,23 @@ class Requests:
         return any(self._waiting.values())
 
     def take(self) -> Request | None:
-        """The next; None when none waits. Goals that came before a cancel go with it."""
+        """The next; None when none waits. Goals that came before a cancel go with it, unless it
+        names one."""
         while True:
             with self._changed:
                 kind = next((kind for kind, queue in self._waiting.items() if queue), None)
                 if kind is None:
                     return None
                 waiting = self._waiting[kind].popleft()
-                dropped = self._drop_goals() if kind == "cancel" else []
-            for goal in dropped:
-                goal.refuse(CANCELLED)
+                before = list(self._waiting["goal"])
             try:
-                return waiting.read()
+                request = waiting.read()
             except SensorError as error:
                 waiting.refuse(str(error))
+                continue
+            if kind == "cancel" and "id" not in request.body:
+                self._drop(before)
+            return request
 
     def close(self) -> None:
         """What waits is refused, and so is what still comes."""
@@ -157,8 +163,9 @@ class Requests:
         for one in left:
             one.refuse(ENDS)
 
-    def _drop_goals(self) -> list[_Waiting]:
-        goals = self._waiting["goal"]
-        dropped = list(goals)
-        goals.clear()
-        return dropped
+    def _drop(self, goals: list[_Waiting]) -> None:
+        with self._changed:
+            for goal in goals:
+                self._waiting["goal"].remove(goal)
+        for goal in goals:
+            goal.refuse(CANCELLED)

@@ -90,11 +90,13 @@ class Telemetry:
         priority = PRIORITIES.get(state, INFO)
         self._tell(f"{was} -> {now}", priority, **fields, STATE=state, CAUSE=cause)
 
-    def ended(self, result: str, sentence: str) -> None:
-        """A search ended so."""
+    def ended(self, result: str, sentence: str, id: str = "") -> None:
+        """A goal ended so, whether or not it was searched for."""
         self._results[result] += 1
-        self._tell(f"{result}: {sentence}", NOTICE, **self._fields("result"), RESULT=result)
-        self._goal_id = ""
+        fields = self._fields("result") | ({"GOAL_ID": id} if id else {})
+        self._tell(f"{result}: {sentence}", NOTICE, **fields, RESULT=result)
+        if id in ("", self._goal_id):
+            self._goal_id = ""
 
     # -- what is told --------------------------------------------------------------------------
 

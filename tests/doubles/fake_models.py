@@ -36,12 +36,22 @@ class FakeModels:
         self.home = home
         self.finished = 0
         self.asked: list[str] = []
+        self.afforded: list[float | None] = []
 
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]:
         if not goal:
             raise ConfigError("goal: is empty")
         self.asked.append(goal)
         return Goal(goal, goal, ((goal,),), "as it is"), self.panel
+
+    def hear(self, text: str, config: Config, several: bool) -> tuple[Goal, ...]:
+        things = text.split(" and ") if several else [text]
+        if not all(things) or (" and " in text and not several):
+            raise ConfigError(f"goal: {text!r} names no thing, or several")
+        return tuple(Goal(thing, thing, ((thing,),), "as it is") for thing in things)
+
+    def afford(self, usd: float | None) -> None:
+        self.afforded.append(usd)
 
     def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
         if not self.home.things:

@@ -1,6 +1,7 @@
 """Files that somebody else made."""
 
 import io
+import json
 import shutil
 import sqlite3
 import struct
@@ -48,6 +49,7 @@ from runtime.journal import Journal
 from runtime.loops.reports import explain
 from runtime.recording.reader import Recording
 from runtime.replay.script import Script
+from runtime.service.goal_queue import read_goals
 from runtime.service.told_journal import told_decisions, told_stops
 from runtime.service.zones import Surroundings, Zones
 
@@ -102,6 +104,12 @@ def journal(data: bytes) -> None:
     with refused_in_a_line(RecordingError):
         for stop in told_stops(path):
             assert stop_in_full(stop, None)
+
+
+def goals(data: bytes) -> None:
+    """What a process before has left of its goals; see `GoalFile.kept`."""
+    with refused_in_a_line(ValueError):
+        read_goals(data)
 
 
 def drawing(data: bytes) -> None:
@@ -209,6 +217,11 @@ def a_journal() -> bytes:
         file.write("decision", brief=brief, **explain(decision, cast(World, world), "nearest"))
         file.write("standing", at_s=3.0, was="held: frame: none", now="searching")
     return path.read_bytes()
+
+
+def some_goals() -> bytes:
+    kept = [{"id": "a1", "text": "bed", "body": {"goal": "bed"}, "paused": False, "begun": 1}]
+    return json.dumps({"version": 1, "goals": kept}).encode()
 
 
 def a_drawing() -> bytes:

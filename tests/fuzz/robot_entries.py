@@ -25,10 +25,11 @@ from rover_bytes import rover_bytes
 from models.words.vocabulary import load_vocabulary
 from runtime.clock import Deadline
 from runtime.config import load
+from runtime.core.goal_phrase import in_turn
 from runtime.core.types import Intrinsics, Pose
 from runtime.errors import RfNavError, SensorError
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
-from runtime.perception.heard_goal import hear, words_of
+from runtime.perception.heard_goal import hear, hear_each, words_of
 from runtime.robot import wire
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.calibration import decode_lens
@@ -186,7 +187,7 @@ GOAL_WORDS = words_of(load_vocabulary())
 
 
 def request(data: bytes) -> None:
-    """A query: goal, cancel or status; under a harness or not. It is answered whatever it says."""
+    """A query of any kind, under a harness or not. It is answered whatever it says."""
     if not data:
         return
     number, asker = data[0], _Asker(data[1:])
@@ -207,7 +208,10 @@ def request(data: bytes) -> None:
             if kind == "goal":
                 asked = terms.read(taken.body)
                 load(None, asked.settings)
-                hear(asked.text, GOAL_WORDS, no_likeness)
+                each = hear_each if asked.several == "in_turn" else hear
+                for text in asked.texts[:2]:
+                    for part in in_turn(text)[:2]:
+                        each(part, GOAL_WORDS, no_likeness)
         except RfNavError as error:
             refused(str(error))
             answer = {"accepted": False, "error": str(error)}
@@ -232,6 +236,14 @@ GOALS = [
     },
     {"goal": "please find the red mug on the kitchen table, not the cup"},
     {"goal": "wo ist mein Kühlschrank"},
+    {
+        "goal": ["a mug and a cup, then a chair", "bed"],
+        "several": "in_turn",
+        "if_busy": "queue",
+        "limits": {"time_s": 60, "distance_m": 5.5, "money_usd": 0.01},
+        "afterwards": "return",
+    },
+    {"id": "a1b2c3d4"},
     {"reason": "enough"},
     {"decision": 3},
     {"stop": 1},

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.goal_phrase import Phrase, parse
+from runtime.core.goal_phrase import Phrase, in_turn, parse
 from runtime.core.small_words import BACK, FRONT, NOT, PLACING, SAYING
 
 THINGS = {
@@ -117,3 +117,22 @@ def test_whatever_is_said_is_taken_apart_into_no_more_than_was_said(text: str) -
     assert calls <= 4 * (len(text) + 2) ** 2
     assert "\n" not in phrase.refusal
     assert parse(text, Few()) == phrase
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("find a mug, then a chair", ("find a mug", "a chair")),
+        ("a mug and then a chair; after that the sofa.", ("a mug", "a chair", "the sofa")),
+        ("erst eine Tasse, dann ein Stuhl", ("erst eine Tasse", "ein Stuhl")),
+        ("una taza, LUEGO una silla", ("una taza", "una silla")),
+        ("then a mug", ("a mug",)),
+        ("a mug and a chair", ("a mug and a chair",)),
+        ("the authentic mug", ("the authentic mug",)),
+        ("Dan's mug", ("Dan's mug",)),
+        ("then", ("then",)),
+        ("", ("",)),
+    ],
+)
+def test_what_is_to_be_done_next_is_told_apart(text: str, parts: tuple[str, ...]):
+    assert in_turn(text) == parts

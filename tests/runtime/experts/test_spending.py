@@ -37,6 +37,17 @@ def spend(spending: Spending, usd: float) -> None:
     spending.settle(spending.reserve(round(usd * NANO), "o2f"), round(usd * NANO))
 
 
+def test_a_goal_may_have_a_limit_below_the_cap_and_none_above(tmp_path: Path) -> None:
+    spending = ledger(tmp_path)
+    spending.afford(0.03)
+    spend(spending, 0.02)
+    with pytest.raises(CapReached, match=r"cap per goal: 0\.010000 of 0\.03 USD left"):
+        spending.reserve(round(0.02 * NANO), "o2f")
+    spending.afford(9.0)
+    with pytest.raises(CapReached, match=r"of 0\.1 USD left"):
+        spending.reserve(round(0.09 * NANO), "o2f")
+
+
 def test_a_reservation_counts_until_it_is_settled(tmp_path: Path) -> None:
     spending = ledger(tmp_path)
     booking = spending.reserve(round(0.09 * NANO), "o2f")

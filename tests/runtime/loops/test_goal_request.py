@@ -17,6 +17,7 @@ from runtime.loops.goal_request import (
     cancel_reason,
     new_directory,
 )
+from runtime.service.limits import GoalLimits
 
 HARNESS = Terms(harness=True)
 
@@ -24,14 +25,35 @@ HARNESS = Terms(harness=True)
 def test_a_goal_as_anybody_may_ask_for_it():
     settings = ["goal.keep_map=true", "panel.decide_budget_s=1.0", 'panel.experts=["o2f"]']
     body = {"goal": "bed", "episode": "e1", "settings": settings}
-    assert STRICT.read(body) == GoalRequest("bed", tuple(settings), None, "e1")
-    assert STRICT.read({"goal": "bed"}) == GoalRequest("bed", (), None, None)
+    assert STRICT.read(body) == GoalRequest(("bed",), tuple(settings), None, "e1")
+    assert STRICT.read({"goal": "bed"}) == GoalRequest(("bed",))
+
+
+def test_several_goals_their_order_and_what_they_may_take():
+    body = {
+        "goal": ["a mug", "a chair"],
+        "several": "in_turn",
+        "if_busy": "queue",
+        "limits": {"time_s": 60, "money_usd": 0},
+        "afterwards": "return",
+    }
+    asked = STRICT.read(body)
+    assert asked.texts == ("a mug", "a chair")
+    assert (asked.several, asked.if_busy, asked.afterwards) == ("in_turn", "queue", "return")
+    assert asked.limits == GoalLimits(time_s=60.0, money_usd=0.0)
 
 
 @pytest.mark.parametrize(
     ("body", "told"),
     [
         ({}, "goal request: goal: must be text"),
+        ({"goal": []}, "goal request: goal: must be text, or a list of 16 at most"),
+        ({"goal": ["bed"] * 17}, "goal request: goal: must be text, or a list of 16 at most"),
+        ({"goal": ["bed", 3]}, "goal request: goal: must be text, or a list of 16 at most"),
+        ({"goal": "bed", "several": "both"}, "several: must be refuse or in_turn"),
+        ({"goal": "bed", "if_busy": ["queue"]}, "if_busy: must be preempt or queue or refuse"),
+        ({"goal": "bed", "afterwards": 1}, "afterwards: must be stay or return"),
+        ({"goal": "bed", "limits": 5}, "limits: must be an object"),
         ({"goal": 5}, "goal request: goal: must be text"),
         ({"goal": "bed", "speed": 9}, "goal request: 'speed': unknown; "),
         ({"goal": "bed", "log_dri": "x"}, "goal request: 'log_dri': unknown; did you mean log_dir"),

@@ -188,8 +188,11 @@ def test_an_empty_goal_is_refused_and_the_loop_lives_on(tmp_path: Path):
     models = FakeModels(home())
     with running(models) as (peer, ended):
         reply = begin(peer, tmp_path, goal="")
-        assert reply == {"accepted": False, "error": "goal: is empty"}
-        assert peer.ask("goal", {"goal": 3})["error"] == "goal request: goal: must be text"
+        assert reply == {"accepted": False, "code": 4720, "error": "goal: is empty"}
+        assert (
+            peer.ask("goal", {"goal": 3})["error"]
+            == "goal request: goal: must be text, or a list of 16 at most"
+        )
         told = peer.ask("goal", {"goal": "toilet", "log_dir": 3})["error"]
         assert told == "goal request: log_dir: must be text"
         assert models.asked == []  # it goes on looking for what it looked for

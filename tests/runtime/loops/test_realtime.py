@@ -28,6 +28,7 @@ from runtime.journal import read_journal, read_map
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.detector_worker import DetectorWorker
 from runtime.loops.goal_request import Terms
+from runtime.loops.goals import Custom
 from runtime.loops.process import Garbage
 from runtime.loops.realtime import RealTime
 from runtime.perception.goal_words import Goal
@@ -78,7 +79,7 @@ def running(
                 budgets,
                 garbage,
                 record,
-                terms=Terms(harness=True),
+                custom=Custom(Terms(harness=True)),
             )
             loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
@@ -423,12 +424,14 @@ def test_with_a_low_battery_a_search_goes_back_to_where_it_began_and_none_is_beg
         robot.until(lambda: math.dist((there.pose.x_m, there.pose.y_m), start.xy) > 0.8 or ended)
         robot.percent = 12.0
         robot.until(lambda: robot.state().get("mode") == "return" or ended)
-        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        robot.until(lambda: robot.state().get("state") == "failed" or ended)
         assert math.dist((there.pose.x_m, there.pose.y_m), start.xy) < 0.5
         why = "battery: 12 % is left, battery.low_percent is 20"
         assert robot.state()["reason"] == f"{why}; it is back where it began"
         refused = robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path / "b")})
-        assert refused == {"accepted": False, "error": why}
+        assert refused == {"accepted": False, "code": 4723, "error": why}
+        last = robot.ask("status")["last"]
+        assert (last["result"], last["cause"], last["returned"]) == ("failed", "battery", True)
         assert robot.ask("status")["base"]["battery_percent"] == pytest.approx(12.0)
     assert not ended
     assert lines(tmp_path, "battery")[0]["then"] == "return"
@@ -441,7 +444,7 @@ def test_a_search_may_end_where_the_battery_runs_low(tmp_path: Path):
         begin(robot, tmp_path)
         robot.until(lambda: moving(robot) or ended)
         robot.percent = 5.0
-        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        robot.until(lambda: robot.state().get("state") == "failed" or ended)
         robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
         assert robot.feedback[-1]["reason"] == "battery: 5 % is left, battery.low_percent is 20"
     assert not ended
@@ -459,7 +462,7 @@ def test_a_driver_that_begins_with_0_refuses_no_goal_and_an_empty_battery_ends_w
         robot.sending.add("battery")
         robot.hears(lambda: False, 0.5)
         begin(robot, tmp_path)
-        robot.until(lambda: robot.state().get("state") == "cancelled" or ended)
+        robot.until(lambda: robot.state().get("state") == "failed" or ended)
         assert robot.feedback[-1]["reason"] == "battery: 0 % is left, battery.low_percent is 20"
         refused = robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path / "b")})
         assert not refused["accepted"]

@@ -18,7 +18,8 @@ from runtime.core.objects.gone import LOOKS
 from runtime.core.types import Detections, Mount, Observation, Pose
 from runtime.errors import ConfigError
 from runtime.loops.goal_request import Terms
-from runtime.loops.search import JOURNAL_FILE, Search, seen, understand
+from runtime.loops.order import understand
+from runtime.loops.search import JOURNAL_FILE, Search, seen
 
 NODDING = Mount(z_m=0.93, pitch_rad=0.12)
 

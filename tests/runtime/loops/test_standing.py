@@ -39,6 +39,12 @@ SEARCHING, READY = SearchState.SEARCHING, SearchState.READY
         (("", None, WELL, None, SEARCHING, {"rung": "none"}, True), "degraded", "rung: none"),
         (("", None, WELL, HALT, SEARCHING, {}, True), "held", "odometry: no odometry for 0.4 s"),
         (("", None, HAND, HALT, SEARCHING, {}, True), "paused", "a hand has the sticks: sticks"),
+        (
+            ("", None, WELL, HALT, SEARCHING, {"paused": "paused by X"}, True),
+            "paused",
+            "paused by X",
+        ),
+        (("", None, WELL, None, READY, {"paused": "paused by X"}, True), "ready", ""),
         (("", STOP, HAND, HALT, SEARCHING, {}, True), "stopped", "by bumper_stop"),
         (("", STOP, WELL, None, READY, {}, False), "stopped", "by bumper_stop"),
         (("a bug", STOP, HAND, HALT, SEARCHING, {}, True), "fault", "a bug"),

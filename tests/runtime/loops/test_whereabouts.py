@@ -14,7 +14,7 @@ from runtime.core.types import Action
 from runtime.errors import ConfigError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
-from runtime.loops.search import understand
+from runtime.loops.order import understand
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script

@@ -16,7 +16,7 @@ from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 from runtime.errors import ConfigError
 from runtime.perception.goal_words import understand
-from runtime.perception.heard_goal import hear, with_labels, words_of
+from runtime.perception.heard_goal import hear, hear_each, with_labels, words_of
 
 WORDS = words_of(load_vocabulary())
 
@@ -259,3 +259,18 @@ def test_names_of_the_word_list_and_of_suites_are_what_they_were(encoder: TextEn
     assert {"toilet", "tv monitor"} <= asked
     for name in sorted(names | asked):
         assert hear(name, WORDS, encoder.embed).goal == understand(name, WORDS, encoder.embed)
+
+
+def test_several_things_are_each_a_goal_by_the_words_for_it() -> None:
+    goals = hear_each("please find a red mug and the armchair", WORDS, unlike)
+    assert [(goal.text, goal.name) for goal in goals] == [("mug", "mug"), ("armchair", "armchair")]
+    (one,) = hear_each("the blue mug on the dining table", WORDS, unlike)
+    assert one == hear("the blue mug on the dining table", WORDS, unlike).goal
+    (listed,) = hear_each("mug", WORDS, unlike)
+    assert listed.name == "mug"
+    with pytest.raises(ConfigError, match="names 5 things; ask for 4 at most"):
+        hear_each("a mug, a chair, a bed, a sofa and a toilet", WORDS, unlike)
+    with pytest.raises(ConfigError, match="name one"):
+        hear_each("under the table", WORDS, unlike)
+    with pytest.raises(ConfigError):
+        hear_each("a mug and a wobblegrumpf", WORDS, unlike)

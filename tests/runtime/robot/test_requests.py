@@ -67,6 +67,15 @@ def test_goals_that_came_before_a_cancel_go_with_it():
     assert taken(requests).body == {"goal": "sofa"}
 
 
+def test_a_cancel_of_one_goal_takes_no_other_along():
+    requests = waiting()
+    goal = file(requests, "goal", b'{"goal":"bed"}')
+    file(requests, "cancel", b'{"id":"a1"}')
+    assert taken(requests).body == {"id": "a1"}
+    assert taken(requests).body == {"goal": "bed"}
+    assert goal.answers == []
+
+
 def test_a_flood_is_answered_busy_and_a_cancel_comes_through_it():
     requests = waiting()
     goals = [file(requests, "goal", b'{"goal":"bed"}') for _ in range(800)]
