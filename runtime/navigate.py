@@ -8,8 +8,9 @@ import math
 from dataclasses import replace
 from typing import Protocol, TypeVar
 
-from runtime.core import homeward, progress
+from runtime.core import destination, homeward, progress
 from runtime.core.approach import approach_target, out_of_reach
+from runtime.core.destination import Destination
 from runtime.core.exploration import explore, with_frontiers
 from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
@@ -201,6 +202,19 @@ def keep_out(world: World, zones: tuple[Zone, ...]) -> None:
 def meet(world: World, met: Met, cfg: NavigateConfig) -> None:
     """Have in the map what the body has met since the observation before."""
     progress.meet(world, met, cfg)
+
+
+def go_to(world: World, to: Destination, cfg: NavigateConfig) -> Command:
+    """In place of `act`: the step to a place, and there its end. Where no way is known the robot
+    looks round, and explores toward it."""
+    command = (
+        leave(world, cfg)
+        or destination.known_way(world, to, cfg)
+        or _look_around(world, cfg)
+        or destination.explore_toward(world, to, cfg)
+    )
+    world.body.step += 1
+    return command
 
 
 def go_back(world: World, why: str, start_xy: tuple[float, float], cfg: NavigateConfig) -> Command:

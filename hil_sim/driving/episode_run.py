@@ -3,10 +3,11 @@
 import json
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 
+from hil_sim.driving.drawn_bounds import UNBOUND, DrawnBounds
 from hil_sim.driving.episode_result import End, Ended, EpisodeResult
 from hil_sim.driving.link import HarnessError
 from hil_sim.driving.lockstep import EpisodeRun, Tally, drive
@@ -36,16 +37,19 @@ def run_episode(
     seed: int = 0,
     play: Callable[[EpisodeRun], None] = drive,
     settings: tuple[str, ...] = (),
+    bounds: DrawnBounds = UNBOUND,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
     raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
-    lockstep, or in real time (`realtime.drive`); `settings` of this search come last."""
+    lockstep, or in real time (`realtime.drive`); `settings` of this search come last. `bounds`:
+    what people have drawn for it."""
     began_s = time.monotonic()
     how = method_named(method)
     log_dir.mkdir(parents=True, exist_ok=True)
     (log_dir / EPISODE_FILE).write_text(json.dumps(asdict(episode), indent=1) + "\n")
-    _give_goal(episode, runtime, (*protocol.settings, *how.settings, *settings), log_dir)
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
+    asked = (*protocol.settings, *how.settings, *settings), bounds.draw(runtime, start)
+    _give_goal(episode, runtime, *asked, log_dir)
     witness = Witness(home.wanted, home.goal_boxes, home.distance_m, log_dir / TRACK_FILE)
     mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)
     run = EpisodeRun(
@@ -61,6 +65,7 @@ def run_episode(
         witness.close()
         home.populate(())
     ended = _take_back(run, ended)
+    bounds.wipe(runtime)
     return _result(episode, run, method, ended, time.monotonic() - began_s)
 
 
@@ -70,12 +75,19 @@ def _end(robot: Robot) -> End:
     return End.STOP if robot.stopped else End.STEPS
 
 
-def _give_goal(episode: Episode, runtime: Driver, settings: tuple[str, ...], log_dir: Path) -> None:
+def _give_goal(
+    episode: Episode,
+    runtime: Driver,
+    settings: tuple[str, ...],
+    bound: Mapping[str, object],
+    log_dir: Path,
+) -> None:
     request: dict[str, object] = {
         "goal": episode.goal,
         "episode": episode.id,
         "log_dir": str(log_dir.resolve()),
         "settings": list(settings),
+        **bound,
     }
     reply = runtime.ask("goal", request)
     if not reply.get("accepted"):

@@ -1,5 +1,7 @@
 """Going to a frontier: which there are, the steps to the elected one, and when it is given up."""
 
+import math
+
 import numpy as np
 
 from runtime.core import progress
@@ -10,9 +12,11 @@ from runtime.core.motion.courses import Toward
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Frontier
 from runtime.core.voting import consensus
+from runtime.core.voting.brief import ROOM_RANGE_M
 from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward, with_distances
 
 ARRIVED_M = 0.25  # from a frontier's goal point
+SEEN_M2 = 1.0  # of a room's floor: it was found
 SEEN_RANGE_M = 2.0  # frontier cells this close were looked at once the robot faced them
 
 
@@ -29,7 +33,26 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
         parts += frontiers.components(dim, frame, coverage.MIN_CELLS)
     named = frontiers.identify(explored.memory, parts, frame)
     with_distances(world, named)
+    if explored.only_room:
+        world.frontiers = _in_room(world, explored.only_room)
     return world
+
+
+def _in_room(world: World, room: str) -> tuple[Frontier, ...]:
+    """The frontiers that are not in a room of another type. While none of them can be reached, and
+    none of that room was seen yet, all of them: it has to be found first."""
+    semantic, frame = world.semantic, world.map.frame
+    kept = tuple(
+        f
+        for f in world.frontiers
+        if semantic.room_around(frame, f.goal_xy, ROOM_RANGE_M) in ("", room)
+    )
+    if any(math.isfinite(f.distance_m) for f in kept):
+        return kept
+    rooms = semantic.rooms
+    mine = rooms[semantic.room_names.index(room)]
+    cells = np.count_nonzero((mine > 0) & (mine >= rooms.max(axis=0)) & world.map.free)
+    return kept if cells * frame.resolution_m**2 >= SEEN_M2 else world.frontiers
 
 
 def explore(world: World, cfg: NavigateConfig) -> Command | None:
@@ -39,14 +62,14 @@ def explore(world: World, cfg: NavigateConfig) -> Command | None:
         frontier = world.frontier(consensus.successor(decision, world.frontiers, rank))
         if frontier is None:
             return None
-        command = _to_frontier(world, frontier, cfg)
+        command = to_frontier(world, frontier, cfg)
         if command is not None:
             return command
         with_frontiers(world, cfg)
     return None
 
 
-def _to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Command | None:
+def to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Command | None:
     """The step toward a frontier; None when it was given up instead."""
     policy, aim = local_policy(cfg), Aim(AimKind.FRONTIER, frontier.id)
     goal_xy, label = frontier.goal_xy, f"frontier {frontier.id}"

@@ -57,6 +57,7 @@ class Mode(StrEnum):
     TARGET = "target"
     FACE = "face"
     RETURN = "return"
+    PLACE = "place"
     LEAVE = "leave"  # a zone that is kept out of
     STOP = "stop"
 
@@ -86,6 +87,7 @@ class AimKind(StrEnum):
     SIDE = "side"  # of a target: to see it from another side
     FACE = "face"  # a target, turning on the spot
     START = "start"  # where the search began
+    PLACE = "place"  # that the goal names
     OUT = "out"  # of a zone that is kept out of
 
 
@@ -148,6 +150,7 @@ class Explored:
     boundary: Boundary = field(default_factory=Boundary)
     looks_left: int = 0  # turns of the first look around
     resort: Resort = Resort.NONE
+    only_room: str = ""  # the type of room that is searched; "" for all
 
 
 @dataclass

@@ -74,7 +74,7 @@ class Drive:
         began_s = perf_counter()
         world = self._perceive(obs, frame_s)
         now_s = search.timed("map", began_s)
-        if self.leaves is None:
+        if self.leaves is None and search.whereabouts.searching:
             with tracer.stage(Stage.DECIDE):
                 self._decide(world)
             now_s = search.timed("decide", now_s)
@@ -182,7 +182,7 @@ class Drive:
     def _act(self, world: World) -> Command:
         cfg, start_xy = self.search.config.navigate, self.search.start_xy
         if self.leaves is None or start_xy is None:
-            return navigate.act(world, cfg)
+            return self.search.act(world)
         return navigate.go_back(world, self.leaves.reason, start_xy, cfg)
 
     def _led(self, obs: Observation, frame_s: float, led: Led) -> None:

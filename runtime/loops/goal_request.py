@@ -11,6 +11,7 @@ from runtime.errors import ConfigError
 from runtime.log import say
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.private_files import state_directory
+from runtime.service.bounds import BINDS, place_words
 from runtime.service.limits import NO_LIMITS, GoalLimits
 from runtime.toml_values import unknown
 
@@ -20,7 +21,7 @@ SEVERAL: Final = ("refuse", "in_turn")
 IF_BUSY: Final = ("preempt", "queue", "refuse")
 AFTERWARDS: Final = ("stay", "return")
 ASKED: Final = (
-    "goal", "several", "if_busy", "limits", "afterwards", "episode", "settings", "log_dir"
+    "goal", *BINDS, "several", "if_busy", "limits", "afterwards", "episode", "settings", "log_dir"
 )  # fmt: skip
 TEXTS: Final = 16  # of a list of goals
 SETTINGS: Final = 32
@@ -35,7 +36,7 @@ class GoalRequest:
     """`texts`: looked for one after the other. `several`: what becomes of a text that names more
     than one thing; `if_busy`: of this goal, or of the one under way, where there is one;
     `afterwards`: of the robot. `log_dir`: where journal and map are left; None: in a directory of
-    the search's own."""
+    the search's own. `binds`: where the robot is bound to, as `service/bounds.py` reads it."""
 
     texts: tuple[str, ...]
     settings: tuple[str, ...] = ()
@@ -45,6 +46,12 @@ class GoalRequest:
     if_busy: str = IF_BUSY[0]
     limits: GoalLimits = NO_LIMITS
     afterwards: str = AFTERWARDS[0]
+    binds: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def goes(self) -> bool:
+        """Whether there is a place to go to, and nothing to look for."""
+        return "go_to" in self.binds
 
 
 def searches_directory() -> Path:
@@ -97,6 +104,7 @@ class Terms:
             _choice(body, "if_busy", IF_BUSY),
             GoalLimits.read(body.get("limits", {})),
             _choice(body, "afterwards", AFTERWARDS),
+            {name: body[name] for name in BINDS if name in body},
         )
 
     def _settings(self, body: Mapping[str, Any]) -> tuple[str, ...]:
@@ -144,6 +152,11 @@ def cancel_reason(body: Mapping[str, Any]) -> str:
 
 def _texts(body: Mapping[str, Any]) -> tuple[str, ...]:
     value = body.get("goal")
+    if "go_to" in body:
+        words = place_words(body["go_to"])
+        if value not in (None, words):  # a goal that waits has them for its own
+            raise ConfigError("goal request: go_to: a goal is either a thing or a place to go to")
+        return (words,)
     texts = value if isinstance(value, list) else [value]
     if not all(isinstance(text, str) for text in texts) or not 0 < len(texts) <= TEXTS:
         raise ConfigError(f"goal request: goal: must be text, or a list of {TEXTS} at most")

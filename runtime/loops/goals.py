@@ -76,6 +76,7 @@ class GoalLife:
             return refused(Refusal.NOT_LOCALISED, unbound)
         try:
             asked = self._custom.terms.read(body)
+            self._custom.terms.zones.bounds(asked.binds, self._means.models.rooms)
             goals = hear_all(asked, self._means.models, self._configure, self._record)
         except RfNavError as error:
             return refused(Refusal.REQUEST, str(error))

@@ -127,11 +127,11 @@ class Lockstep:
         now_s = search.timed("detect", began_s)
         world = search.perceive(obs, detections, self._models)
         now_s = search.timed("map", now_s)
-        why = navigate.due(world, cfg)
+        why = navigate.due(world, cfg) if search.whereabouts.searching else ""
         if why:
             self._decide(search, world, why)
         now_s = search.timed("decide", now_s)
-        command = navigate.steer(world, navigate.act(world, cfg), cfg)
+        command = navigate.steer(world, search.act(world), cfg)
         search.timed("plan", now_s)
         self._publish(search, world, command, perf_counter() - began_s)
 

@@ -1,11 +1,12 @@
 """A goal request that can be followed: understood by the models, its configuration read."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Final, Protocol
 
 from runtime.config import Config
+from runtime.core.destination import Destination
 from runtime.core.goal_phrase import in_turn
 from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Detections
@@ -15,8 +16,11 @@ from runtime.loops.goal_request import GoalRequest, Terms
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.perception.goal_words import Goal
 from runtime.record import Record
+from runtime.service.bounds import ANYWHERE, Bounds, place_words
 from runtime.service.goal_queue import WAITING
 from runtime.service.limits import NO_LIMITS, GoalLimits
+
+PASSED: Final = "chair"  # a thing that every detector knows, for those that want one to look for
 
 
 class SearchModels(Protocol):
@@ -74,6 +78,7 @@ class Order:
     id: str = ""  # of the goal, as whoever asked was told
     limits: GoalLimits = NO_LIMITS
     returns: bool = False  # the robot is to go back to where it began
+    bounds: Bounds = ANYWHERE
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -102,7 +107,11 @@ def understand(
     if (camera.turned, camera.depth_at) != (robot.turned, robot.depth_at):
         what = "how images are set right is known from the start: set it in rfnav's configuration"
         raise ConfigError(f"camera.roll_rad, camera.depth_at: {what}")
-    goal, panel = models.accept(request.texts[0], config)
+    bounds = terms.zones.bounds(request.binds, models.rooms)
+    if bounds.to is not None:
+        goal, panel = _passing(bounds.to, models, config)
+    else:
+        goal, panel = models.accept(request.texts[0], config)
     models.afford(request.limits.money_usd)
     return Order(
         goal,
@@ -115,7 +124,15 @@ def understand(
         id,
         request.limits,
         request.afterwards == "return",
+        bounds,
     )
+
+
+def _passing(to: Destination, models: SearchModels, config: Config) -> tuple[Goal, Panel]:
+    """What is looked at on the way to a place, where nothing is looked for and nobody votes."""
+    silent = replace(config, panel=replace(config.panel, experts=()))
+    goal, panel = models.accept(PASSED, silent)
+    return replace(goal, text=place_words(to.name), how=f"a place: {to.name}"), panel
 
 
 def hear_all(
@@ -126,6 +143,8 @@ def hear_all(
 ) -> list[Goal]:
     """What is asked for, one after the other. One thing alone that need not wait is understood only
     when its search begins. ConfigError."""
+    if asked.goes:
+        return [Goal(asked.texts[0], "", (), "")]
     texts = [part for text in asked.texts for part in in_turn(text)]
     several, waits = asked.several == "in_turn", asked.if_busy == "queue"
     if len(texts) == 1 and not several and not waits:

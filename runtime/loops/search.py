@@ -33,6 +33,7 @@ from runtime.loops.whereabouts import Whereabouts
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
+from runtime.service.bounds import ANYWHERE
 
 JOURNAL_FILE = "decisions.jsonl"
 
@@ -73,7 +74,11 @@ class Search:
         asked = {"id": order.id, "episode": order.episode, "limits": order.limits.told()}
         journal.write("goal", text=goal.text, name=goal.name, how=goal.how, **asked)
         record("order", {"goal": goal, "rooms": order.rooms})
-        return cls(order, journal, record=record, whereabouts=Whereabouts(order.zones))
+        if order.bounds != ANYWHERE:
+            record("heard", {"name": "bounds", "value": order.bounds})
+            journal.write("bounds", **vars(order.bounds))
+        whereabouts = Whereabouts(order.zones, order.bounds)
+        return cls(order, journal, record=record, whereabouts=whereabouts)
 
     @property
     def config(self) -> Config:
@@ -138,6 +143,10 @@ class Search:
             names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
         return world
+
+    def act(self, world: World) -> Command:
+        """What to do now, where it may."""
+        return self.whereabouts.act(world, self.config.navigate)
 
     def inherit(self, before: World, models: SearchModels) -> None:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen

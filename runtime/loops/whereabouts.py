@@ -1,13 +1,20 @@
-"""Where a search may be: what it is kept out of, as people draw it while it goes on."""
+"""Where a search may be: what it is kept out of, as people draw it while it goes on; the area that
+it is bound to, and the place that it goes to."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 from runtime import navigate
+from runtime.core.destination import into, is_within, left_area
 from runtime.core.mapping.zones import Zone
-from runtime.core.world import World
+from runtime.core.motion.courses import Spin
+from runtime.core.settings import NavigateConfig
+from runtime.core.types import Action
+from runtime.core.world import Command, Mode, World
 from runtime.journal import Journal
 from runtime.record import Record
+from runtime.service.bounds import ANYWHERE, Bounds
 
 
 class ZoneKeeper(Protocol):
@@ -19,6 +26,9 @@ class ZoneKeeper(Protocol):
     def unbound(self) -> str:
         """Why no goal can be taken; "" where one can."""
 
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+        """Where a goal binds the robot to, of those types of rooms; ConfigError."""
+
 
 class NoZones:
     """Nobody draws any."""
@@ -29,17 +39,44 @@ class NoZones:
     def unbound(self) -> str:
         return ""
 
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+        return ANYWHERE
+
 
 @dataclass
 class Whereabouts:
-    """A search's. One thread's, which owns the world."""
+    """A search's. One thread's, which owns the world. `entered`: the robot was in the area;
+    `drawn`: the zones that were on the map last."""
 
     keeper: ZoneKeeper = field(default_factory=NoZones)
+    bounds: Bounds = ANYWHERE
+    entered: bool = False
+    drawn: tuple[Zone, ...] = ()
+
+    @property
+    def searching(self) -> bool:
+        """Whether the robot looks for something: it goes to no place, and is where it may look."""
+        return self.bounds.to is None and (self.bounds.area is None or self.entered)
 
     def keep(self, world: World, journal: Journal, record: Record) -> None:
         """Have on the map what is kept out of now."""
-        zones = self.keeper.now()
-        if zones != world.map.zones.zones:
-            navigate.keep_out(world, zones)
-            record("heard", {"name": "zones", "value": zones})
-            journal.write("zones", zones=zones)
+        drawn, area = self.keeper.now(), self.bounds.area
+        if drawn != self.drawn:
+            self.drawn = drawn
+            record("heard", {"name": "zones", "value": drawn})
+            journal.write("zones", zones=drawn)
+        world.explored.only_room = self.bounds.room
+        navigate.keep_out(world, (*drawn, area) if area is not None and self.entered else drawn)
+
+    def act(self, world: World, cfg: NavigateConfig) -> Command:
+        """What to do now."""
+        area, to = self.bounds.area, self.bounds.to
+        if area is not None and self.entered and (left := left_area(world, area)) is not None:
+            return left
+        if area is not None and not self.entered:
+            if not is_within(world, area, cfg):
+                return navigate.go_to(world, into(area), cfg)
+            self.entered = True  # its outside is on the map from the next frame on
+            course = Spin(cfg.control.look_radps)
+            return Command(Action.TURN_LEFT, Mode.LOOK, None, f"in {area.name}", course=course)
+        return navigate.go_to(world, to, cfg) if to is not None else navigate.act(world, cfg)

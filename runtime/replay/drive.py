@@ -1,7 +1,7 @@
 """Replays a recording: the loop that drove it runs again on what it was given then."""
 
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
@@ -21,6 +21,7 @@ from runtime.replay.models_again import ModelsAgain
 from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script, Turn
 from runtime.replay.stand_ins import Film, FilmBus, FilmClock, FilmDecisions, FilmLooks, FilmModels
+from runtime.service.bounds import ANYWHERE, Bounds
 from runtime.service.telemetry import Telemetry, untold
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.tracer import Tracer
@@ -116,7 +117,7 @@ class _Account:
 
 
 class FilmZones:
-    """What was kept out of then."""
+    """What was kept out of then, and what goals were bound to."""
 
     def __init__(self, film: Film) -> None:
         self._film, self._zones = film, tuple[Zone, ...]()
@@ -129,6 +130,10 @@ class FilmZones:
 
     def unbound(self) -> str:
         return ""
+
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+        told = self._film.turn.heard["bounds"]
+        return read(told[0], Bounds) if told else ANYWHERE
 
 
 def _in_real_time(

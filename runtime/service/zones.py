@@ -1,44 +1,48 @@
 """Keep-out zones: drawn by people over the bus, kept in a file, and put on the map of each search.
 
-They are told in the frame of odometry (`rfnav/map`), and kept in the frame of what is saved. After
-a restart odometry begins elsewhere: until somebody knows where, they lie nowhere, and no goal is
-taken, for the robot would drive where it must not.
+They are told in the frame of odometry, as `rfnav/map` is, and kept in the frame of what is saved.
+After a restart odometry begins elsewhere: until somebody knows where, they lie nowhere, and no goal
+is taken, for the robot would drive where it must not.
 """
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
 
-from runtime.core.mapping.zones import Zone, wrong_corners
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import Pose
 from runtime.errors import ConfigError, SavedError
 from runtime.private_files import state_directory
 from runtime.robot.wire import Stamped
+from runtime.service.bounds import CHARS, Bounds, PlaceOf, named, read_bounds, read_zone
 from runtime.service.saved import save, saved
 from runtime.toml_values import unknown
 
 FILE: Final = "zones.json"
 MOST_ZONES: Final = 64
 MOST_BYTES: Final = 1 << 20
-NAME_CHARS: Final = 60
 DOES: Final = ("add", "remove", "clear", "list")
+SAY_WHERE: Final = "(rfnav/status): say where it is (rfnav/places)"
 HERE: Final = Pose(0.0, 0.0, 0.0)
 
 Binding = Callable[[], Pose | None]
-"""Where the frame of what is saved lies in odometry's of now; None: nobody knows."""
+"""The saved frame's pose in the map of now; None: nobody knows."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What zones need of the robot. `binding`: None for no memory of where it is: what was saved by
-    another process stays unbound. `origin_xy`: where in odometry's frame the map begins."""
+    """What zones need of the robot: where it is in the map, and where in odometry's frame that
+    begins. `binding`: None for no memory of where it is: what another process kept stays unbound.
+    `place`: by name, where it is in the map.
+    """
 
     pose: Callable[[], Pose | None]
     origin_xy: Callable[[], tuple[float, float]]
     binding: Binding | None = None
+    place: PlaceOf = lambda name: None
 
 
 class ZonedBus(Protocol):
@@ -68,28 +72,29 @@ class Zones:
         kept, self._lost = _kept(path) if path is not None else ((), "")
         self._zones: dict[str, Zone] = {zone.name: zone for zone in kept}
         self._fresh = not self._zones  # of this process: they lie where they were drawn
-        self._placed: tuple[Pose, tuple[float, float], tuple[Zone, ...]] | None = None
+        self._placed: tuple[Pose, tuple[Zone, ...]] | None = None
 
     def now(self) -> tuple[Zone, ...]:
         """Where they lie on the map; none while nobody knows."""
         at = self._frame()
         if at is None:
             return ()
-        x_m, y_m = self._around.origin_xy()
-        placed = self._placed
-        if placed is None or placed[:2] != (at, (x_m, y_m)):
-            zones = (_moved(zone, at, (-x_m, -y_m)) for zone in self._zones.values())
-            placed = self._placed = at, (x_m, y_m), tuple(zones)
-        return placed[2]
+        if self._placed is None or self._placed[0] != at:
+            self._placed = at, tuple(_moved(zone, at) for zone in self._zones.values())
+        return self._placed[1]
 
     def unbound(self) -> str:
         """Why no goal can be taken; "" where one can."""
-        if self._lost or self._frame() is not None:
+        if self._lost or not self._zones or self._frame() is not None:
             return self._lost
         return (
             f"{len(self._zones)} keep-out zones were drawn before the last start, and it is not "
-            "known where the robot is since: say where (rfnav/places), or remove them (rfnav/zones)"
+            f"known where the robot is {SAY_WHERE}, or remove them (rfnav/zones)"
         )
+
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+        """Where a goal binds the robot to; ConfigError."""
+        return read_bounds(body, rooms, self._around.origin_xy(), self._around.place)
 
     def answer(self, body: Mapping[str, Any]) -> dict[str, object]:
         """{"add": NAME, "polygon": [[x, y], ...]}, {"remove": NAME}, {"clear": true} or
@@ -105,36 +110,36 @@ class Zones:
     # -- inside ------------------------------------------------------------------------------------
 
     def _frame(self) -> Pose | None:
-        binding = self._around.binding
-        return HERE if self._fresh else binding() if binding is not None else None
+        if self._around.binding is not None:
+            return self._around.binding()
+        return HERE if self._fresh else None
 
     def _changed(self, body: Mapping[str, Any]) -> str:
         """Do what is asked; a warning, or ""."""
         for name in body:
             if name not in (*DOES, "polygon"):
-                raise ConfigError(f"{name[:NAME_CHARS]!r}: {unknown(name, (*DOES, 'polygon'))}")
+                raise ConfigError(f"{name[:CHARS]!r}: {unknown(name, (*DOES, 'polygon'))}")
         if sum(name in body for name in DOES) != 1:
             raise ConfigError(f"must have one of {', '.join(DOES)}")
         if "add" in body:
-            return self._add(_named(body["add"]), body.get("polygon"))
+            return self._add(named(body["add"], "add"), body.get("polygon"))
         if "polygon" in body:
             raise ConfigError("polygon: only of a zone to add")
         if "remove" in body:
-            self._remove(_named(body["remove"]))
+            self._remove(named(body["remove"], "remove"))
         elif "clear" in body:
             self._put({})
         return ""
 
     def _add(self, name: str, polygon: object) -> str:
         at = self._frame()
-        if at is None or self._lost:
-            raise ConfigError(self.unbound())
+        if self._lost or at is None:
+            raise ConfigError(self._lost or f"it is not known where the robot is {SAY_WHERE}")
         if name not in self._zones and len(self._zones) >= MOST_ZONES:
             raise ConfigError(f"{MOST_ZONES} zones are there, and no more can be: remove one")
-        zone = read_zone(name, polygon)
+        zone, here = read_zone(name, polygon, self._around.origin_xy()), self._around.pose()
         self._put({**self._zones, name: _moved(zone, _inverse(at))})
-        here, (x_m, y_m) = self._around.pose(), self._around.origin_xy()
-        if here is not None and zone.outside_m((here.x_m + x_m, here.y_m + y_m)) < 0:
+        if here is not None and zone.outside_m((here.x_m, here.y_m)) < 0:
             return f"the robot stands in {name}: once it drives, it leaves it first"
         return ""
 
@@ -153,34 +158,13 @@ class Zones:
 
     def _told(self) -> list[dict[str, object]]:
         """In odometry's frame; where they are not bound, in the one that they were drawn in."""
-        at = self._frame() or HERE
-        moved = (_moved(zone, at) for zone in self._zones.values())
-        return [
-            {"name": z.name, "polygon": [[round(v, 4) for v in xy] for xy in z.corners_xy]}
-            for z in moved
-        ]
-
-
-def read_zone(name: str, polygon: object, area: bool = False) -> Zone:
-    """A polygon as people tell it, [[x, y], ...] in m, closed or not; ConfigError says what is
-    wrong with it."""
-    if not isinstance(polygon, list) or not all(map(_is_place, polygon)):
-        raise ConfigError("polygon: must be a list of corners, [x, y] in m each")
-    corners = tuple((float(x), float(y)) for x, y in polygon)
-    if len(corners) > 1 and corners[0] == corners[-1]:
-        corners = corners[:-1]
-    if wrong := wrong_corners(corners):
-        raise ConfigError(f"polygon: {wrong}")
-    return Zone(name, corners, area)
-
-
-def _is_place(told: object) -> bool:
-    return (
-        isinstance(told, list)
-        and len(told) == 2
-        and all(isinstance(v, int | float) and not isinstance(v, bool) for v in told)
-        and all(abs(v) < 1e9 for v in told)
-    )
+        at, (x_m, y_m) = self._frame() or HERE, self._around.origin_xy()
+        told: list[dict[str, object]] = []
+        for zone in self._zones.values():
+            corners = _moved(zone, at).corners_xy
+            places = [[round(x + x_m, 4), round(y + y_m, 4)] for x, y in corners]
+            told.append({"name": zone.name, "polygon": places})
+        return told
 
 
 def _kept(path: Path) -> tuple[tuple[Zone, ...], str]:
@@ -196,12 +180,6 @@ def _kept(path: Path) -> tuple[tuple[Zone, ...], str]:
     return (), f'{why}: draw the keep-out zones again, after {{"clear": true}} to rfnav/zones'
 
 
-def _named(name: object) -> str:
-    if isinstance(name, str) and name.isprintable() and 0 < len(name) <= NAME_CHARS:
-        return name
-    raise ConfigError(f"add, remove: must be a name of at most {NAME_CHARS} letters")
-
-
 def _read(raw: bytes) -> tuple[Zone, ...]:
     """What `_put` wrote. ValueError for anything else."""
     told = json.loads(raw)
@@ -212,7 +190,7 @@ def _read(raw: bytes) -> tuple[Zone, ...]:
         if not isinstance(one, dict):
             raise ValueError("is no file of zones")
         try:
-            name = _named(one.get("name"))
+            name = named(one.get("name"), "name")
             found[name] = read_zone(name, one.get("polygon"))
         except ConfigError as error:
             raise ValueError(f"zone {len(found) + 1}: {error}") from error
@@ -221,15 +199,12 @@ def _read(raw: bytes) -> tuple[Zone, ...]:
     return tuple(found.values())
 
 
-def _moved(zone: Zone, at: Pose, by_xy: tuple[float, float] = (0.0, 0.0)) -> Zone:
-    """From a frame into the one that it lies in, at a pose, and then aside."""
-    if at == HERE and by_xy == (0.0, 0.0):
+def _moved(zone: Zone, at: Pose) -> Zone:
+    """From a frame into the one that it lies in, at a pose."""
+    if at == HERE:
         return zone
     c, s = math.cos(at.yaw_rad), math.sin(at.yaw_rad)
-    corners = tuple(
-        (at.x_m + c * x - s * y + by_xy[0], at.y_m + s * x + c * y + by_xy[1])
-        for x, y in zone.corners_xy
-    )
+    corners = tuple((at.x_m + c * x - s * y, at.y_m + s * x + c * y) for x, y in zone.corners_xy)
     return Zone(zone.name, corners, zone.area)
 
 

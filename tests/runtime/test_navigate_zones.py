@@ -15,7 +15,7 @@ from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, Ballot, Brief, Pose
 from runtime.core.world import Command, Mode, World
 
-NAMES, CFG = ("toilet",), navigate.NavigateConfig()
+NAMES, ROOMS, CFG = ("toilet",), ("kitchen", "bedroom", "hallway"), navigate.NavigateConfig()
 MODES = {
     "discrete": CFG,
     "velocity": replace(CFG, control=replace(CFG.control, mode="velocity")),
@@ -38,13 +38,15 @@ def search(
     limit: int = 300,
     cfg=CFG,
     world: World | None = None,
+    room: str = "",
 ) -> tuple[World, list[Command], list[Pose]]:
     """Until it stops; where the body was at each step."""
     commands, poses = [], []
     for _ in range(limit):
         obs = home.observe()
         if world is None:
-            world = World.begin("toilet", NAMES, (), obs.pose, RADIUS_M)
+            world = World.begin("toilet", NAMES, ROOMS[: home.room_count], obs.pose, RADIUS_M)
+            world.explored.only_room = room
             navigate.keep_out(world, zones)
         navigate.perceive(world, obs, home.detect(NAMES, obs), MOUNT, cfg)
         why = navigate.due(world, cfg)
@@ -121,6 +123,34 @@ def test_an_area_is_searched_and_nothing_beyond():
     assert all(area.outside_m((pose.x_m, pose.y_m)) <= -RADIUS_M for pose in poses)
     assert max(pose.x_m for pose in poses) > 2.5  # it looked round in it
     assert not (world.explored.boundary.edge & world.map.zones.barred(world.map.frame)).any()
+
+
+def with_rooms() -> Apartment:
+    there = home()
+    there.rooms = [((0, 1.6, 4.6, 6), 0), ((4.6, 1.6, 11, 6), 1), ((0, 0, 11, 1.6), 2)]
+    there.room_count = len(there.rooms)
+    return there
+
+
+def test_only_a_room_of_that_type_is_searched():
+    _, commands, poses = search(with_rooms(), (), 200, room="kitchen")
+    assert commands[-1].reason.startswith("no toilet found and nothing left to explore")
+    assert max(pose.x_m for pose in poses) < 5.5
+
+
+def test_a_room_that_was_not_seen_yet_is_looked_for_and_then_searched():
+    there = with_rooms()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    _, commands, _ = search(there, (), 200, room="bedroom")
+    assert commands[-1].reason.startswith("found toilet")
+
+
+@pytest.mark.slow
+def test_such_a_room_is_searched_to_its_end():
+    there = with_rooms()
+    _, commands, poses = search(there, (), 300, room="bedroom")
+    assert commands[-1].reason.startswith("no toilet found and nothing left to explore")
+    assert max(pose.x_m for pose in poses) > 6.0
 
 
 @pytest.mark.parametrize("mode", ["discrete", pytest.param("velocity", marks=pytest.mark.slow)])

@@ -172,6 +172,11 @@ class ZoneLayer:
         return self._parts
 
 
+def room_within(area: Zone, frame: GridFrame) -> F32:
+    """(r, c) m: how far each cell, all of it, is within an area; less than 0 outside."""
+    return _drawn(area, frame).edge_m
+
+
 def _drawn(zone: Zone, frame: GridFrame) -> _Part:
     """Exact, where other layers count by cells: the body may go as near as it fits."""
     whole = slice(0, frame.rows), slice(0, frame.cols)

@@ -2,15 +2,18 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import pytest
+from apartment import Apartment
 from fake_models import FakeModels
 from lockstep_double import begin, home, running
 
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
+from runtime.core.destination import NEAR_M
 from runtime.core.mapping.zones import Zone
-from runtime.core.types import Action
+from runtime.core.types import Action, Pose
 from runtime.errors import ConfigError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
@@ -18,7 +21,7 @@ from runtime.loops.order import understand
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
-from runtime.service.zones import read_zone
+from runtime.service.bounds import Bounds, read_zone
 
 HALL = [[0.2, 0.2], [9.8, 0.2], [9.8, 1.45], [0.2, 1.45]]
 GAP = [[4.6, 2.4], [5.2, 2.4], [5.2, 4.2], [4.6, 4.2]]
@@ -70,6 +73,9 @@ class Unbound:
     def now(self) -> tuple[Zone, ...]:
         return ()
 
+    def bounds(self, body: object, rooms: object) -> Bounds:
+        raise AssertionError("nothing is read that is refused")
+
     def unbound(self) -> str:
         return "1 keep-out zones were drawn before the last start"
 
@@ -80,3 +86,66 @@ def test_while_nobody_knows_where_they_lie_no_goal_is_taken():
     with pytest.raises(ConfigError, match=r"^1 keep-out zones were drawn before the last start"):
         understand({"goal": "toilet"}, models, lambda more: load(None, more), terms)
     models.panel.close()
+
+
+def steps(folder: Path, body: dict[str, Any], led: dict[int, Pose]) -> tuple[Apartment, list[dict]]:
+    """A goal in lockstep with those bounds; `led`: at which step the robot is put where."""
+    there = home()
+    with running(FakeModels(there)) as (peer, ended):
+        answer = peer.ask("goal", {"log_dir": str(folder), **body})
+        assert answer["accepted"], answer
+        for step in range(80):
+            there.pose = led.get(step, there.pose)
+            action = peer.show(there)
+            assert action is not None, ended
+            if action == "stop":
+                break
+            there.apply(Action(action))
+        peer.ask("cancel", {"reason": "enough"})
+    assert not ended
+    return there, list(read_journal(folder / "decisions.jsonl"))
+
+
+def test_a_search_in_an_area_goes_into_it_first_and_ends_when_the_robot_has_left_it(tmp_path: Path):
+    area = [[5.0, 2.0], [9.0, 2.0], [9.0, 4.8], [5.0, 4.8]]
+    body = {"goal": "toilet", "area": {"polygon": area}}
+    _, lines = steps(tmp_path, body, {30: Pose(3.9, 3.2, 0.0)})
+    told = [line for line in lines if line["kind"] == "step"]
+    assert told[0]["reason"] == "drive to the area of the search"
+    inside = next(n for n, line in enumerate(told) if line["reason"] == "in the area of the search")
+    assert inside < 12
+    assert not any(line["kind"] == "decision" for line in lines[: lines.index(told[inside])])
+    zone = read_zone("", area)
+    assert all(zone.outside_m(tuple(line["pose"][:2])) < -RADIUS_M for line in told[inside:30])
+    assert told[-1]["reason"] == "the robot is 1.1 m outside of the area of the search"
+    assert len(told) == 31
+
+
+def test_a_place_is_gone_to_and_nobody_votes_on_the_way(tmp_path: Path):
+    there, lines = steps(tmp_path, {"go_to": {"x_m": 6.5, "y_m": 3.3, "yaw_rad": 1.57}}, {})
+    told = [line for line in lines if line["kind"] == "step"]
+    assert told[-1]["reason"] == "arrived at (6.5, 3.3)"
+    assert math.dist((there.pose.x_m, there.pose.y_m), (6.5, 3.3)) <= NEAR_M
+    assert not any(line["kind"] == "decision" for line in lines)
+    goal = next(line for line in lines if line["kind"] == "goal")
+    assert (goal["text"], goal["how"]) == ("go to (6.5, 3.3)", "a place: (6.5, 3.3)")
+
+
+def test_what_a_goal_was_bound_to_is_replayed_with_it(tmp_path: Path):
+    area = {"polygon": [[5.0, 2.0], [9.0, 2.0], [9.0, 4.8], [5.0, 4.8]]}
+    with (
+        recording(load(None), RecordOptions(tmp_path / "r", 0.0, False), True, True) as record,
+        running(FakeModels(home()), record=record) as (peer, ended),
+    ):
+        for body in ({"goal": "toilet", "area": area}, {"go_to": {"x_m": 6.5, "y_m": 3.3}}):
+            there = home()
+            assert peer.ask("goal", {"log_dir": str(tmp_path / "log"), **body})["accepted"]
+            for _ in range(16):
+                action = peer.show(there)
+                assert action is not None, ended
+                there.apply(Action(action))
+            peer.ask("cancel", {"reason": "enough"})
+    (path,) = (tmp_path / "r").iterdir()
+    again = replay(Script.open(path))
+    assert again.equal, again.differences.found[0].in_words()
+    assert again.differences.compared["command"] == 32

@@ -116,6 +116,13 @@ def test_after_a_restart_no_goal_is_taken_until_it_is_known_where_they_lie(tmp_p
     assert drawn(later)["rug"] == [tuple(xy) for xy in here]
 
 
+def test_one_is_not_drawn_where_nobody_knows_but_goals_are_taken_as_long_as_there_is_none():
+    some = Zones(None, Surroundings(lambda: None, lambda: (0.0, 0.0), lambda: None))
+    assert some.unbound() == ""
+    answer = some.answer({"add": "rug", "polygon": SQUARE})
+    assert "it is not known where the robot is" in str(answer["error"])
+
+
 def test_without_a_memory_they_can_be_removed_and_drawn_again(tmp_path: Path):
     zones(tmp_path).answer({"add": "stairs", "polygon": SQUARE})
     again = zones(tmp_path)
