@@ -21,6 +21,7 @@ from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
 from runtime.core.outlook import Outlook, around
 from runtime.core.settings import NavigateConfig as NavigateConfig
+from runtime.core.trying_again import look_again
 from runtime.core.types import (
     F64,
     Action,
@@ -170,13 +171,14 @@ def adopt(world: World, decision: Decision) -> None:
 
 def act(world: World, cfg: NavigateConfig) -> Command:
     """What to do now: finish the first look, else leave what is kept out of, else go to the target,
-    else to the elected frontier. Whoever sends the command books what was sent (`steer`,
-    `BaseState.told`)."""
+    else to the elected frontier, else look again at ways that were closed. Whoever sends the
+    command books what was sent (`steer`, `BaseState.told`)."""
     command = (
         _look_around(world, cfg)
         or leave(world, cfg)
         or approach_target(world, cfg)
         or explore(world, cfg)
+        or look_again(world, cfg)
         or _finish(world, cfg)
     )
     world.body.step += 1
@@ -246,7 +248,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
         return weak
     resort = explored.resort.next()
     if resort is None:
-        return _nothing_left(world)
+        return look_again(world, cfg, wait=True) or _nothing_left(world)
     explored.resort = resort
     if resort is Resort.RETRY:
         explored.given_up[:] = False
@@ -262,8 +264,15 @@ def _nothing_left(world: World) -> Command:
         x, y = thing.xy
         why = f"{world.goal} {thing.id} was seen at ({x:.1f}, {y:.1f}), and no way leads there"
         return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.UNREACHABLE)
-    why = f"no {world.goal} found and nothing left to explore{_shut_in(world)}"
+    why = f"no {world.goal} found and nothing left to explore{_closed(world)}{_shut_in(world)}"
     return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
+
+
+def _closed(world: World) -> str:
+    """Which ways were open before, and were not when they were looked at again."""
+    shut = (way.xy for way in world.explored.passages.still_closed)
+    places = ", ".join(f"({x:.1f}, {y:.1f})" for x, y in shut)
+    return f"; what is beyond {places} could not be reached any more" if places else ""
 
 
 def _shut_in(world: World) -> str:

@@ -105,6 +105,12 @@ def closed_door(scene: Scene, robot: Pose, clear_m: float) -> Body | None:
     return min(free, key=lambda door: door.distance_m(robot.x_m, robot.y_m), default=None)
 
 
+def person_in(door: Body) -> Body:
+    """A person in the middle of a doorway."""
+    size = (2 * PERSON_RADIUS_M, 2 * PERSON_RADIUS_M, PERSON_HEIGHT_M)
+    return Body("person", door.x_m, door.y_m, door.yaw_rad, size)
+
+
 def body_of(door: Door) -> Body:
     """What fills a doorway."""
     (x0, y0), (x1, y1) = door.start, door.end

@@ -100,7 +100,12 @@ KINDS: dict[str, Kind] = {
         "the battery holds no more than that; in real time", "percent", 10.0, math.inf,
         realtime=True,
     ),
-    "door-closes": Kind("the doorway nearest the robot is closed", lasts=math.inf),
+    "door-closes": Kind(
+        "the doorway nearest the robot is closed, and opened again", lasts=math.inf
+    ),
+    "person-stands": Kind(
+        "a person stands in the doorway nearest the robot, and goes on", lasts=math.inf
+    ),
     "stairwell": Kind(
         "the floor opens in the robot's way, 2.2 m ahead, where there is room", lasts=math.inf
     ),

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hil_sim.scenes.format import Scene
-from hil_sim.simulation.body import Body, closed_door, opening_ahead, person_near, walk
+from hil_sim.simulation.body import Body, closed_door, opening_ahead, person_in, person_near, walk
 from hil_sim.simulation.faults import Fault, Sensed, When
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.robot import Ground
@@ -15,7 +15,7 @@ from runtime.core.types import Pose
 
 DOOR_CLEAR_M = 0.3
 SILENT, SHIFTED = ("odometry-stop", "link-lost"), ("odometry-jump", "clock-step")
-WITH_BODIES = ("person", "door-closes", "stairwell")
+WITH_BODIES = ("person", "door-closes", "person-stands", "stairwell")
 NO_IMAGE, NO_DEPTH = np.zeros((0, 0, 3), np.uint8), np.zeros((0, 0), np.float32)
 Populate = Callable[[tuple[Body, ...]], None]
 
@@ -46,11 +46,13 @@ class Mishaps:
         """Let the person walk, the door close and the floor open, before the world is looked at."""
         if not any(fault.name in WITH_BODIES for fault in self.faults):
             return
-        door = self.active("door-closes", when)
-        if door is None:
+        closed = self.active("door-closes", when)
+        filled = closed or self.active("person-stands", when)
+        if filled is None:
             self._door = None
         elif self._door is None:
-            self._door = closed_door(self.scene, robot, DOOR_CLEAR_M)
+            door = closed_door(self.scene, robot, DOOR_CLEAR_M)
+            self._door = door if closed or door is None else person_in(door)
         if self.active("stairwell", when) is None:
             self._opening = None
         elif self._opening is None:

@@ -39,10 +39,15 @@ def searched(world: World) -> dict[str, object]:
 
 
 def unreached(world: World) -> list[dict[str, object]]:
-    """Where the known ends and no way led to, the widest first."""
+    """Where ways are that were open before and were closed when they were looked at again; and
+    where the known ends and no way led to, the widest first."""
+    ways = world.explored.passages.still_closed
+    closed: list[dict[str, object]] = [
+        {"way": way.id, "xy": [round(v, 2) for v in way.xy], "looks": way.looks} for way in ways
+    ]
     shut = [f for f in world.frontiers if not math.isfinite(f.distance_m)]
     widest = sorted(shut, key=lambda f: (-len(f.cells_xy), f.id))[:UNREACHED]
-    return [
+    return closed + [
         {"frontier": f.id, "xy": [round(v, 2) for v in f.centre_xy], "cells": len(f.cells_xy)}
         for f in widest
     ]

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from runtime.core.distances.kept_plan import KeptPlan
+from runtime.core.distances.passages import Passages
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, TerrainSurvey
 from runtime.core.geometry import seen_from_m
@@ -89,6 +90,7 @@ class AimKind(StrEnum):
     START = "start"  # where the search began
     PLACE = "place"  # that the goal names
     OUT = "out"  # of a zone that is kept out of
+    WAY = "way"  # that was open before
 
 
 class Aim(NamedTuple):
@@ -151,6 +153,7 @@ class Explored:
     looks_left: int = 0  # turns of the first look around
     resort: Resort = Resort.NONE
     only_room: str = ""  # the type of room that is searched; "" for all
+    passages: Passages = field(default_factory=Passages)
 
 
 @dataclass

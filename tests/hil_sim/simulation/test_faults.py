@@ -208,6 +208,15 @@ def test_the_nearest_door_closes_once_the_robot_is_out_of_it() -> None:
     assert shown[-1] == (body_of(DOORS[0]),)  # it stays closed, wherever the robot goes
 
 
+def test_a_person_stands_in_the_nearest_doorway_and_goes_on() -> None:
+    found, shown = mishaps("person-stands:at=2,for=2")
+    told = []
+    for n in (1, 2, 3, 4):
+        found.move_bodies(When(n, 0.0), Pose(2.4, 1.0, 0))
+        told.append([(body.kind, body.x_m, body.y_m) for body in shown[-1]])
+    assert told == [[], [("person", 2.5, 0.0)], [("person", 2.5, 0.0)], []]
+
+
 @given(st.floats(-3, 3), st.floats(-3, 3))
 def test_distance_to_a_body(x: float, y: float) -> None:
     person = Body("person", 0.0, 0.0, 0.0, (0.4, 0.4, 1.7))
