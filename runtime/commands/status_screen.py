@@ -62,6 +62,8 @@ def _goal(status: Status) -> Iterator[str]:
         parts += [f"{status['driven_m']:.1f} m"] if status.get("driven_m") is not None else []
         parts.append(f"{status.get('decisions', 0)} decisions")
         yield f"goal     {', '.join(parts)}"
+        if does := status.get("does"):
+            yield f"does     {does}"
     else:
         yield "goal     none"
     if waiting := status.get("queue"):

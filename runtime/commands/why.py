@@ -41,7 +41,8 @@ def why_command(
     as_json: bool,
 ) -> None:
     """Say why the robot goes where it goes, and why it stood: who voted for what and what each had
-    to go by; what held the base and what to do. Without NUMBER the last decision and the last stop.
+    to go by; what held the base and what to do. Without NUMBER what it does now, the last decision
+    and the last stop.
 
     Exit status 1 when there is none of that number, 2 when nobody answers.
     """
@@ -61,8 +62,10 @@ def why_command(
 
 
 def _lines(answer: dict[str, Any]) -> Iterable[str]:
+    if "now" in answer:
+        yield f"Now: {answer['now']}."
     for n, kind in enumerate(kind for kind in NONE if kind in answer):
-        if n:
+        if n or "now" in answer:
             yield ""
         told = answer[kind]
         yield from (told["in_words"] if told else [NONE[kind]])

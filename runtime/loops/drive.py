@@ -99,6 +99,7 @@ class Drive:
         result: Mapping[str, object] = NO_MORE,
     ) -> None:
         """Feedback on the goal; with its result, when it has ended."""
+        self.means.telemetry.does(reason)
         now_s = self.means.clock.now_s()
         told: dict[str, object] = {"usd": self.means.spent_usd(), "paused": self.paused}
         self.feedback.tell(self.means.bus, state, reason, now_s, always, told | dict(result))

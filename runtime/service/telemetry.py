@@ -49,7 +49,7 @@ class Telemetry:
         self._recollection = Recollection()
         self._votes, self._absences = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
         self._decisions, self._results = 0, Counter[str]()
-        self._goal_id = ""
+        self._goal_id = self._does = ""
         self.newest = Watched(self._began_s)
 
     # -- what happens --------------------------------------------------------------------------
@@ -90,13 +90,17 @@ class Telemetry:
         priority = PRIORITIES.get(state, INFO)
         self._tell(f"{was} -> {now}", priority, **fields, STATE=state, CAUSE=cause)
 
+    def does(self, reason: str) -> None:
+        """What the robot does now for its search, and why."""
+        self._does = reason
+
     def ended(self, result: str, sentence: str, id: str = "") -> None:
         """A goal ended so, whether or not it was searched for."""
         self._results[result] += 1
         fields = self._fields("result") | ({"GOAL_ID": id} if id else {})
         self._tell(f"{result}: {sentence}", NOTICE, **fields, RESULT=result)
         if id in ("", self._goal_id):
-            self._goal_id = ""
+            self._goal_id = self._does = ""
 
     # -- what is told --------------------------------------------------------------------------
 
@@ -115,6 +119,7 @@ class Telemetry:
         return {
             "now_s": round(now_s, 3),  # by the clock that streams' arrivals are told by
             "up_s": round(now_s - self._began_s, 1),
+            "does": self._does,
             "memory_mb": round(memory_bytes() / 1e6, 1),
             "votes": _nested(self._votes),
             "absences": _nested(self._absences),
@@ -122,9 +127,11 @@ class Telemetry:
         }
 
     def why(self, request: Request) -> dict[str, object]:
-        """The answer to a query on `rfnav/why`; see `Recollection.why`."""
+        """The answer to a query on `rfnav/why`; see `Recollection.why`. Where no number is asked
+        for, also what it does now."""
+        now: dict[str, object] = {} if request.body else {"now": self._does or "no search"}
         try:
-            return self._recollection.why(request.body, self._clock.now_s())
+            return now | self._recollection.why(request.body, self._clock.now_s())
         except ConfigError as error:
             return {"accepted": False, "error": str(error)}
 

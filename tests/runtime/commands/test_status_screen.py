@@ -22,7 +22,7 @@ def status(**other: Any) -> dict[str, Any]:
     return {
         "state": "searching", "runtime": {"state": "searching", "cause": ""}, "halt": "",
         "halts": {}, "base": {"battery_percent": None}, "goal": "a mug", "elapsed_s": 34.2,
-        "driven_m": 12.34, "decisions": 5, "rung": "smollm2-135m",
+        "driven_m": 12.34, "decisions": 5, "does": "look at mug 7 (0.61)", "rung": "smollm2-135m",
         "models": {"rungs": {"o2f": "local", "r2f": "cloud"}, "errors": []},
         "streams": {"color": health(100, 9.9), "odom": health(200, 9.99), "scan": health(0, None)},
         "stages": {"survey": {"p50_ms": 12.1, "p99_ms": 30.24, "over": 2}, "odd": {}},
@@ -36,6 +36,7 @@ def test_all_is_well_and_told():
     assert screen(status(), before, NEEDED, BUDGETS) == [
         "state    searching",
         'goal     "a mug", 34 s, 12.3 m, 5 decisions',
+        "does     look at mug 7 (0.61)",
         "halts    none",
         "models   smollm2-135m answers; o2f local, r2f cloud",
         "stream                                         per s   age s    bad",

@@ -39,9 +39,10 @@ def run(*words: str) -> Result:
 
 def test_the_last_decision_and_the_last_stop(answered):
     ask, heard, answer = answered
-    answer.update(decision=DECISION, stop=STOP)
+    answer.update(now="look at mug 7", decision=DECISION, stop=STOP)
     done = ask()
-    assert (done.output, done.exit_code) == ("Decision 4.\n  as told\n\nStop 2.\n", 0)
+    told = "Now: look at mug 7.\n\nDecision 4.\n  as told\n\nStop 2.\n"
+    assert (done.output, done.exit_code) == (told, 0)
     assert ask("--stop").output == "Stop 2.\n"
     assert heard == [{}, {}]
 

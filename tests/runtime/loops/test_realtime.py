@@ -601,7 +601,7 @@ def test_a_search_goes_on_where_its_journal_and_map_cannot_be_written(
 
 def test_why_it_goes_there_and_why_it_stood_is_told_on_asking(tmp_path: Path):
     with running(FakeModels(home(), o2f=farthest, r2f=farthest)) as (robot, ended):
-        assert robot.ask("why") == {"decision": None, "stop": None}
+        assert robot.ask("why") == {"now": "no search", "decision": None, "stop": None}
         begin(robot, tmp_path)
         robot.until(lambda: moving(robot) and robot.decisions)
         robot.sending.discard("odom")

@@ -157,6 +157,18 @@ class Query:
         """Nothing is held."""
 
 
+def test_what_it_does_now_is_told_while_a_search_is_on():
+    telemetry = Telemetry(ManualClock(), tell=Log())
+    request = Request("why", {}, Query(), "rfnav/why")
+    assert telemetry.why(request)["now"] == "no search"
+    telemetry.does("look at mug 7 (0.61)")
+    assert telemetry.why(request)["now"] == telemetry.told()["does"] == "look at mug 7 (0.61)"
+    decided(telemetry, "local")
+    assert "now" not in telemetry.why(Request("why", {"decision": 3}, Query(), "rfnav/why"))
+    telemetry.ended("found", "here")
+    assert telemetry.told()["does"] == ""
+
+
 def test_why_is_answered_and_what_cannot_be_is_refused():
     telemetry, query = Telemetry(ManualClock(), tell=Log()), Query()
     decided(telemetry, "local")
