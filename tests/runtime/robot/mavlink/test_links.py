@@ -143,6 +143,13 @@ def test_who_listens_is_spoken_to_first(vehicle):
     link.close()
 
 
+@pytest.mark.skipif(not socket.has_ipv6, reason="no IPv6 here")
+def test_an_address_may_be_one_of_ipv6():
+    link = link_to("udpout:::1:14550")
+    assert link._socket.family == socket.AF_INET6
+    link.close()
+
+
 def test_what_cannot_be_sent_is_said(vehicle):
     link = link_to(f"udpout:127.0.0.1:{vehicle.getsockname()[1]}")
     link.close()
