@@ -1,10 +1,10 @@
 """Searches through a simulated flat, every process real, with zones and an area drawn: where the
 body truly was is asked of the simulation."""
 
+import itertools
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 from places import TESTS
@@ -51,7 +51,7 @@ def search(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Search]:
             been = [(EPISODE.start.x_m, EPISODE.start.y_m), *((r["x"], r["y"]) for r in rows)]
             between = [
                 ((a[0] * (4 - n) + b[0] * n) / 4, (a[1] * (4 - n) + b[1] * n) / 4)
-                for a, b in zip(been, been[1:], strict=False)
+                for a, b in itertools.pairwise(been)
                 for n in range(4)
             ]
             return result, [*between, been[-1]]
