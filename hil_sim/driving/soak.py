@@ -27,7 +27,8 @@ class Suffered:
 
     trouble: Trouble
     moved: bool = False  # when it began
-    stood_s: float | None = None  # after the begin, for good until the end; None: it did not
+    longest_s: float = 0.0  # that it went on moving, or moved again
+    since_s: float | None = None  # when it began to move
     collisions: int = 0
 
     @property
@@ -37,7 +38,15 @@ class Suffered:
     @property
     def missed(self) -> bool:
         """A stop that was due and did not come."""
-        return self.must_stand and (self.stood_s is None or self.stood_s > STOPS_WITHIN_S)
+        return self.must_stand and self.longest_s > STOPS_WITHIN_S
+
+    def note(self, now_s: float, moves: bool) -> None:
+        """How it is now. What only shows in motion, a camera that freezes, may be tried again."""
+        if not moves:
+            self.since_s = None
+            return
+        self.since_s = now_s if self.since_s is None else self.since_s
+        self.longest_s = max(self.longest_s, now_s - self.since_s)
 
 
 @dataclass
@@ -56,18 +65,13 @@ class Watch:
         self.collisions += new
         moves = abs(robot.twist.v_mps) > CREEPS_MPS or abs(robot.twist.w_radps) > CREEPS_RADPS
         while len(self.felt) < len(self.troubles) and now_s >= self._next().at_s:
-            self.felt.append(Suffered(self._next(), moves, stood_s=None if moves else 0.0))
+            self.felt.append(Suffered(self._next(), moves))
         if not self.felt:
             return
         felt = self.felt[-1]
-        since_s = now_s - felt.trouble.at_s
-        if since_s > self._lasts_s(felt.trouble):
-            return
-        felt.collisions += new
-        if moves:
-            felt.stood_s = None
-        elif felt.stood_s is None:
-            felt.stood_s = since_s
+        if now_s - felt.trouble.at_s <= self._lasts_s(felt.trouble):
+            felt.collisions += new
+            felt.note(now_s, moves)
 
     def missed(self) -> tuple[Suffered, ...]:
         return tuple(felt for felt in self.felt if felt.missed)
@@ -150,17 +154,11 @@ def _thread(work: Callable[[], None], failed: list[BaseException]) -> threading.
 
 def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int) -> list[str]:
     """The report, for people."""
-    rows = [f"{'trouble':16} times  moving  stood after, most  collisions"]
+    rows = [f"{'trouble':16} times  moving  moved on, most     collisions"]
     for name in sorted({felt.trouble.name for felt in watch.felt}):
         of = [felt for felt in watch.felt if felt.trouble.name == name]
-        stood = [felt.stood_s for felt in of if felt.must_stand and felt.moved]
-        most = (
-            "-"
-            if not stood
-            else "never"
-            if None in stood
-            else f"{max(s for s in stood if s is not None):.2f} s"
-        )
+        stood = [felt.longest_s for felt in of if felt.must_stand]
+        most = f"{max(stood):.2f} s" if stood else "-"
         moving, hit = sum(felt.moved for felt in of), sum(felt.collisions for felt in of)
         rows.append(f"{name:16} {len(of):5}  {moving:6}  {most:>17}  {hit:10}")
     ended = ", ".join(f"{name} {number}" for name, number in sorted(goals.items()))

@@ -236,8 +236,7 @@ class World:
         radius_m: float,
         looks: int | None = None,
     ) -> "World":
-        """A world of which nothing is known but that the robot stands in it; `looks` are the turns
-        of the first look around, FIRST_LOOKS unless told."""
+        """Of which nothing is known but that the robot stands in it. `looks`: the first turns."""
         grid = NavigationMap.around(pose, radius_m)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)

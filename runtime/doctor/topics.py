@@ -24,7 +24,7 @@ CLOCK_OFF_S: Final = 1.0  # from this computer's
 
 
 @dataclass(frozen=True)
-class Bounds:
+class TopicBounds:
     """Of a stream, s: a gap that holds the base, and one with which nothing fits together."""
 
     stale_s: float
@@ -145,12 +145,12 @@ def _spoken(name: str, heard: HeardTopic, config: Config) -> Iterator[Diagnosis]
         yield ok(name, told)
 
 
-def _bounds(name: str, period_s: float, config: Config) -> Bounds:
+def _bounds(name: str, period_s: float, config: Config) -> TopicBounds:
     safety = config.safety
     if name == "odom":
-        return Bounds(max(safety.odom_stale_s, min(LONGEST_S, PATIENCE * period_s)), LONGEST_S)
+        return TopicBounds(max(safety.odom_stale_s, min(LONGEST_S, PATIENCE * period_s)), LONGEST_S)
     stale_s = safety.depth_stale_s if name == "depth" else safety.frame_stale_s
-    return Bounds(stale_s, stale_s)
+    return TopicBounds(stale_s, stale_s)
 
 
 def _figures(heard: HeardTopic) -> str:
