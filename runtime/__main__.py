@@ -19,6 +19,13 @@ from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
 from runtime.commands.doctor import doctor_command
+from runtime.commands.find import find_command
+from runtime.commands.goal_control import (
+    ask_command,
+    cancel_command,
+    pause_command,
+    resume_command,
+)
 from runtime.commands.guard import guard_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
@@ -66,6 +73,11 @@ def cli() -> None:
     """RF-NAV: finds things with a robot."""
 
 
+cli.add_command(find_command)
+cli.add_command(cancel_command)
+cli.add_command(pause_command)
+cli.add_command(resume_command)
+cli.add_command(ask_command)
 cli.add_command(models_command)
 cli.add_command(cloud_command)
 cli.add_command(config_command)

@@ -24,11 +24,13 @@ class Running:
     config: BusConfig
     where: str
 
-    def ask(self, kind: str, body: Mapping[str, object]) -> dict[str, Any]:
+    def ask(
+        self, kind: str, body: Mapping[str, object], within_s: float = ANSWER_S
+    ) -> dict[str, Any]:
         """The answer to a query on `rfnav/KIND`; BusError, one line, when nobody gives one."""
         key = self.config.key(f"rfnav/{kind}")
         try:
-            given = self.session.get(key, payload=json.dumps(body), timeout=ANSWER_S)
+            given = self.session.get(key, payload=json.dumps(body), timeout=within_s)
             answers = [answer.ok for answer in given if answer.ok is not None]
         except zenoh.ZError as error:
             raise BusError(f"{self.where}: {key}: cannot be asked") from error

@@ -19,7 +19,7 @@ FEEDBACK_S = 1.0  # between messages, where nothing changes
 class Listener(Protocol):
     """Who hears it."""
 
-    def publish_feedback(self, feedback: dict[str, object]) -> None: ...
+    def publish_feedback(self, feedback: Mapping[str, object]) -> None: ...
 
 
 @dataclass
@@ -32,6 +32,7 @@ class Feedback:
     told: tuple[object, ...] = field(default=())  # and what of it a change is worth a message
     driven_m: float = 0.0
     counted: int = 0  # poses of the track that are in it
+    newest: Mapping[str, object] = field(default_factory=dict)  # that was published
     led_s: float = 0.0  # for so long somebody else drove: no time of the search
 
     @classmethod
@@ -60,23 +61,22 @@ class Feedback:
         if not (always or now_s - self.told_s >= FEEDBACK_S or told != self.told):
             return
         self.told, self.told_s = told, now_s
-        listener.publish_feedback(
-            {
-                "id": self.search.order.id,
-                "goal": self.search.goal.text,
-                "state": state,
-                "mode": told[1],
-                "reason": reason,
-                "toward_xy": command.toward_xy if command else None,
-                "elapsed_s": round(self.elapsed_s(now_s), 3),
-                "driven_m": round(self.way_m(), 3),
-                "decisions": self.search.decisions,
-                "vote": self.search.in_words,
-                "frontiers": _left(world),
-                "limits": self.search.order.limits.told(),
-                **more,
-            }
-        )
+        self.newest = {
+            "id": self.search.order.id,
+            "goal": self.search.goal.text,
+            "state": state,
+            "mode": told[1],
+            "reason": reason,
+            "toward_xy": command.toward_xy if command else None,
+            "elapsed_s": round(self.elapsed_s(now_s), 3),
+            "driven_m": round(self.way_m(), 3),
+            "decisions": self.search.decisions,
+            "vote": self.search.in_words,
+            "frontiers": _left(world),
+            "limits": self.search.order.limits.told(),
+            **more,
+        }
+        listener.publish_feedback(self.newest)
 
     def way_m(self) -> float:
         """How far the robot has come; the track only grows, and what is new of it is added."""

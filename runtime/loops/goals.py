@@ -200,7 +200,8 @@ class GoalLife:
         return {"paused": bool(by), "id": now.id}
 
     def result(self, request: Request) -> Mapping[str, object] | None:
-        """Of the goal of that id, or of the newest; None: when it has ended."""
+        """Of the goal of that id, or of the newest; None: when it has ended. With {"wait": false}
+        it is how it stands by now, else."""
         now, id = self._queue.now, request.body.get("id")
         if id is None:
             id = now.id if now is not None else (self._results.last or {}).get("id")
@@ -210,10 +211,14 @@ class GoalLife:
             return {"error": _unknown(id)}
         if (told := self._results.of(id)) is not None:
             return told
-        if id in [goal.id for goal in (*self._queue.waiting, *((now,) if now else ()))]:
-            self._results.wait(id, request)
-            return None
-        return {"error": _unknown(id)}
+        ahead = [goal.id for goal in (*((now,) if now else ()), *self._queue.waiting)]
+        if id not in ahead:
+            return {"error": _unknown(id)}
+        if request.body.get("wait") is False:
+            newest = self.drive.feedback.newest if self.drive and now and id == now.id else {}
+            return {"id": id, "result": None, "ahead": ahead.index(id), "feedback": newest}
+        self._results.wait(id, request)
+        return None
 
     def told(self) -> dict[str, object]:
         """For rfnav/status."""

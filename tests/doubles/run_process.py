@@ -57,15 +57,16 @@ def process(
     env: Mapping[str, str] = os.environ,
     spoken: Spoken = "ros2dds",
     odom_hz: float = 20.0,
+    harness: bool = True,
 ) -> Iterator[tuple[subprocess.Popen[str], RobotDouble]]:
-    """`rfnav run` with models that fail after so many frames."""
+    """`rfnav run` with models that fail after so many frames; without `harness` as on a robot."""
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     robot = RobotDouble(home, BusConfig(listen=(endpoint,)), odom_hz, spoken=spoken)
     code = PROCESS.format(paths=[str(DOUBLES)], frames=frames)
     given = [*settings, f"bus.connect=['{endpoint}']", *robot.wire.settings]
     arguments = [part for setting in given for part in ("--set", setting)]
     child = subprocess.Popen(
-        [sys.executable, "-c", code, "run", "--harness", *arguments],
+        [sys.executable, "-c", code, "run", *(["--harness"] if harness else []), *arguments],
         stderr=subprocess.PIPE,
         text=True,
         cwd=ROOT,

@@ -244,6 +244,18 @@ def test_one_that_cannot_be_begun_when_its_turn_comes_fails_and_the_next_is_begu
     assert bench.feedback[-1]["id"] == ids[1]
 
 
+def test_how_a_goal_stands_is_told_to_who_does_not_wait(bench: Bench):
+    first, second = bench.ask("bed")["id"], bench.ask("sofa", if_busy="queue")["id"]
+    bench.frames(2)
+    now, _ = bench.request("result", id=first, wait=False)
+    assert now is not None
+    assert (now["result"], now["ahead"], now["feedback"]["goal"]) == (None, 0, "bed")
+    now, _ = bench.request("result", id=second, wait=False)
+    assert now == {"id": second, "result": None, "ahead": 1, "feedback": {}}
+    bench.request("cancel")
+    assert bench.request("result", id=second, wait=False)[0] == bench.result(second)
+
+
 # -- limits, pauses --------------------------------------------------------------------------------
 
 

@@ -1,0 +1,162 @@
+"""`rfnav find`: ask the running service for something, and wait for what comes of it."""
+
+import json
+import shutil
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final, TextIO
+
+import click
+
+from runtime.commands.running import Running, running
+from runtime.config import load
+from runtime.errors import BusError
+
+TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model that is slow
+EVERY_S: Final = 0.5
+AWAY_S: Final = 90.0  # so long a service that is started anew is waited for
+START, REST_OF_LINE = "\r", "\x1b[K"
+STOPPED: Final = "Ctrl-C in rfnav find"
+
+
+@click.command(
+    "find",
+    epilog='Examples:  rfnav find "a red mug" --limit-time 300 --return   |   '
+    'rfnav find "a mug, then a chair"   |   rfnav find bed --queue --no-wait',
+)
+@click.argument("text")
+@click.option("--then", multiple=True, metavar="TEXT", help="Look for that after it; repeatable.")
+@click.option("--each", is_flag=True, help="Of several things in a text, one after the other.")
+@click.option("--queue", is_flag=True, help="Wait for what is under way; else take its place.")
+@click.option("--limit-time", type=float, metavar="S", help="Seconds that each may take.")
+@click.option("--limit-distance", type=float, metavar="M", help="Metres that each may take.")
+@click.option("--limit-money", type=float, metavar="USD", help="What each may cost in a cloud.")
+@click.option("--return", "returns", is_flag=True, help="Go back to where it began, afterwards.")
+@click.option("--no-wait", is_flag=True, help="Only ask; it goes on by itself.")
+@click.option("--json", "as_json", is_flag=True, help="The answer with all results, as JSON.")
+@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
+@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+def find_command(
+    text: str,
+    then: tuple[str, ...],
+    each: bool,
+    queue: bool,
+    limit_time: float | None,
+    limit_distance: float | None,
+    limit_money: float | None,
+    returns: bool,
+    no_wait: bool,
+    as_json: bool,
+    path: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Have the robot look for TEXT, and wait: how it was understood, how it goes, what came of it.
+
+    Ctrl-C cancels it. Exit status 0 when all that was asked for was found, 1 when not, 2 when it
+    was not taken or nobody answers.
+    """
+    amounts = {"time_s": limit_time, "distance_m": limit_distance, "money_usd": limit_money}
+    body: dict[str, object] = {"goal": [text, *then] if then else text}
+    body |= {"limits": {name: value for name, value in amounts.items() if value is not None}}
+    body |= {"several": "in_turn"} if each else {}
+    body |= {"if_busy": "queue"} if queue else {}
+    body |= {"afterwards": "return"} if returns else {}
+    with running(load(path, settings).bus) as runtime:
+        answer = runtime.ask("goal", body, TAKEN_S)
+        if not answer.get("accepted"):
+            click.echo(
+                json.dumps(answer) if as_json else f"rfnav: {answer['error']}", err=not as_json
+            )
+            sys.exit(2)
+        goals = [answer, *answer.get("then", ())]
+        for goal in () if as_json else goals:
+            click.echo(f"{goal['id']}: {goal['how']}")
+        if no_wait:
+            click.echo(json.dumps(answer)) if as_json else None
+            return
+        results = _waited(runtime, [str(goal["id"]) for goal in goals], quiet=as_json)
+    if as_json:
+        click.echo(json.dumps({**answer, "results": results}, ensure_ascii=False))
+    sys.exit(0 if all(told["code"] == 0 for told in results) else 1)
+
+
+def _waited(runtime: Running, ids: Sequence[str], quiet: bool) -> list[dict[str, Any]]:
+    """The results, in order, each said when it comes."""
+    progress, results = SoFar(sys.stderr, quiet), list[dict[str, Any]]()
+    try:
+        for id in ids:
+            told = _result(runtime, id, progress)
+            progress.clear()
+            results.append(told)
+            if not quiet:
+                click.echo(told["sentence"])
+    except KeyboardInterrupt:
+        progress.clear()
+        for id in reversed(ids[len(results) :]):  # or the next would begin
+            runtime.ask("cancel", {"id": id, "reason": STOPPED}, TAKEN_S)
+            click.echo(f"{id}: cancelled", err=True)
+        sys.exit(130)
+    return results
+
+
+def _result(runtime: Running, id: str, progress: "SoFar") -> dict[str, Any]:
+    """What came of a goal, when it has ended; BusError when that will not be known."""
+    away_s: float | None = None
+    while True:
+        try:
+            told = runtime.ask("result", {"id": id, "wait": False})
+            away_s = None
+        except BusError:
+            away_s = time.monotonic() if away_s is None else away_s
+            if time.monotonic() - away_s > AWAY_S:
+                raise
+            progress.say("nobody answers: is the service started anew?")
+            time.sleep(EVERY_S)
+            continue
+        if "error" in told:
+            raise BusError(f"{runtime.where}: {told['error']}: the service was started anew")
+        if told["result"] is not None:
+            return told
+        progress.show(told)
+        time.sleep(EVERY_S)
+
+
+class SoFar:
+    """On a terminal one line that is drawn anew; elsewhere a line where something has changed."""
+
+    def __init__(self, out: TextIO, quiet: bool) -> None:
+        self._out, self._quiet, self._in_place = out, quiet, out.isatty()
+        self._said = ""
+
+    def show(self, told: Mapping[str, Any]) -> None:
+        """How a goal stands that has not ended, as `rfnav/result` answers it."""
+        newest = told["feedback"]
+        if told["ahead"] or not newest:
+            self.say(f"{told['id']}: waits for {told['ahead']} before it" if told["ahead"] else "")
+            return
+        spent = f", {newest['usd']:.3f} USD" if newest.get("usd") else ""
+        so_far = f"{newest['elapsed_s']:.0f} s, {newest['driven_m']:.1f} m{spent}"
+        left = f"{newest['frontiers']} frontiers left"
+        self.say(str(newest["reason"] or newest["state"]), f"{so_far}, {left}")
+
+    def say(self, what: str, so_far: str = "") -> None:
+        if self._quiet or not what or (what == self._said and not self._in_place):
+            return
+        self._said = what
+        line = f"{what} ({so_far})" if so_far else what
+        if self._in_place:
+            self._out.write(
+                f"{START}{line[: shutil.get_terminal_size().columns - 1]}{REST_OF_LINE}"
+            )
+            self._out.flush()
+        else:
+            self._out.write(f"{line}\n")
+
+    def clear(self) -> None:
+        """A line of another kind follows."""
+        if self._in_place and self._said:
+            self._out.write(f"{START}{REST_OF_LINE}")
+            self._out.flush()
+        self._said = ""
