@@ -4,17 +4,17 @@
 #   install.sh [--wheel FILE] [--wheels DIR] [--models DIR]
 #   install.sh --rollback
 #
-# FILE: of RF-NAV, the newest in DIR unless told. DIR: wheels of all that it needs, `wheels` beside
-# this script unless told; where there is none, pip's index is asked. `--models`: what `rfnav models
-# pull` would fetch, `models` beside this script unless told.
+# FILE: of RF-NAV, the newest in DIR unless told. DIR: wheels of all that it needs, as scripts/bundle
+# puts them into `wheels` beside this script; nothing else is installed. `--models`: what `rfnav
+# models pull` would fetch, `models` beside this script unless told.
 #
 # Versions lie side by side in /opt/rf-nav, with links to the current and the previous one, to which
 # --rollback goes back. /etc/rf-nav is written once and never again; /var/lib/rf-nav is the
 # service's. Run again it changes nothing that is right. Exit status: 0 done, 1 installed, but it
-# does not start, 2 nothing was changed.
+# does not start, 2 not installed: what ran goes on.
 set -euo pipefail
 umask 022
-opt=/opt/rf-nav etc=/etc/rf-nav state=/var/lib/rf-nav
+opt=/opt/rf-nav etc=/etc/rf-nav var=/var/lib/rf-nav
 units=/usr/local/lib/systemd/system command=/usr/local/bin/rfnav
 here=$(dirname "$(readlink -f "$0")")
 say() { printf 'install: %s\n' "$*" >&2; }
@@ -33,7 +33,7 @@ done
 
 # What stands in the way, all of it, a line each.
 needed() {
-  local wrong=0 missing
+  local wrong=0
   trouble() { say "$*"; wrong=1; }
   [ "$(id -u)" = 0 ] || trouble "only root may install: sudo $0"
   [ -d /run/systemd/system ] || trouble "systemd does not run here: it is what the service is for"
@@ -45,19 +45,13 @@ needed() {
     trouble "Python cannot make environments: apt-get install python3-venv"
   fi
   ldconfig -p | grep -q 'libgomp\.so\.1 ' || trouble "libgomp.so.1 is missing: apt-get install libgomp1"
-  if ! compgen -G "$wheels/llama_cpp_python-*.whl" >/dev/null; then
-    missing=""
-    for tool in cc c++ cmake; do command -v $tool >/dev/null || missing+=" $tool"; done
-    [ -z "$missing" ] ||
-      trouble "llama-cpp-python has to be compiled here, without:$missing: apt-get install build-essential cmake, or bring its wheel in $wheels"
-  fi
   return "$wrong"
 }
 
 # The environment of a version, whole or not there at all.
 build() {
-  local place=$1 pip log from=()
-  [ -e "$place/complete" ] && return
+  local place=$1 pip log
+  [ -e "$place/complete" ] && "$place/bin/rfnav" --help >/dev/null 2>&1 && return
   rm -rf "$place"
   log=$(mktemp)
   # As they are called now:
@@ -65,16 +59,7 @@ build() {
   trap "rm -rf '$place' '$log'" EXIT
   python3 -m venv "$place"
   pip=("$place/bin/python" -m pip --disable-pip-version-check --no-input --quiet)
-  if [ -d "$wheels" ]; then from=(--no-index --find-links "$wheels"); fi
-  python3 - "$wheel" >"$place/constraints.txt" <<'PYTHON'
-import sys
-import zipfile
-
-with zipfile.ZipFile(sys.argv[1]) as wheel:
-    name = next(n for n in wheel.namelist() if n.endswith("/share/rf-nav/constraints.txt"))
-    sys.stdout.write(wheel.read(name).decode())
-PYTHON
-  "${pip[@]}" install --no-compile "${from[@]}" -c "$place/constraints.txt" "$wheel" >"$log" 2>&1 ||
+  "${pip[@]}" install --no-compile --no-index --find-links "$wheels" "$wheel" >"$log" 2>&1 ||
     fail "$(basename "$wheel"): not installed: $(grep -i error "$log" | tail -1)"
   "$place/bin/python" -m compileall -q -j 0 "$place/lib" >/dev/null || true # what is for other Pythons fails
   touch "$place/complete"
@@ -83,7 +68,7 @@ PYTHON
 }
 
 as_service() { # a command with the service's user and places
-  setpriv --reuid rf-nav --regid rf-nav --init-groups --no-new-privs env -i PATH="$PATH" HOME=$state \
+  setpriv --reuid rf-nav --regid rf-nav --init-groups --no-new-privs env -i PATH="$PATH" HOME=$var \
     XDG_STATE_HOME=/var/lib XDG_DATA_HOME=/var/lib XDG_CACHE_HOME=/var/lib "$@"
 }
 
@@ -92,13 +77,13 @@ furnish() {
   local place=$1
   systemd-sysusers "$place/share/rf-nav/systemd/rf-nav.sysusers" 2>/dev/null
   install -d -m 0755 "$etc"
-  install -d -m 0700 -o rf-nav -g rf-nav "$state"
+  install -d -m 0700 -o rf-nav -g rf-nav "$var"
   [ -e "$etc/robot.toml" ] ||
     install -m 0640 -g rf-nav "$place/share/rf-nav/robot.toml" "$etc/robot.toml"
   if [ -d "$models" ]; then
-    install -d -m 0700 -o rf-nav -g rf-nav "$state/models"
-    cp -rn "$models/." "$state/models/"
-    chown -R rf-nav:rf-nav "$state/models"
+    install -d -m 0700 -o rf-nav -g rf-nav "$var/models"
+    cp -rn "$models/." "$var/models/"
+    chown -R rf-nav:rf-nav "$var/models"
   fi
   as_service "$place/bin/rfnav" models pull >/dev/null 2>"$place/said" ||
     fail "models: $(tail -1 "$place/said"); bring them with --models, or try again with a network"
@@ -107,9 +92,9 @@ furnish() {
 
 # Makes a version the one that runs, or will; it is started anew where one ran.
 switch() {
-  local name=$1 before runs=""
+  local name=$1 before state
   before=$(readlink "$opt/current" || true)
-  ! systemctl is-active --quiet rf-nav.service || runs=yes
+  state=$(systemctl is-active rf-nav.service || true)
   [ -z "$before" ] || [ "$before" = "$name" ] || ln -sfn "$before" "$opt/previous"
   ln -sfn "$name" "$opt/current"
   ln -sfn "$opt/current/bin/rfnav" "$command"
@@ -120,11 +105,15 @@ switch() {
   systemctl enable --quiet rf-nav.service
   as_service "$opt/current/bin/rfnav" check --config "$etc/robot.toml" >/dev/null ||
     say "correct that in $etc/robot.toml; until then it does not start"
-  if [ -z "$runs" ]; then
+  if [ "$state" = inactive ]; then
     say "$name is installed; when $etc/robot.toml is your robot's: systemctl start rf-nav"
-  elif [ "$before" = "$name" ]; then
+    return
+  elif [ "$state $before" = "active $name" ]; then
     say "$name is there already, and runs"
-  elif systemctl restart rf-nav-guard.service rf-nav.service; then
+    return
+  fi
+  systemctl reset-failed rf-nav.service 2>/dev/null || true
+  if systemctl restart rf-nav-guard.service rf-nav.service; then
     say "$name runs; back to the version before: $opt/current/share/rf-nav/install.sh --rollback"
   else
     say "$name does not start: journalctl -u rf-nav says why; back: $opt/current/share/rf-nav/install.sh --rollback"

@@ -46,6 +46,7 @@ credential = "rf-nav.cloud-key"
 """
 RESTS = "systemctl show -p SubState --value rf-nav | grep -qx running"
 STARVED_BYTES = 1 << 20
+ROLLBACK = "/opt/rf-nav/current/share/rf-nav/install.sh"
 EVERYTHING = (
     "find / -xdev \\( -path /proc -o -path /run -o -path /tmp -o -path /var/log -o -path /bundle"
     " -o -path /newer \\) -prune -o -print | sort"
@@ -155,11 +156,7 @@ def test_what_is_in_the_way_is_told_a_line_each_and_nothing_is_changed(life: Lif
     before = life.machine.shell(EVERYTHING)
     done = life.machine.run("/bundle/install.sh", "--wheels", "/nowhere")
     assert done.returncode == 2
-    assert re.fullmatch(
-        r"install: /nowhere/rf_nav-\*\.whl: no wheel; .*\n"
-        r"install: llama-cpp-python has to be compiled here, without: cc c\+\+ cmake: .*\n",
-        done.stderr,
-    )
+    assert re.fullmatch(r"install: /nowhere/rf_nav-\*\.whl: no wheel; .*\n", done.stderr)
     assert life.machine.shell(EVERYTHING) == before
 
 
@@ -267,10 +264,21 @@ def test_it_is_upgraded_and_goes_back(life: Life) -> None:
     assert f"tcp/127.0.0.1:{life.port}" in machine.shell(f"cat {CONFIG}")
     life.drives()
 
-    back = machine.run("/opt/rf-nav/current/share/rf-nav/install.sh", "--rollback")
+    back = machine.run(ROLLBACK, "--rollback")
     assert back.returncode == 0, back.stderr
     assert machine.shell("readlink /opt/rf-nav/current") == was
     assert f"/opt/rf-nav/{was}/" in running(life)
+    life.ready()
+
+
+def test_one_that_does_not_start_is_told_with_the_way_back(life: Life) -> None:
+    life.machine.shell(f"echo '[' >{CONFIG}")
+    done = life.machine.run(ROLLBACK, "--rollback")
+    assert done.returncode == 1
+    assert re.search(r"99\.0\.0-\w+ does not start: .*; back: .*--rollback\n", done.stderr)
+    life.configure()
+    done = life.machine.run(ROLLBACK, "--rollback")
+    assert done.returncode == 0, done.stderr
     life.ready()
     life.drives()
 
