@@ -11,12 +11,12 @@ from runtime.core.types import Pose
 from runtime.robot import wire
 from runtime.robot.session import LABELS, BusConfig
 
-CHAIR = {"chair": (1.8, 3.6, 0.3)}
+CHAIR = {"chair": (1.25, 4.25, 0.3)}
 STAMP = struct.Struct("<iI")  # at byte 4 of a message with a header
 
 
 class LabelledRobot(RobotDouble):
-    """It has a chair to find, two metres behind it."""
+    """It has a chair to find, three metres behind it."""
 
     def __init__(self, config: BusConfig, **more: Any) -> None:
         home = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, -0.5))
