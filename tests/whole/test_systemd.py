@@ -2,6 +2,7 @@
 wheels, asked for things by a robot on this computer, killed, frozen, starved, upgraded, removed.
 The tests are one life, in order."""
 
+import json
 import os
 import re
 import subprocess
@@ -182,6 +183,21 @@ def test_it_starts_takes_a_goal_and_finds_it(life: Life) -> None:
     assert life.machine.shell("ls /var/lib/rf-nav/searches")
     owners = "find /var/lib/rf-nav -not -user rf-nav -o -type f -perm /077"
     assert life.machine.shell(owners) == ""
+
+
+def test_its_journal_has_fields_and_it_says_how_it_stands_and_why(life: Life) -> None:
+    life.drives()
+    life.robot.ask("cancel")
+    told = life.machine.shell("journalctl -u rf-nav RFNAV_EVENT=result -n 1 -o json --no-pager")
+    entry = json.loads(told)
+    assert (entry["RFNAV_RESULT"], entry["PRIORITY"]) == ("cancelled", "5")
+    assert entry["_SYSTEMD_UNIT"] == "rf-nav.service"
+    assert {"ready", "searching"} & set(life.machine.shell("journalctl -F RFNAV_STATE").split())
+    assert "-> ready" in life.machine.told("journalctl", "-t", "rfnav", "-o", "cat", "--no-pager")
+    ask = "/opt/rf-nav/current/bin/rfnav {} --config " + CONFIG
+    status = json.loads(life.machine.told("sh", "-c", ask.format("status --json")))
+    assert status["runtime"]["state"] == "ready"
+    assert life.machine.shell(ask.format("why")).startswith("Now: no search.\n\nDecision ")
 
 
 def test_killed_it_is_back_and_meanwhile_the_guard_has_stopped_the_base(life: Life) -> None:
