@@ -10,6 +10,7 @@ from runtime.tracing.stages import Stage
 
 WRONG_STATES: Final = ("fault", "stopped", "held", "degraded")
 ERROR_CHARS: Final = 160
+LINE_CHARS: Final = 1000
 STREAM_COLUMNS, STAGE_COLUMNS = 44, 10
 Status = Mapping[str, Any]
 
@@ -30,7 +31,7 @@ def wrong(status: Status, needed: Sequence[str]) -> list[str]:
         found.append(f"cloud: {error}")
     if lost := status.get("journal_lost"):
         found.append(str(lost))
-    return [_printable(line, ERROR_CHARS) for line in found]
+    return [printable(line, ERROR_CHARS) for line in found]
 
 
 def screen(status: Status, before: Status, needed: Sequence[str], budgets: Budgets) -> list[str]:
@@ -47,7 +48,7 @@ def screen(status: Status, before: Status, needed: Sequence[str], budgets: Budge
         *_stages(status, budgets),
         *_itself(status),
     ]
-    return [_printable(line, 400) for line in lines]
+    return [printable(line) for line in lines]
 
 
 def _standing(runtime: Status) -> str:
@@ -160,5 +161,6 @@ def _table(table: Status, name: str) -> dict[str, Any]:
     return value if isinstance(value, dict) else {}
 
 
-def _printable(line: str, most: int) -> str:
+def printable(line: str, most: int = LINE_CHARS) -> str:
+    """What came from elsewhere may say anything: what a terminal would obey is left out."""
     return "".join(c if c.isprintable() else " " for c in line)[:most]

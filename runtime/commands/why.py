@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from runtime.commands.running import running
+from runtime.commands.status_screen import printable
 from runtime.config import load
 from runtime.core.motion.stops import stop_in_full
 from runtime.core.voting.in_full import in_full
@@ -54,11 +55,12 @@ def why_command(
         with running(load(path, settings).bus) as runtime:
             answer = runtime.ask("why", body)
     if "error" in answer:
-        click.echo(f"rfnav: {answer['error']}", err=True)
+        click.echo(f"rfnav: {printable(str(answer['error']))}", err=True)
         sys.exit(1)
     if stop or journal is not None:
         answer = {kind: answer.get(kind)}
-    click.echo(json.dumps(answer, ensure_ascii=False) if as_json else "\n".join(_lines(answer)))
+    lines = [json.dumps(answer)] if as_json else map(printable, _lines(answer))
+    click.echo("\n".join(lines))
 
 
 def _lines(answer: dict[str, Any]) -> Iterable[str]:

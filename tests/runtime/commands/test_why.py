@@ -43,7 +43,8 @@ def test_the_last_decision_and_the_last_stop(answered):
     done = ask()
     told = "Now: look at mug 7.\n\nDecision 4.\n  as told\n\nStop 2.\n"
     assert (done.output, done.exit_code) == (told, 0)
-    assert ask("--stop").output == "Stop 2.\n"
+    answer.update(stop={"number": 2, "in_words": ["Stop 2\x1b[31m."]})
+    assert ask("--stop").output == "Stop 2 [31m.\n"  # nothing that a terminal would obey
     assert heard == [{}, {}]
 
 
