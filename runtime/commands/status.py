@@ -1,6 +1,7 @@
 """`rfnav status`: how the running service stands."""
 
 import json
+import os
 import shutil
 import sys
 import time
@@ -62,7 +63,7 @@ def _needed(config: Config) -> tuple[str, ...]:
 def _watched(runtime: Running, needed: Sequence[str], as_json: bool) -> list[str]:
     """Print it again and again until Ctrl-C; what was wrong last. A service that is away for a
     while is waited for."""
-    in_place = sys.stdout.isatty() and not as_json
+    in_place = sys.stdout.isatty() and os.environ.get("TERM") != "dumb" and not as_json
     before, problems = dict[str, Any](), list[str]()
     with suppress(KeyboardInterrupt):
         while True:

@@ -1,7 +1,9 @@
 """rfnav status: what it prints, again and again where asked, and what it ends with."""
 
 import json
+import sys
 from collections.abc import Callable, Iterator
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -92,6 +94,27 @@ def test_watching_goes_on_until_ctrl_c(
     monkeypatch.setattr(module.time, "sleep", Nights(1))
     lines = ask("--watch", "--json").output.splitlines()
     assert [json.loads(line)["wrong"] for line in lines] == [[], []]
+
+
+@pytest.mark.parametrize(
+    ("term", "as_json", "drawn"), [("xterm", (), 1), ("dumb", (), 0), ("xterm", ("--json",), 0)]
+)
+def test_it_is_drawn_where_a_terminal_can(
+    term: str,
+    as_json: tuple[str, ...],
+    drawn: int,
+    answered: tuple[Ask, dict[str, Any]],
+    monkeypatch: pytest.MonkeyPatch,
+):
+    class Terminal:
+        def isatty(self) -> bool:
+            return True
+
+    ask, _ = answered
+    monkeypatch.setenv("TERM", term)
+    monkeypatch.setattr(module, "sys", SimpleNamespace(stdout=Terminal(), exit=sys.exit))
+    monkeypatch.setattr(module.time, "sleep", Nights(0))
+    assert ask("--watch", *as_json).output.count("\x1b[H") == drawn
 
 
 def test_on_a_terminal_it_is_drawn_in_place(monkeypatch: pytest.MonkeyPatch):
