@@ -3,10 +3,8 @@ bounded. One thread owns it."""
 
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
-
-import numpy as np
 
 from runtime.core.motion.safety import HaltKind
 from runtime.core.motion.stops import BaseStop, stop_in_full
@@ -22,11 +20,20 @@ ASKED: Final = ("decision", "stop")
 HIGHEST: Final = 1_000_000_000
 
 
+@dataclass(frozen=True)
+class RememberedDecision:
+    """In words alone: what it was made on takes thirty times the memory."""
+
+    number: int
+    goal: str
+    in_words: tuple[str, ...]
+
+
 class Recollection:
     """Times are monotonic seconds."""
 
     def __init__(self) -> None:
-        self._decisions: deque[ToldDecision] = deque(maxlen=DECISIONS_KEPT)
+        self._decisions: deque[RememberedDecision] = deque(maxlen=DECISIONS_KEPT)
         self._stops: deque[BaseStop] = deque(maxlen=STOPS_KEPT)
         self._stopped = 0
 
@@ -42,8 +49,8 @@ class Recollection:
     ) -> None:
         """A decision that was adopted: the `number`th of its search, on these frontiers."""
         at = {f.id: (float(f.goal_xy[0]), float(f.goal_xy[1])) for f in frontiers}
-        told = number, goal, decision, _without_pictures(brief), at, heads_for, elapsed_s
-        self._decisions.append(ToldDecision(*told))
+        told = ToldDecision(number, goal, decision, brief, at, heads_for, elapsed_s)
+        self._decisions.append(RememberedDecision(number, goal, in_full(told)))
 
     def stood(self, now_s: float, state: str, cause: str) -> None:
         """How the runtime stands from now on: `loops.standing.RunStanding`."""
@@ -73,8 +80,7 @@ class Recollection:
         """Of several of that number the newest: each search counts from 1."""
         kept = [d for d in self._decisions if number in (None, d.number)]
         if kept:
-            last = kept[-1]
-            return {"number": last.number, "goal": last.goal, "in_words": in_full(last)}
+            return vars(kept[-1])
         if number is None:
             return None
         raise ConfigError(f"why: decision {number}: {_range([d.number for d in self._decisions])}")
@@ -111,8 +117,3 @@ def _range(numbers: Sequence[int]) -> str:
     if not numbers:
         return "there was none yet"
     return f"is not remembered; {min(numbers)} to {max(numbers)} are"
-
-
-def _without_pictures(brief: Brief) -> Brief:
-    bare = (replace(f, view=np.zeros(0, np.float32), image=b"") for f in brief.frontiers)
-    return replace(brief, frontiers=tuple(bare))
