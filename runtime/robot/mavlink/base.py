@@ -144,7 +144,7 @@ class MavlinkBase:
                 over = self._clock.now_s() - ended_s > FAREWELL_S
                 with self._lock:
                     if over or self._link is None or self._takeover.idle:
-                        break
+                        return
             try:
                 self._turn()
             except BaseError as error:
@@ -236,7 +236,7 @@ class MavlinkBase:
         vehicle = self._vehicle
         if vehicle.autopilot is None or self._broken:
             nobody = f"no vehicle on {self._address} yet"
-            return self._broken or vehicle.unfit(now_s) or nobody
+            return self._broken or vehicle.stranger or nobody
         return vehicle.unfit(now_s) or self._takeover.lacks(vehicle)
 
     def _send(self, message: Any) -> str:
