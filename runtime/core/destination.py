@@ -18,6 +18,7 @@ from runtime.core.mapping.windows import disc_window, part_frame
 from runtime.core.mapping.zones import Zone, room_within
 from runtime.core.motion.courses import Spin, Toward
 from runtime.core.settings import NavigateConfig
+from runtime.core.trying_again import look_again
 from runtime.core.types import F64, I32, Action, Frontier, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward
 
@@ -177,11 +178,13 @@ def _nearest(world: World, to: Destination, hope: _Hope) -> Frontier | None:
 
 
 def _other_resort(world: World, to: Destination, cfg: NavigateConfig) -> Command:
-    """What was given up is tried again, then tight gaps; then the place is."""
+    """What was given up is tried again, then tight gaps, then ways that were open before; then the
+    place is given up."""
     explored = world.explored
     resort = explored.resort.next()
     if resort is None or resort > Resort.TIGHT:
-        return _given_up(to, "no way leads there, and nothing is left to explore")
+        why = "no way leads there, and nothing is left to explore"
+        return look_again(world, cfg, wait=True) or _given_up(to, why)
     explored.resort = resort
     if resort is Resort.RETRY:
         explored.given_up[:] = False

@@ -223,8 +223,7 @@ class World:
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)
     pursuit: Pursuit = field(default_factory=Pursuit)
-    held_up: set[int] = field(default_factory=set)
-    """Objects that were believed to be the goal, and to which the robot came no nearer."""
+    held_up: set[int] = field(default_factory=set)  # believed to be the goal, and come no nearer to
 
     @classmethod
     def begin(

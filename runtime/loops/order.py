@@ -16,7 +16,7 @@ from runtime.loops.goal_request import GoalRequest, Terms
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.perception.goal_words import Goal
 from runtime.record import Record
-from runtime.service.bounds import ANYWHERE, Bounds, place_words
+from runtime.service.bounds import ANYWHERE, GoalBounds, place_words
 from runtime.service.goal_queue import WAITING
 from runtime.service.limits import NO_LIMITS, GoalLimits
 
@@ -78,7 +78,7 @@ class Order:
     id: str = ""  # of the goal, as whoever asked was told
     limits: GoalLimits = NO_LIMITS
     returns: bool = False  # the robot is to go back to where it began
-    bounds: Bounds = ANYWHERE
+    bounds: GoalBounds = ANYWHERE
 
     @property
     def names(self) -> tuple[str, ...]:

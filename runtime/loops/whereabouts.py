@@ -14,7 +14,7 @@ from runtime.core.types import Action
 from runtime.core.world import Command, Mode, World
 from runtime.journal import Journal
 from runtime.record import Record
-from runtime.service.bounds import ANYWHERE, Bounds
+from runtime.service.bounds import ANYWHERE, GoalBounds
 
 
 class ZoneKeeper(Protocol):
@@ -26,7 +26,7 @@ class ZoneKeeper(Protocol):
     def unbound(self) -> str:
         """Why no goal can be taken; "" where one can."""
 
-    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         """Where a goal binds the robot to, of those types of rooms; ConfigError."""
 
 
@@ -39,7 +39,7 @@ class NoZones:
     def unbound(self) -> str:
         return ""
 
-    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         return ANYWHERE
 
 
@@ -49,7 +49,7 @@ class Whereabouts:
     `drawn`: the zones that were on the map last."""
 
     keeper: ZoneKeeper = field(default_factory=NoZones)
-    bounds: Bounds = ANYWHERE
+    bounds: GoalBounds = ANYWHERE
     entered: bool = False
     drawn: tuple[Zone, ...] = ()
 

@@ -21,7 +21,7 @@ from runtime.replay.models_again import ModelsAgain
 from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script, Turn
 from runtime.replay.stand_ins import Film, FilmBus, FilmClock, FilmDecisions, FilmLooks, FilmModels
-from runtime.service.bounds import ANYWHERE, Bounds
+from runtime.service.bounds import ANYWHERE, GoalBounds
 from runtime.service.telemetry import Telemetry, untold
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.tracer import Tracer
@@ -131,9 +131,9 @@ class FilmZones:
     def unbound(self) -> str:
         return ""
 
-    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         told = self._film.turn.heard["bounds"]
-        return read(told[0], Bounds) if told else ANYWHERE
+        return read(told[0], GoalBounds) if told else ANYWHERE
 
 
 def _in_real_time(

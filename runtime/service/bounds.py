@@ -23,7 +23,7 @@ PlaceOf = Callable[[str], Pose | None]
 
 
 @dataclass(frozen=True)
-class Bounds:
+class GoalBounds:
     """In the map frame. Of an `area` the robot is kept within; `room`: the type that is searched,
     "" for all; `to`: where it goes to, and looks for nothing."""
 
@@ -32,19 +32,19 @@ class Bounds:
     to: Destination | None = None
 
 
-ANYWHERE: Final = Bounds()
+ANYWHERE: Final = GoalBounds()
 
 
 def read_bounds(
     body: Mapping[str, Any], rooms: Sequence[str], origin_xy: tuple[float, float], place: PlaceOf
-) -> Bounds:
+) -> GoalBounds:
     """What a goal request has of `BINDS`, told in odometry's frame, in which the map begins at
     `origin_xy`; ConfigError says what is wrong with it."""
     area, room = None, ""
     if "area" in body:
         area, room = _area(body["area"], rooms, origin_xy, place)
     to = _place(body["go_to"], origin_xy, place) if "go_to" in body else None
-    return Bounds(area, room, to)
+    return GoalBounds(area, room, to)
 
 
 def read_zone(

@@ -17,7 +17,7 @@ from runtime.core.types import Pose
 from runtime.errors import ConfigError, SavedError
 from runtime.private_files import state_directory
 from runtime.robot.wire import Stamped
-from runtime.service.bounds import CHARS, Bounds, PlaceOf, named, read_bounds, read_zone
+from runtime.service.bounds import CHARS, GoalBounds, PlaceOf, named, read_bounds, read_zone
 from runtime.service.saved import save, saved
 from runtime.toml_values import unknown
 
@@ -92,7 +92,7 @@ class Zones:
             f"known where the robot is {SAY_WHERE}, or remove them (rfnav/zones)"
         )
 
-    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> Bounds:
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         """Where a goal binds the robot to; ConfigError."""
         return read_bounds(body, rooms, self._around.origin_xy(), self._around.place)
 

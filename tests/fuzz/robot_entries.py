@@ -39,6 +39,7 @@ from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, CameraConfig
+from runtime.service.bounds import read_bounds
 from runtime.service.telemetry import Telemetry, untold
 from runtime.service.zones import Surroundings, Zones
 
@@ -207,6 +208,7 @@ def request(data: bytes) -> None:
         try:
             if kind == "goal":
                 asked = terms.read(taken.body)
+                read_bounds(asked.binds, ("kitchen",), (0.0, 0.0), lambda name: None)
                 load(None, asked.settings)
                 each = hear_each if asked.several == "in_turn" else hear
                 for text in asked.texts[:2]:
@@ -234,6 +236,9 @@ GOALS = [
         "log_dir": "x/y",
         "settings": ["control.max_speed_mps=0.3", "bus.mode=peer"],
     },
+    {"goal": "bed", "area": {"polygon": [[0, 0], [1.5, 0], [1, 1e3]]}},
+    {"goal": "bed", "area": {"room": "kitchen"}},
+    {"go_to": {"x_m": 1.0, "y_m": -2, "yaw_rad": 3.1}},
     {"goal": "please find the red mug on the kitchen table, not the cup"},
     {"goal": "wo ist mein Kühlschrank"},
     {

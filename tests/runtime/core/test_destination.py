@@ -1,6 +1,7 @@
 """To a place: along what is known, else by exploring; and where no way leads, that is told."""
 
 import math
+from collections.abc import Callable
 
 import pytest
 from apartment import MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
@@ -18,10 +19,16 @@ CFG, RADIUS_M = navigate.NavigateConfig(), 0.18
 
 
 def driven(
-    home: Apartment, to: Destination, limit: int = 250, world: World | None = None, **zones: Zone
+    home: Apartment,
+    to: Destination,
+    limit: int = 250,
+    world: World | None = None,
+    befalls: Callable[[int], None] = lambda step: None,
+    **zones: Zone,
 ) -> tuple[World, list[Command], list[Pose]]:
     commands, poses = [], []
-    for _ in range(limit):
+    for step in range(limit):
+        befalls(step)
         obs = home.observe()
         if world is None:
             world = World.begin("chair", ("chair",), (), obs.pose, RADIUS_M)
@@ -79,6 +86,20 @@ def test_where_no_way_leads_that_is_told_when_nothing_is_left_to_explore(at: tup
     assert [c.reason for c in commands if c.mode is Mode.LOOK][-2:] == [
         "retry what was given up before", "go through gaps that look a little too tight",
     ]  # fmt: skip
+
+
+def test_a_door_that_was_open_before_is_looked_at_again():
+    there = home(2.5, 3.2)
+    door = slice(int(2.6 / 0.02), int(3.9 / 0.02)), slice(int(4.4 / 0.02), int(4.6 / 0.02))
+
+    def befalls(step: int) -> None:
+        if step in (8, 100):
+            there.heights[door] = 2.5 if step == 8 else 0.0
+
+    to = Destination("the sofa", (8.9, 2.2))
+    _, commands, _ = driven(there, to, 400, None, befalls)
+    assert commands[-1].ended is SearchState.ARRIVED
+    assert any("open again" in command.reason for command in commands)
 
 
 def test_a_place_in_a_zone_is_none_to_go_to():

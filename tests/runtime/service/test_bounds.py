@@ -9,14 +9,21 @@ from runtime.core.destination import Destination
 from runtime.core.mapping.zones import wrong_corners
 from runtime.core.types import Pose
 from runtime.errors import ConfigError
-from runtime.service.bounds import ABOUT_M, ANYWHERE, Bounds, place_words, read_bounds, read_zone
+from runtime.service.bounds import (
+    ABOUT_M,
+    ANYWHERE,
+    GoalBounds,
+    place_words,
+    read_bounds,
+    read_zone,
+)
 
 SQUARE = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]]
 ROOMS = ("kitchen", "living room")
 TABLE = Pose(2.0, 1.0, 0.5)
 
 
-def bound(origin_xy: tuple[float, float] = (0.0, 0.0), **body: Any) -> Bounds:
+def bound(origin_xy: tuple[float, float] = (0.0, 0.0), **body: Any) -> GoalBounds:
     return read_bounds(body, ROOMS, origin_xy, {"kitchen table": TABLE}.get)
 
 
@@ -28,7 +35,7 @@ def test_an_area_is_a_polygon_a_type_of_room_or_round_a_place():
     area = bound(area={"polygon": SQUARE}).area
     assert area is not None
     assert (area.area, area.corners_xy) == (True, tuple(map(tuple, SQUARE)))
-    assert bound(area={"room": "Living Room"}) == Bounds(room="living room")
+    assert bound(area={"room": "Living Room"}) == GoalBounds(room="living room")
     area = bound(area={"place": "kitchen table"}).area
     assert area is not None
     assert wrong_corners(area.corners_xy) == ""
