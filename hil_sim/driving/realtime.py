@@ -18,6 +18,7 @@ from typing import Protocol as Port
 
 from hil_sim.driving.base_wires import BaseWire, CmdVelWire
 from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
+from hil_sim.driving.drawn_bounds import UNBOUND, DrawnBounds
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.link import Answer, HarnessError, Runtime
@@ -74,6 +75,7 @@ def run_realtime(
     seed: int = 0,
     renderer: str = "auto",
     wire: BaseWire | None = None,
+    bounds: DrawnBounds = UNBOUND,
 ) -> EpisodeResult:
     """`run_episode` in real time. A protocol of discrete actions gets a base that drives; the time
     allowed is its observations times the time between them. PyBullet's calls for collisions are
@@ -83,8 +85,9 @@ def run_realtime(
     with CameraProcess(home.scene, protocol, episode.id, seed, renderer) as camera:
         play = partial(drive, camera=camera, base_wire=wire)
         return run_episode(
-            episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play
-        )
+            episode, home, runtime, protocol, method, log_dir, watch, faults, seed, play,
+            bounds=bounds,
+        )  # fmt: skip
 
 
 @dataclass

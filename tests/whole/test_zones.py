@@ -5,6 +5,7 @@ import itertools
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from places import TESTS
@@ -12,8 +13,9 @@ from places import TESTS
 from hil_sim.driving.drawn_bounds import Corners, DrawnBounds
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
-from hil_sim.driving.link import Runtime
+from hil_sim.driving.link import Runtime, rfnav_command
 from hil_sim.driving.methods import method_named
+from hil_sim.driving.realtime import run_realtime
 from hil_sim.driving.rig import home_of, open_world
 from hil_sim.ground_truth.episodes import Episode, Start
 from hil_sim.scenes.furniture.assets import Assets
@@ -24,6 +26,7 @@ from runtime.core.mapping.zones import Zone
 pytestmark = pytest.mark.slow  # whole processes
 PROTOCOL = replace(HM3D, width=320, height=240)  # as where true labels are told
 METHOD, RADIUS_M = "oracle-perception/closest", 0.18
+SETTINGS = (*method_named(METHOD).start, "panel.experts=[]")
 EPISODE = Episode("e", "flat", Start(0.5, 0.6, 0.0), "toilet", 3.0)
 RUG = (1.2, -0.1), (1.8, -0.1), (1.8, 1.0), (1.2, 1.0)  # across the short way
 DOOR = (2.6, 1.2), (3.6, 1.2), (3.6, 2.6), (2.6, 2.6)
@@ -35,10 +38,9 @@ Search = Callable[[DrawnBounds], tuple[EpisodeResult, list[tuple[float, float]]]
 def search(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Search]:
     """A search for the toilet; where the robot truly was, from observation to observation."""
     out = tmp_path_factory.mktemp("zones")
-    settings = (*method_named(METHOD).start, "panel.experts=[]")
     with (
         open_world(open_scene(str(TESTS / "refs/flat.json")), Assets(), "auto") as world,
-        Runtime(out / "log", settings=settings) as runtime,
+        Runtime(out / "log", settings=SETTINGS) as runtime,
     ):
         from hil_sim.ground_truth.truth import SceneTruth
 
@@ -89,3 +91,18 @@ def test_an_area_is_not_left(search: Search):
     assert not result.success
     assert str(result.ended) == "stop"
     assert all(Zone("", BEDROOM).outside_m(xy) <= -RADIUS_M for xy in been)
+
+
+def test_in_real_time_no_course_cuts_a_corner_into_a_zone(tmp_path: Path):
+    with (
+        open_world(open_scene(str(TESTS / "refs/flat.json")), Assets(), "auto") as world,
+        Runtime(tmp_path / "log", None, SETTINGS, rfnav_command(())) as runtime,
+    ):
+        from hil_sim.ground_truth.truth import SceneTruth
+
+        home = home_of(world, SceneTruth(world, Assets()), PROTOCOL, EPISODE.goal)
+        asked = EPISODE, home, runtime, PROTOCOL, METHOD, tmp_path / "e"
+        result = run_realtime(*asked, bounds=DrawnBounds({"rug": RUG}))
+    rows = [json.loads(line) for line in (tmp_path / "e/track.jsonl").read_text().splitlines()]
+    assert result.success, (result.ended, result.reason)
+    assert RADIUS_M <= nearest_m(RUG, [(row["x"], row["y"]) for row in rows]) < 0.5
