@@ -111,7 +111,7 @@ class Drive:
             return None
         since_s = self.feedback.began_s if self.first_s is None else self.first_s
         elapsed_s = now_s - since_s - self.feedback.led_s
-        end = self.search.order.limits.passed(elapsed_s, self.feedback.way_m())
+        end = self.search.passed(elapsed_s, self.feedback.way_m())
         return self._or_back(end) if end is not None else None
 
     def pause(self, by: str) -> None:

@@ -34,6 +34,7 @@ from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
 from runtime.robot.labels import read_labels
 from runtime.service.bounds import ANYWHERE
+from runtime.service.outcomes import GoalEnd
 
 JOURNAL_FILE = "decisions.jsonl"
 
@@ -147,6 +148,10 @@ class Search:
     def act(self, world: World) -> Command:
         """What to do now, where it may."""
         return self.whereabouts.act(world, self.config.navigate)
+
+    def passed(self, elapsed_s: float, driven_m: float) -> GoalEnd | None:
+        """How it ends by now, whatever is seen: by its limits, or lost."""
+        return self.order.limits.passed(elapsed_s, driven_m) or self.whereabouts.lost(self.record)
 
     def inherit(self, before: World, models: SearchModels) -> None:
         """Begin with another search's map and memory, of the same odometry frame: what it has seen

@@ -10,11 +10,12 @@ from runtime.core.destination import into, is_within, left_area
 from runtime.core.mapping.zones import Zone
 from runtime.core.motion.courses import Spin
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action
+from runtime.core.types import Action, SearchState
 from runtime.core.world import Command, Mode, World
 from runtime.journal import Journal
 from runtime.record import Record
 from runtime.service.bounds import ANYWHERE, GoalBounds
+from runtime.service.outcomes import FailCause, GoalEnd
 
 
 class ZoneKeeper(Protocol):
@@ -58,9 +59,18 @@ class Whereabouts:
         """Whether the robot looks for something: it goes to no place, and is where it may look."""
         return self.bounds.to is None and (self.bounds.area is None or self.entered)
 
+    def lost(self, record: Record) -> GoalEnd | None:
+        """How a search ends by now where it is not known any more where zones lie."""
+        why = self.keeper.unbound()
+        if not why:
+            return None
+        record("heard", {"name": "lost", "value": why})
+        return GoalEnd(SearchState.FAILED, why, FailCause.NOT_LOCALISED)
+
     def keep(self, world: World, journal: Journal, record: Record) -> None:
-        """Have on the map what is kept out of now."""
-        drawn, area = self.keeper.now(), self.bounds.area
+        """Have on the map what is kept out of now; what was, while nobody knows where that lies."""
+        area, lost = self.bounds.area, bool(self.keeper.unbound())
+        drawn = self.drawn if lost else self.keeper.now()
         if drawn != self.drawn:
             self.drawn = drawn
             record("heard", {"name": "zones", "value": drawn})

@@ -129,7 +129,8 @@ class FilmZones:
         return self._zones
 
     def unbound(self) -> str:
-        return ""
+        told = self._film.turn.heard["lost"]
+        return str(told[0]) if told else ""
 
     def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         told = self._film.turn.heard["bounds"]

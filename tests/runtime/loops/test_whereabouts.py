@@ -224,3 +224,23 @@ def test_a_place_may_wait_for_its_turn(bench: Bench):
     assert bench.life.told()["id"] == waits["id"]
     bench.frames(2)
     assert bench.mode == "place"
+
+
+def test_a_search_ends_where_it_is_not_known_any_more_where_zones_lie(tmp_path: Path):
+    frames: list[Pose | None] = [Pose(0.0, 0.0, 0.0)]
+    zones = Zones(None, Surroundings(lambda: None, lambda: (0.0, 0.0), lambda: frames[0]))
+    assert zones.answer({"add": "the hall", "polygon": HALL})["accepted"]
+    bench = Bench(tmp_path, zones=zones)
+    id = bench.ask()["id"]
+    bench.frames(2)
+    assert bench.life.drive is not None
+    world = bench.life.drive.search.world
+    assert world is not None
+    kept = world.map.zones.zones
+    assert [zone.name for zone in kept] == ["the hall"]
+    frames[0] = None
+    bench.frames()
+    told = bench.result(id)
+    assert (told["result"], told["cause"], told["code"]) == ("failed", "not_localised", 4714)
+    assert world.map.zones.zones == kept  # until it stands
+    bench.close()
