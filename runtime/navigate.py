@@ -12,6 +12,7 @@ from runtime.core import destination, homeward, progress
 from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.destination import Destination
 from runtime.core.exploration import explore, with_frontiers
+from runtime.core.hinted import look_where_said
 from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, grid, keyframes, scanning
@@ -171,12 +172,13 @@ def adopt(world: World, decision: Decision) -> None:
 
 def act(world: World, cfg: NavigateConfig) -> Command:
     """What to do now: finish the first look, else leave what is kept out of, else go to the target,
-    else to the elected frontier, else look again at ways that were closed. Whoever sends the
-    command books what was sent (`steer`, `BaseState.told`)."""
+    else to where it was said to be, else to the elected frontier, else look again at ways that were
+    closed. Whoever sends the command books what was sent (`steer`, `BaseState.told`)."""
     command = (
         _look_around(world, cfg)
         or leave(world, cfg)
         or approach_target(world, cfg)
+        or look_where_said(world, cfg)
         or explore(world, cfg)
         or look_again(world, cfg)
         or _finish(world, cfg)

@@ -75,7 +75,8 @@ def _candidate(world: World, least: float | None) -> _Candidate | None:
     """The candidate that is gone to first, of those that can be faced from somewhere."""
     aim, goal = world.pursuit.aim, world.goal
     after = aim.kind in (AimKind.TARGET, AimKind.SIDE, AimKind.FACE)
-    away = functools.partial(candidates.on_foot_m, world.reach)
+    said = candidates.said_places(world.semantic, world.explored.hint.near)
+    away = functools.partial(candidates.as_said_m, world.reach, said)
     ranked = candidates.ranked(world.semantic, goal, away, least, aim.id if after else None)
     for thing in ranked:
         alone = candidates.apart(thing, world.semantic)

@@ -112,6 +112,19 @@ class Detections:
     """(N,) depth of each object's own pixels where the detector knows it, else (0,)."""
 
 
+@dataclass
+class Hint:
+    """Where a goal was said to be: `near` things, in `rooms`, by the names that those have on the
+    map; and what was visited of it."""
+
+    near: tuple[str, ...] = ()
+    rooms: tuple[str, ...] = ()
+    visited: set[int] = field(default_factory=set)  # things, by id
+    places: int = 0  # of rooms, so far
+    place_xy: tuple[float, float] | None = None  # that is gone to, m
+    asked_s: float = -10.0  # when a place was asked for last
+
+
 @dataclass(frozen=True)
 class Frontier:
     """A connected boundary of free and unknown space."""

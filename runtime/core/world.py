@@ -26,6 +26,7 @@ from runtime.core.types import (
     Brief,
     Decision,
     Frontier,
+    Hint,
     Intrinsics,
     Mask,
     Mount,
@@ -89,6 +90,7 @@ class AimKind(StrEnum):
     FACE = "face"  # a target, turning on the spot
     START = "start"  # where the search began
     PLACE = "place"  # that the goal names
+    NEAR = "near"  # what the goal was said to be near
     OUT = "out"  # of a zone that is kept out of
     WAY = "way"  # that was open before
 
@@ -154,6 +156,7 @@ class Explored:
     resort: Resort = Resort.NONE
     only_room: str = ""  # the type of room that is searched; "" for all
     passages: Passages = field(default_factory=Passages)
+    hint: Hint = field(default_factory=Hint)
 
 
 @dataclass
@@ -239,13 +242,8 @@ class World:
         grid = NavigationMap.around(pose, radius_m)
         semantic = SemanticMap.empty(names, room_names, grid.frame)
         given_up, looked = np.zeros(grid.frame.shape, bool), np.zeros(grid.frame.shape, bool)
-        return cls(
-            goal,
-            grid,
-            semantic,
-            pose,
-            Explored(given_up, looked, looks_left=FIRST_LOOKS if looks is None else looks),
-        )
+        looks_left = FIRST_LOOKS if looks is None else looks
+        return cls(goal, grid, semantic, pose, Explored(given_up, looked, looks_left=looks_left))
 
     @classmethod
     def begin_from(cls, before: "World", goal: str, names: tuple[str, ...]) -> "World":

@@ -20,6 +20,7 @@ from runtime.core.types import (
     Brief,
     Decision,
     Detections,
+    Hint,
     Observation,
 )
 from runtime.core.world import Command, World
@@ -158,6 +159,7 @@ class Search:
         that is the new goal is gone to at once, and looked at again."""
         names = self.order.names
         world = self.world = World.begin_from(before, self.goal.name, names)
+        world.explored.hint = Hint(self.goal.near, self.goal.rooms)
         things, rows = embedded(world.semantic)
         likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
         self.record("heard", {"name": "likeness", "value": likeness})
@@ -255,13 +257,10 @@ class Search:
 
     def _first(self, obs: Observation) -> World:
         cfg = self.config.navigate
-        return World.begin(
-            self.goal.name,
-            self.order.names,
-            self.order.rooms,
-            obs.pose,
-            cfg.robot.radius_m,
-        )
+        goal, radius_m = self.goal, cfg.robot.radius_m
+        world = World.begin(goal.name, self.order.names, self.order.rooms, obs.pose, radius_m)
+        world.explored.hint = Hint(goal.near, goal.rooms)
+        return world
 
 
 def seen(

@@ -24,13 +24,16 @@ Embed = Callable[[Sequence[str]], F32]
 class Goal:
     """`name` is the class that counts as found; `classes` the detector's vocabulary, the goal's
     among them; `how` one line that says how the goal was understood. `strange`: a class of its own,
-    unlike any that is known."""
+    unlike any that is known. `near`, `rooms`: classes and types of rooms that it was said to be
+    near and in."""
 
     text: str
     name: str
     classes: tuple[Class, ...]
     how: str
     strange: bool = False
+    near: tuple[str, ...] = ()
+    rooms: tuple[str, ...] = ()
 
     @property
     def label(self) -> int:
@@ -47,13 +50,15 @@ class Goal:
 class Words:
     """What the runtime knows about words. `senses` are the meanings that the dictionary has of a
     noun; by a class's first name, `also` are further names that people call it and `kinds` the
-    classes that are kinds of it. Without a `lexicon` every text is the name of one thing."""
+    classes that are kinds of it. Without a `lexicon` every text is the name of one thing. `rooms`
+    are the types of rooms that are told apart."""
 
     classes: tuple[Class, ...]
     senses: Senses = lambda word: ()
     also: Mapping[str, Sequence[str]] = field(default_factory=dict)
     kinds: Mapping[str, Sequence[str]] = field(default_factory=dict)
     lexicon: Lexicon | None = None
+    rooms: tuple[str, ...] = ()
 
 
 def check(text: str) -> str:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cached_property
 
@@ -24,10 +24,11 @@ PICTURED = ("toy", "stuffed", "plush", "rubber", "cuddly")
 
 @dataclass(frozen=True)
 class Heard:
-    """A goal, and the phrase that it was found in."""
+    """A goal, the phrase that it was found in, and what of that is not used."""
 
     goal: Goal
     phrase: Phrase
+    left: Phrase = field(default_factory=Phrase)
 
 
 def hear(text: str, words: Words, embed: Embed) -> Heard:
@@ -45,7 +46,28 @@ def hear(text: str, words: Words, embed: Embed) -> Heard:
         raise ConfigError(
             f"goal: {_cut(said)!r} names {len(phrase.things)} things; ask for one: {asked}"
         )
-    return Heard(_told(said, phrase, goals[0], nouns), phrase)
+    near = _near(phrase, nouns, words, embed)
+    rooms = tuple(room for room in phrase.rooms if room in words.rooms)
+    goal = replace(goals[0], near=tuple(dict.fromkeys(near.values())), rooms=rooms)
+    left = replace(
+        phrase,
+        near=tuple(thing for thing in phrase.near if thing not in near),
+        rooms=tuple(room for room in phrase.rooms if room not in rooms),
+    )
+    return Heard(_told(said, left, goal, nouns), phrase, left)
+
+
+def _near(phrase: Phrase, nouns: "Known", words: Words, embed: Embed) -> dict[str, str]:
+    """What it was said to be near, as far as those are classes that the detector knows."""
+    known = {}
+    for thing in phrase.near[:MOST]:
+        try:
+            goal = _understood(thing, nouns, words, embed)
+        except ConfigError:
+            continue
+        if not goal.strange:
+            known[thing] = goal.name
+    return known
 
 
 def hear_each(text: str, words: Words, embed: Embed) -> tuple[Goal, ...]:
@@ -82,7 +104,8 @@ def _understood(thing: str, nouns: "Known", words: Words, embed: Embed) -> Goal:
 
 
 def _told(said: str, phrase: Phrase, goal: Goal, nouns: "Known") -> Goal:
-    """The goal by the words that it was asked for by, with what was not used of them."""
+    """The goal by the words that it was asked for by, with what is first gone to of
+    them and what is not used."""
     thing = phrase.things[0]
     how = goal.how.partition(": ")[2]
     english = nouns.english(thing)
@@ -90,6 +113,9 @@ def _told(said: str, phrase: Phrase, goal: Goal, nouns: "Known") -> Goal:
         how = f"{thing} is {english}, {how}"
     elif spelling(thing) != spelling(ARTICLE.sub("", said.lower())):
         how = f"looked for is {thing}, {how}"
+    places = (*(f"near a {near}" for near in goal.near), *(f"in a {room}" for room in goal.rooms))
+    if places:
+        how += f"; first {', '.join(places)}, where that is mapped"
     if phrase.hints:
         how += f"; not used: {', '.join(phrase.hints)}"
     return replace(goal, text=said, how=f"{said}: {how}")
@@ -98,7 +124,7 @@ def _told(said: str, phrase: Phrase, goal: Goal, nouns: "Known") -> Goal:
 def words_of(vocabulary: Vocabulary) -> Words:
     """All that the runtime knows of words, by a word list."""
     also, kinds = vocabulary.also, vocabulary.kinds
-    return Words(vocabulary.objects, Senses(), also, kinds, lexicon())
+    return Words(vocabulary.objects, Senses(), also, kinds, lexicon(), tuple(vocabulary.rooms))
 
 
 def with_labels(words: Words, labels: Sequence[str]) -> Words:

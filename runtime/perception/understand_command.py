@@ -44,15 +44,16 @@ def _heard(text: str, config: Config) -> Heard:
 
 
 def told(heard: Heard) -> dict[str, object]:
-    """As JSON: the class that counts as found, all its names, and what was said beside it, none of
-    which the search uses."""
-    phrase = heard.phrase
+    """As JSON: the class that counts as found, all its names, where it is looked for first, and
+    what else was said beside it, none of which the search uses."""
+    phrase = heard.left
     return {
         "goal": heard.goal.text,
         "name": heard.goal.name,
         "names": heard.goal.names,
         "how": heard.goal.how,
         "own_class": heard.goal.strange,
+        "first": {"near": heard.goal.near, "rooms": heard.goal.rooms},
         "not_used": {
             "near": phrase.near,
             "rooms": phrase.rooms,

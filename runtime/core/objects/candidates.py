@@ -2,7 +2,7 @@
 was seen is theirs."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from runtime.core.distances.planner import Field
@@ -23,6 +23,7 @@ KEEP_M = 1.0  # by so much must another be better to be gone to instead
 RIVAL_SHARE = 0.5  # of the smaller footprint, shared with what is more surely another
 APART_CONFIDENCE = 0.9  # from which on something else keeps its cells to itself,
 APART_SIZE = 1.2  # unless it is so much larger than the target
+SAID_M = 3.0  # of way, that a thing is worth more which is where the goal was said to be
 BESIDE_M = 1.5  # between the middles of two things that may share a place
 UNDECIDED_SHARE = 0.8  # of all that a thing may be; a name with less is not settled
 DOUBT_WORTH_M = 10.0  # way to what is undecided, times how likely it is the goal
@@ -60,6 +61,18 @@ def ranked(
         return away(i) + detour_m - kept_m, -i.odds_of(goal), i.id
 
     return sorted(candidates, key=cost_m)
+
+
+def said_places(semantic: SemanticMap, names: Sequence[str]) -> list[tuple[float, float]]:
+    """Where things of these names surely are, m: the goal was said to be near one."""
+    called = (thing for name in names for thing in semantic.called(name) if thing.name == name)
+    return [thing.xy for thing in called if semantic.catalogue.is_sure(thing.id)]
+
+
+def as_said_m(reach: Field, places: Sequence[tuple[float, float]], instance: Instance) -> float:
+    """`on_foot_m`, less for what is where it was said to be."""
+    near = any(math.dist(instance.xy, place) <= BESIDE_M for place in places)
+    return on_foot_m(reach, instance) - (SAID_M if near else 0.0)
 
 
 def on_foot_m(reach: Field, instance: Instance) -> float:

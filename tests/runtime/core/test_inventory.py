@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from open_floor import POSE, RADIUS_M, axes, floor
 
+from runtime.core.distances.passages import TriedWay
 from runtime.core.inventory import UNREACHED, searched, unreached
 from runtime.core.types import Frontier
 from runtime.core.world import World
@@ -44,3 +45,13 @@ def test_what_no_way_led_to_is_told_the_widest_first_and_not_without_end():
     told = unreached(world)
     assert [place["frontier"] for place in told] == list(range(11, 11 - UNREACHED, -1))
     assert told[0] == {"frontier": 11, "xy": [0.85, 0.0], "cells": 18}
+
+
+def test_a_way_that_stayed_closed_is_told_before_them():
+    world = a_world()
+    line = np.zeros((9, 2))
+    world.frontiers = (Frontier(4, line, (0.0, 0.0), math.inf),)
+    world.explored.passages.tried = [TriedWay(1, (0.0, 0.0)), TriedWay(2, (1.234, 2.0), looks=3)]
+    told = unreached(world)
+    assert told[0] == {"way": 2, "xy": [1.23, 2.0], "looks": 3}
+    assert [place.get("frontier") for place in told] == [None, 4]

@@ -195,12 +195,21 @@ def test_what_is_no_one_thing_is_refused_with_what_could_be_asked(text: str, why
     assert "\n" not in str(caught.value)
 
 
-def test_what_was_said_besides_is_told_as_not_used() -> None:
+def test_where_it_was_said_to_be_is_gone_to_first_and_the_rest_told_as_not_used() -> None:
     heard = hear("my big red mug on the kitchen table, not the cup", WORDS, unlike)
-    told = "not used: big, red, near: table, room: kitchen, not: cup"
+    told = "first near a table, in a kitchen, where that is mapped; not used: big, red, not: cup"
     assert heard.goal.how.endswith(f"looked for is mug, known as mug; {told}")
     assert heard.goal.classes == WORDS.classes  # the detector is asked for nothing more
+    assert (heard.goal.near, heard.goal.rooms) == (("table",), ("kitchen",))
     assert heard.phrase.near == ("table",)
+
+
+def test_near_is_what_the_detector_knows() -> None:
+    heard = hear("a mug near the couch or the flux capacitor in the garage", WORDS, unlike)
+    assert heard.goal.near == ("sofa",)
+    assert heard.goal.rooms == ()
+    assert heard.goal.how.endswith("; not used: near: flux capacitor, room: garage")
+    assert hear("a mug", WORDS, unlike).goal.near == ()
 
 
 def test_letters_alone_are_no_likeness(encoder: TextEncoder) -> None:

@@ -16,7 +16,7 @@ def test_it_says_what_is_looked_for_and_why() -> None:
     done = asked("the red mug on the kitchen table")
     assert done.exit_code == 0
     assert "looked for is mug, known as mug" in done.output
-    assert "not used: red, near: table, room: kitchen" in done.output
+    assert "first near a table, in a kitchen, where that is mapped; not used: red" in done.output
 
 
 def test_what_is_refused_says_what_could_be_asked_instead() -> None:
@@ -40,7 +40,8 @@ def test_as_json() -> None:
     told = json.loads(asked("keys on the desk, please", "--json").output)
     assert told["name"] == "keys"
     assert told["own_class"] is True
-    assert told["not_used"]["near"] == ["desk"]
+    assert told["first"] == {"near": ["desk"], "rooms": []}
+    assert told["not_used"]["near"] == []
     refused = asked("my wife", "--json")
     assert refused.exit_code == 1
     assert "a person" in json.loads(refused.output)["refused"]

@@ -8,7 +8,16 @@ import pytest
 from open_floor import SPOT, at, bed, open_floor
 
 from runtime.core.distances.planner import look_around
-from runtime.core.objects.candidates import KEEP_LOG_ODDS, apart, on_foot_m, ranked
+from runtime.core.objects.candidates import (
+    BESIDE_M,
+    KEEP_LOG_ODDS,
+    SAID_M,
+    apart,
+    as_said_m,
+    on_foot_m,
+    ranked,
+    said_places,
+)
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.objects.standpoints import REACH_M
@@ -164,3 +173,18 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
 def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
     semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
     assert ranked(semantic, "chair", near) == [semantic.instances[1]]
+
+
+def test_what_is_where_it_was_said_to_be_is_worth_more_of_a_way():
+    semantic = SemanticMap.empty(("bed", "table"), (), open_floor()[0].frame)
+    unsure, other, sure = (replace(bed(at(0, 1)), id=id) for id in (1, 2, 3))
+    unsure.evidence, sure.evidence = {"table": Evidence(0.1)}, {"table": Evidence(4.0)}
+    semantic.instances = {thing.id: thing for thing in (unsure, other, sure)}
+    assert said_places(semantic, ("lamp",)) == []
+    assert said_places(semantic, ("table", "lamp")) == [SPOT]
+    grid, pose = open_floor()
+    _, reach = look_around(grid, pose, 0.18)
+    way_m = on_foot_m(reach, other)
+    assert as_said_m(reach, [], other) == way_m
+    assert as_said_m(reach, [SPOT], other) == way_m - SAID_M
+    assert as_said_m(reach, [(SPOT[0], SPOT[1] + BESIDE_M + 0.1)], other) == way_m
