@@ -9,8 +9,6 @@ from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final, Self
 
-import zenoh
-
 from runtime.clock import Clock, Deadline
 from runtime.core.motion.caution import FREE, Caution
 from runtime.core.motion.contact import Felt
@@ -21,8 +19,6 @@ from runtime.errors import SensorError
 from runtime.log import say
 from runtime.record import Record, unrecorded
 from runtime.robot import wire
-from runtime.robot.action_server import ActionServer
-from runtime.robot.action_types import ActionType
 from runtime.robot.base import BaseCondition, DriveOrder, Sent
 from runtime.robot.body_senses import BodySenses
 from runtime.robot.dialects.choice import spoken
@@ -54,7 +50,8 @@ class Bus:
     """See the module. In `lockstep` stamps are equal, nothing is lost and every message blocks.
     Without `odometry` that is not listened for: `file_odometry` brings it. `reflex`: the body that
     it keeps from touching anything; without one there is no reflex. One that does not `serve` only
-    listens. `tap` is told of every message, by stream or sense, in the bus's threads."""
+    listens. `tap` is told of every message, by stream or sense, in the bus's threads. `node`: what
+    the bus is to others, until it is closed."""
 
     def __init__(
         self,
@@ -79,6 +76,7 @@ class Bus:
         around = config, clock, self._changed, lockstep, camera, record, senses
         self._streams = SensorStreams(*around, self._vigilance, odometry)
         self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once
+        self.on_feedback: Callable[[Mapping[str, Any]], None] = lambda told: None
         self._reflex = self._begun(reflex, camera, safety) if reflex is not None else None
         self._body = BodySenses(config.topics, senses, clock, record)
         self._delivered_ns = -1  # lockstep: the newest observation handed over
@@ -87,13 +85,14 @@ class Bus:
         self._declared: list[Any] = []
         self._strangers: set[str] = set()  # topics on which something of another type came
         self._frames = FrameNames()
-        self._node = RosNode(self._session, spoken(config), self._strange)
-        self._out = Publications(self._node, config, lockstep, record)
+        self.node = RosNode(self._session, spoken(config), self._strange)
+        self._out = Publications(self.node, config, lockstep, record)
         self._listen(odometry, camera.mount == "tf" or bool(config.map_frame))
         for kind in QUERIES if serves else ():
-            self._serve(kind, f"rfnav/{kind}")
+            asked = config.key(f"rfnav/{kind}"), partial(self.file, kind)
+            self._declared.append(self._session.declare_queryable(*asked))
         if serves and not lockstep:
-            brake = self._session, self._node, config, self._brake, lambda: self.on_urgent()
+            brake = self._session, self.node, config, self._brake, lambda: self.on_urgent()
             self._declared.extend(serve_handbrake(*brake))
 
     def __enter__(self) -> Self:
@@ -137,6 +136,13 @@ class Bus:
             told = {"kind": request.kind, "body": request.body, "now_s": self._clock.now_s()}
             self._record("request", told)
         return request
+
+    def file(self, kind: str, query: Any) -> None:
+        """Have a query wait to be answered, whatever way it came; any thread may bring it."""
+        if kind == "cancel":
+            self._brake.cancel(True)
+            self.on_urgent()
+        self._requests.file(kind, f"rfnav/{kind}", query)
 
     def file_odometry(self, pose: Pose, stamp_ns: int) -> None:
         """Odometry that came by another wire: in the map frame, stamped as the images are. Any
@@ -242,7 +248,9 @@ class Bus:
         return BaseCondition("", self._body.hand(), self._body.battery_percent())
 
     def publish_feedback(self, feedback: Mapping[str, object]) -> None:
-        self._out.report("feedback", self._streams.frames.told(feedback, self._clock.now_s()))
+        told = self._streams.frames.told(feedback, self._clock.now_s())
+        self._out.report("feedback", told)
+        self.on_feedback(told)
 
     def publish_state(self, state: Mapping[str, object]) -> None:
         self._out.report("state", self._streams.frames.told(state, self._clock.now_s()))
@@ -250,17 +258,18 @@ class Bus:
     def publish_decision(self, decision: Mapping[str, object]) -> None:
         self._out.report("decision", decision)
 
-    def offer(self, name: str, action: ActionType) -> ActionServer:
-        """Serve an action; who waits on the bus is woken when something waits to be answered."""
-        return ActionServer(self._node, name, action, self._wake)
-
     def publisher(self, topic: RosTopic) -> Publisher:
         """One more topic, that others go before; undeclared with the bus."""
-        return self._node.publisher(topic, Sending())
+        return self.node.publisher(topic, Sending())
 
     def frame_of(self, stream: str, otherwise: str) -> str:
         """The frame that the newest message of "odom" or "color" names; any thread may ask."""
         return self._frames.of(stream, otherwise)
+
+    def placed(self, pose: Pose, frame: str) -> Pose:
+        """A pose in odometry's frame, also "", or on a localisation's map -> on the map that is
+        searched. SensorError for another frame."""
+        return self._streams.frames.taken(pose, frame, self._clock.now_s())
 
     def origin_xy(self) -> tuple[float, float]:
         """Where the map begins in odometry's frame, m; any thread may ask."""
@@ -271,7 +280,7 @@ class Bus:
         if self._reflex is not None:
             self._reflex.close()
         self._requests.close()
-        self._node.close()
+        self.node.close()
         declared, self._declared = self._declared, []
         for entity in declared:
             entity.undeclare()
@@ -296,7 +305,7 @@ class Bus:
             self._hear(heard[sense], sense, partial(self._body.file, sense))
         for topic in TF_TOPICS if transforms else TF_TOPICS[1:]:  # what never moves, always
             self._hear(topic, topic.name, _unnamed(partial(streams.file_transforms, topic.name)))
-        self._node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
+        self.node.subscribe(LABELS_TOPIC, _unnamed(partial(streams.file_labels, LABELS)))
 
     def _filed(self, stream: str) -> Callable[[str, bytes], None]:
         framed = stream in ("odom", "color")
@@ -315,11 +324,7 @@ class Bus:
 
         # Whatever comes there is of a hand, even where what it says cannot be read.
         name, hand = self._config.key(topic.name), stream == "teleop"
-        self._node.subscribe(topic, receive, lambda: file(name, b"") if hand else None)
-
-    def _wake(self) -> None:
-        with self._changed:
-            self._changed.notify_all()
+        self.node.subscribe(topic, receive, lambda: file(name, b"") if hand else None)
 
     def _strange(self, topic: str, error: SensorError) -> None:
         """A message of another type than is read there: told of once, for it goes on coming."""
@@ -331,15 +336,6 @@ class Bus:
     def _answered(self, kind: str) -> None:
         if kind == "cancel":
             self._brake.cancel(False)
-
-    def _serve(self, kind: str, topic: str) -> None:
-        def receive(query: zenoh.Query) -> None:
-            if kind == "cancel":
-                self._brake.cancel(True)
-                self.on_urgent()
-            self._requests.file(kind, topic, query)
-
-        self._declared.append(self._session.declare_queryable(self._config.key(topic), receive))
 
 
 def _unnamed(file: Callable[[bytes], None]) -> Callable[[str, bytes], None]:

@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,14 @@ import pytest
 from fibonacci import FIBONACCI, LE, FibonacciClient, sequence
 
 from hil_sim.driving.link import free_port
-from runtime.robot.action_server import KEPT, WAITING, ActionGoal, ActionServer, GoalState
+from runtime.robot.action_server import (
+    ASKERS,
+    KEPT,
+    REQUEST_BYTES,
+    ActionGoal,
+    ActionServer,
+    GoalState,
+)
 from runtime.robot.dialects.choice import spoken
 from runtime.robot.ros_node import RosNode
 from runtime.robot.session import BusConfig, open_session
@@ -21,33 +28,29 @@ NOBODY = bytes(16)
 
 
 class Served:
-    """The owner: takes goals of an order below 50, works on them when it is told to."""
+    """The owner: takes goals of an order below 50, and lets them be ended where it `cancels`."""
 
     def __init__(self, config: BusConfig, session: Any) -> None:
         self.node = RosNode(session, spoken(config))
-        self.filed = threading.Event()
         self.now_ns = 10**9
-        self.server = ActionServer(
-            self.node, "fibonacci", FIBONACCI, self.filed.set, lambda: self.now_ns
-        )
+        called = self.node, "fibonacci", FIBONACCI, self._want, self._cancel
+        self.server = ActionServer(*called, lambda: self.now_ns)
         self.goals: list[ActionGoal] = []
         self.cancels = True
-        self._ending = threading.Event()
-        self.thread = threading.Thread(target=self._turn)
-        self.thread.start()
 
-    def _turn(self) -> None:
-        while not self._ending.is_set():
-            self.filed.wait(0.05)
-            self.filed.clear()
-            new = self.server.turn(lambda goal: goal.order < 50, lambda goal: self.cancels)
-            for goal in new:
-                self.server.begin(goal)
-            self.goals += new
+    def _want(self, goal: ActionGoal, accept: Callable[[bool], None]) -> None:
+        taken = goal.message.order < 50
+        accept(taken)
+        if taken:
+            self.server.begin(goal)
+            self.goals.append(goal)
+
+    def _cancel(
+        self, goals: Sequence[ActionGoal], ending: Callable[[Sequence[ActionGoal]], None]
+    ) -> None:
+        ending(goals if self.cancels else ())
 
     def close(self) -> None:
-        self._ending.set()
-        self.thread.join()
         self.server.close()
         self.node.close()
 
@@ -130,11 +133,17 @@ def test_a_goal_is_ended_early_when_that_is_asked_and_allowed(both: Any):
     until(lambda: client.statuses[-1] == [(ONE, 5), (TWO, 3)])
 
 
-def test_requests_that_are_none_are_counted_and_no_more(both: Any):
+def test_requests_that_are_none_are_counted_and_no_more(
+    both: Any, capsys: pytest.CaptureFixture[str]
+):
     served, client = both
     assert list(client.session.get(client.key("send_goal"), payload=b"\x00", timeout=1.0)) == []
     until(lambda: served.server.bad)
-    assert served.server.last_error.startswith("fibonacci: 1 bytes are not a CDR ")
+    assert capsys.readouterr().err.count("fibonacci: 1 bytes are not a CDR ") == 1
+    long = LE + bytes(REQUEST_BYTES)
+    assert list(client.session.get(client.key("send_goal"), payload=long, timeout=1.0)) == []
+    assert served.server.bad == 2
+    assert capsys.readouterr().err == ""  # the first is told of
     assert client.send_goal(ONE, 3)
 
 
@@ -149,27 +158,100 @@ def alone() -> Iterator[RosNode]:
     session.close()
 
 
-def test_only_so_many_results_are_kept(alone: RosNode):
-    server = ActionServer(alone, "fibonacci", FIBONACCI)
-    goals = [ActionGoal(bytes([n]) * 16, None, n) for n in range(1, KEPT + 4)]
-    server._goals = {goal.id: goal for goal in goals}
-    for goal in goals:
-        server.end(goal, GoalState.ABORTED, FIBONACCI.new("Result", numbers(1)))
-    assert list(server._goals) == [goal.id for goal in goals[-KEPT:]]
+class Nobody:
+    """An owner who answers nothing."""
+
+    def __init__(self, node: RosNode) -> None:
+        self.wanted: list[tuple[ActionGoal, Callable[[bool], None]]] = []
+        self.cancelled: list[Sequence[ActionGoal]] = []
+        self.server = ActionServer(
+            node,
+            "fibonacci",
+            FIBONACCI,
+            lambda *asked: self.wanted.append(asked),
+            lambda goals, ending: self.cancelled.append(goals),
+        )
 
 
 class FakeCall:
-    dropped = False
+    def __init__(self, payload: bytes = b"") -> None:
+        self.payload, self.dropped, self.replies = payload, False, list[bytes]()
+
+    def reply(self, payload: bytes) -> None:
+        self.replies.append(payload)
 
     def drop(self) -> None:
         self.dropped = True
 
 
-def test_only_so_many_requests_wait(alone: RosNode):
-    server = ActionServer(alone, "fibonacci", FIBONACCI)
-    calls: list[Any] = [FakeCall() for _ in range(WAITING + 3)]
-    for call in calls:
-        server._file("send_goal", call)
-    assert [call.dropped for call in calls] == [False] * WAITING + [True] * 3
-    server.close()
-    assert all(call.dropped for call in calls)
+def asked(server: ActionServer, what: str, body: bytes) -> FakeCall:
+    call: Any = FakeCall(LE + body)
+    kind = "action_msgs/srv/CancelGoal" if what == "cancel_goal" else f"{FIBONACCI.kind}_{what}"
+    answer = {
+        "SendGoal": server._send_goal,
+        "GetResult": server._get_result,
+        "cancel_goal": server._cancel_goal,
+    }[what]
+    server._answer(answer, f"{kind}_Request", call)
+    return call
+
+
+def ended(server: ActionServer, goal: ActionGoal) -> None:
+    server.end(goal, GoalState.ABORTED, FIBONACCI.new("Result", numbers(1)))
+
+
+def test_only_so_many_results_are_kept(alone: RosNode):
+    nobody = Nobody(alone)
+    goals = []
+    for n in range(1, KEPT + 4):
+        asked(nobody.server, "SendGoal", bytes([n]) * 16 + bytes(4))
+        goal, accept = nobody.wanted[-1]
+        accept(True)
+        goals.append(goal)
+    for goal in goals:
+        ended(nobody.server, goal)
+    told = [asked(nobody.server, "GetResult", goal.id).replies[0][4] for goal in goals]
+    assert told == [GoalState.UNKNOWN] * 3 + [GoalState.ABORTED] * KEPT
+
+
+def test_only_so_many_wait_for_a_result_and_none_after_the_end(alone: RosNode):
+    nobody = Nobody(alone)
+    asked(nobody.server, "SendGoal", ONE + bytes(4))
+    nobody.wanted[0][1](True)
+    askers = [asked(nobody.server, "GetResult", ONE) for _ in range(ASKERS + 2)]
+    assert [call.dropped for call in askers] == [False] * ASKERS + [True] * 2
+    nobody.server.close()
+    assert all(call.dropped for call in askers)
+    assert not any(call.replies for call in askers)
+    late = asked(nobody.server, "SendGoal", TWO + bytes(4))
+    assert late.replies[0][4] == 0  # not accepted
+    assert len(nobody.wanted) == 1
+
+
+def test_a_goal_that_is_not_accepted_yet_is_nobodys_to_cancel_and_not_shown(alone: RosNode):
+    nobody = Nobody(alone)
+    sent = asked(nobody.server, "SendGoal", ONE + bytes(4))
+    assert not sent.replies
+    everything = asked(nobody.server, "cancel_goal", NOBODY + bytes(8))
+    assert everything.replies[0][4] == 0
+    assert not nobody.cancelled
+    nobody.wanted[0][1](False)
+    assert sent.replies[0][4] == 0
+    again = asked(nobody.server, "SendGoal", ONE + bytes(4))
+    nobody.wanted[1][1](True)  # one that was refused may be sent again
+    assert again.replies[0][4] == 1
+    asked(nobody.server, "cancel_goal", NOBODY + bytes(8))
+    assert [goal.id for goal in nobody.cancelled[0]] == [ONE]
+
+
+def test_a_goal_that_has_ended_meanwhile_stays_so(alone: RosNode):
+    nobody = Nobody(alone)
+    asked(nobody.server, "SendGoal", ONE + bytes(4))
+    goal, accept = nobody.wanted[0]
+    accept(True)
+    ended(nobody.server, goal)
+    nobody.server.begin(goal)
+    call: Any = FakeCall()
+    nobody.server._ending(call, [goal])  # its end overtook the answer to the cancel
+    assert goal.state is GoalState.ABORTED
+    assert call.replies[0][4] == 0

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from importlib.util import find_spec
 from typing import Any
 
@@ -21,7 +22,7 @@ from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import MapCopy
 from runtime.core.types import Twist
 from runtime.robot import wire
-from runtime.robot.action_server import GoalState
+from runtime.robot.action_server import ActionGoal, ActionServer, GoalState
 from runtime.robot.base import DriveOrder
 from runtime.robot.bus import Bus
 from runtime.robot.dialects.dialect import Qos, RosService, RosTopic
@@ -61,8 +62,14 @@ def test_a_node_by_others_hears_sees_asks_and_is_heard(port: int):
         kept = RosTopic("plan", OCCUPANCY_GRID, Qos(latched=True, depth=1))
         bus.publisher(kept).put(encode_map(the_map(), Stamp(5, "odom")))
         calls: list[ServiceCall] = []
-        bus._node.serve(RosService("add_two_ints", ADD), calls.append)
-        server = bus.offer("fibonacci", FIBONACCI)
+        bus.node.serve(RosService("add_two_ints", ADD), calls.append)
+        sent: list[ActionGoal] = []
+
+        def want(goal: ActionGoal, accept: Callable[[bool], None]) -> None:
+            accept(True)
+            sent.append(goal)
+
+        server = ActionServer(bus.node, "fibonacci", FIBONACCI, want, lambda *_: None)
 
         def serve() -> None:
             while not ending.wait(0.02):
@@ -70,7 +77,8 @@ def test_a_node_by_others_hears_sees_asks_and_is_heard(port: int):
                 bus.drive(DriveOrder(Twist(0.25, -0.5), 0, time.monotonic() + 1.0))
                 while calls:
                     add(calls.pop())
-                for goal in server.turn(lambda goal: True, lambda goal: True):
+                while sent:
+                    goal = sent.pop()
                     server.begin(goal)
                     numbers = np.array(sequence(goal.message.order), np.int32)
                     server.end(goal, GoalState.SUCCEEDED, FIBONACCI.new("Result", numbers))
