@@ -1,5 +1,6 @@
 """ROS 2 types of an action: three services and two topics, of its goal, result and feedback."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final, Self
 
@@ -70,10 +71,36 @@ class ActionType:
         """The same with zeros and nothing in it."""
         return _blank(f"{self.kind}_{part}")
 
+    def filled(self, part: str, values: Mapping[str, Any], made: Mapping[str, Any]) -> Any:
+        """The same with what there is for it, by its fields' names: `values` as JSON has them, each
+        within what its field can hold, and messages that are `made`."""
+        kind = f"{self.kind}_{part}"
+        fields = wire.STORE.fielddefs[kind][1]
+        return wire.STORE.types[kind](
+            *(
+                made[name] if name in made else _fitting(values.get(name), *desc)
+                for name, desc in fields
+            )
+        )
+
 
 def _blank(kind: str) -> Any:
     values = [_blank_field(*desc) for _, desc in wire.STORE.fielddefs[kind][1]]
     return wire.STORE.types[kind](*values)
+
+
+def _fitting(value: Any, node: Any, what: Any) -> Any:
+    """A value of JSON in a field, which stays blank where it does not fit."""
+    name = what[0] if node == Nodetype.BASE else ""
+    if name == "string":
+        return value if isinstance(value, str) else ""
+    if name == "bool":
+        return value is True
+    if not name or isinstance(value, bool) or not isinstance(value, int | float):
+        return _blank_field(node, what)
+    holds = np.finfo(name) if name.startswith("float") else np.iinfo(name)
+    least, most = np.array([holds.min, holds.max]).tolist()
+    return np.dtype(name).type(min(max(value, least), most))
 
 
 def _blank_field(node: Any, what: Any) -> Any:

@@ -16,7 +16,7 @@ from runtime.robot.wire import Stamped
 
 SMOOTH_S: Final = 2.0  # that a correction takes
 SAME_M, SAME_RAD = 1e-3, 1e-3  # less is none
-PLACES: Final = ("toward_xy",)  # of a report
+PLACES: Final = ("toward_xy", "at_xy")  # of a report
 
 
 class ToldFrames:
@@ -67,6 +67,20 @@ class ToldFrames:
                 on_map[name] = _listed(moved)[: len(place)]
         return told | {"map": on_map}
 
+    def taken(self, pose: Pose, frame: str, now_s: float) -> Pose:
+        """The other way round: a pose in odometry's frame, also "", or on the localisation's map ->
+        from the map's origin on. SensorError for another frame."""
+        if frame and frame == self._map:
+            if self._blend is None:
+                raise SensorError(f"{frame}: nobody has told where the robot is on it")
+            pose = _moved(_moved_back(self._at(now_s)), pose)
+        elif frame not in ("", self._odometry.frame):
+            known = " or ".join(f'"{name}"' for name in (self._odometry.frame, self._map) if name)
+            remedy = "" if self._map else "; a localisation's map is named by bus.map_frame"
+            raise SensorError(f'frame_id: "{frame}": must be {known or "empty"}{remedy}')
+        x_m, y_m = self.origin_xy
+        return Pose(pose.x_m - x_m, pose.y_m - y_m, pose.yaw_rad)
+
     def _at(self, now_s: float) -> Pose:
         """Where odometry's frame is told to be on the map."""
         assert self._blend is not None
@@ -81,6 +95,13 @@ def _moved(frame: Pose, pose: Pose) -> Pose:
     x_m = frame.x_m + c * pose.x_m - s * pose.y_m
     y_m = frame.y_m + s * pose.x_m + c * pose.y_m
     return Pose(x_m, y_m, wrap_angle(frame.yaw_rad + pose.yaw_rad))
+
+
+def _moved_back(frame: Pose) -> Pose:
+    """What a frame's own pose is in, in that frame."""
+    c, s = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    x_m, y_m = -c * frame.x_m - s * frame.y_m, s * frame.x_m - c * frame.y_m
+    return Pose(x_m, y_m, -frame.yaw_rad)
 
 
 def _listed(pose: Pose) -> list[float]:

@@ -178,7 +178,7 @@ def encode_odometry(
     pose: Pose, stamp_ns: int, frame: str = "odom", child_frame: str = "base_link"
 ) -> bytes:
     """Pose of the base -> Odometry with zero velocity and covariance."""
-    with_covariance = _T["geometry_msgs/msg/PoseWithCovariance"](_ros_pose(pose), np.zeros(36))
+    with_covariance = _T["geometry_msgs/msg/PoseWithCovariance"](ros_pose(pose), np.zeros(36))
     still = _T["geometry_msgs/msg/TwistWithCovariance"](_ros_twist(0.0, 0.0), np.zeros(36))
     return encode(_T[ODOMETRY](header(stamp_ns, frame), child_frame, with_covariance, still))
 
@@ -241,7 +241,8 @@ def _stamp_ns(sec: int, nanosec: int, topic: str) -> int:
     return int(sec) * 1_000_000_000 + int(nanosec)
 
 
-def _ros_pose(pose: Pose) -> Any:
+def ros_pose(pose: Pose) -> Any:
+    """A geometry_msgs/Pose."""
     half = pose.yaw_rad / 2
     return _T["geometry_msgs/msg/Pose"](
         _T["geometry_msgs/msg/Point"](float(pose.x_m), float(pose.y_m), 0.0),

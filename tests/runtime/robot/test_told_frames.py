@@ -5,6 +5,8 @@ import math
 import pytest
 from other_half import odometry_of, tf
 
+from runtime.core.types import Pose
+from runtime.errors import SensorError
 from runtime.robot.odometry import BaseOdometry
 from runtime.robot.sync import RawMessage
 from runtime.robot.told_frames import SMOOTH_S, ToldFrames
@@ -76,3 +78,24 @@ def test_where_odometry_begins_far_away_the_origin_is_told_and_counts():
     assert told["origin_xy"] == (500_000.0, 4_000_000.0)
     robot.correct((-500_000.0, -4_000_000.0), UP, 1, 1.0)
     assert robot.frames.told(REPORT, 1.0)["map"]["pose"] == [1.0, 2.0, 0.5]
+
+
+def test_poses_are_taken_in_each_of_the_frames_that_they_are_told_in():
+    robot = Robot(at=(500_000.0, 0.0))
+    there = Pose(3.0, -1.0, 0.25)
+    assert robot.frames.taken(Pose(500_003.0, -1.0, 0.25), "", 1.0) == there
+    assert robot.frames.taken(Pose(500_003.0, -1.0, 0.25), "odom", 1.0) == there
+    with pytest.raises(SensorError, match=r"^map: nobody has told where the robot is on it$"):
+        robot.frames.taken(there, "map", 1.0)
+    robot.correct((10.0, -1.0), QUARTER, 1, 1.0)
+    report = {"pose": [there.x_m, there.y_m, there.yaw_rad]}
+    on_map = robot.frames.told(report, 1.0)["map"]["pose"]
+    back = robot.frames.taken(Pose(*on_map), "map", 1.0)
+    assert (back.x_m, back.y_m, back.yaw_rad) == pytest.approx((3.0, -1.0, 0.25), abs=1e-3)
+
+
+def test_a_pose_in_a_frame_that_nobody_knows_is_not_taken():
+    with pytest.raises(SensorError, match=r'^frame_id: "room": must be "odom" or "map"$'):
+        Robot().frames.taken(Pose(0.0, 0.0, 0.0), "room", 1.0)
+    with pytest.raises(SensorError, match=r'must be "odom"; a localisation.s map is named by bus'):
+        Robot(map_frame="").frames.taken(Pose(0.0, 0.0, 0.0), "map", 1.0)
