@@ -43,6 +43,7 @@ from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
+from runtime.loops.ros_goals import RosGoals
 from runtime.loops.standing import RunStanding
 from runtime.loops.worker_thread import lower_priority
 from runtime.perception.configured_models import check_models
@@ -208,7 +209,7 @@ def _drive(
             lower_priority(WORKERS_NICE)
             load = partial(LoadedModels, config, clock, partial(tracer.book, Stage.SCORE))
             told = _told_to_prometheus(config.metrics.port, telemetry, tracer, clock)
-            with told, loaded(load, MODELS_NICE, ending) as models:
+            with told, loaded(load, MODELS_NICE, ending) as models, closing(RosGoals(bus)):
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
                 drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
                 custom, answers = _custom(terms, bus, config)

@@ -67,6 +67,7 @@ class Feedback:
             "state": state,
             "mode": told[1],
             "reason": reason,
+            "pose": _pose(world),
             "toward_xy": command.toward_xy if command else None,
             "elapsed_s": round(self.elapsed_s(now_s), 3),
             "driven_m": round(self.way_m(), 3),
@@ -86,6 +87,13 @@ class Feedback:
         self.driven_m += sum(math.dist(a, b) for a, b in pairwise(new))
         self.counted = len(track)
         return self.driven_m
+
+
+def _pose(world: World | None) -> list[float] | None:
+    """Where the robot is, in the map."""
+    if world is None:
+        return None
+    return [round(v, 3) for v in (world.pose.x_m, world.pose.y_m, world.pose.yaw_rad)]
 
 
 def _left(world: World | None) -> int:

@@ -67,7 +67,7 @@ class Bus:
         serves: bool = True,
         tap: Callable[[str, bytes], None] = lambda name, payload: None,
     ) -> None:
-        self._config, self._brake = config, Handbrake()
+        self._config, self.distro, self._brake = config, config.distro, Handbrake()
         self._vigilance = None if lockstep else Vigilance(safety, packed=config.is_packed("depth"))
         self._record, self._tap = record, tap
         self._clock, self._lockstep = clock, lockstep
@@ -267,8 +267,8 @@ class Bus:
         return self._frames.of(stream, otherwise)
 
     def placed(self, pose: Pose, frame: str) -> Pose:
-        """A pose in odometry's frame, also "", or on a localisation's map -> on the map that is
-        searched. SensorError for another frame."""
+        """A pose in odometry's frame, also "", or on a localisation's map -> in odometry's.
+        SensorError for another frame."""
         return self._streams.frames.taken(pose, frame, self._clock.now_s())
 
     def origin_xy(self) -> tuple[float, float]:

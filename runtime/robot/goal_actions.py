@@ -32,7 +32,7 @@ POINT: Final = "geometry_msgs/msg/Point"
 DURATION: Final = "builtin_interfaces/msg/Duration"
 
 Placing = Callable[[Pose, str], Pose]
-"""A pose in a frame -> on the map; SensorError where nobody knows how the frame lies on it."""
+"""A pose in a frame -> in odometry's; SensorError where nobody knows how that lies in it."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +54,8 @@ class GoalAction:
             "toward": places.points("toward_xy"),
             "navigation_time": _duration(told.get("elapsed_s")),
         }
-        left = {"distance_remaining": told.get("left_m")}
-        return self.kind.filled("Feedback", _values(told) | left, made)
+        values = _values(told) | {"distance_remaining": places.left_m}
+        return self.kind.filled("Feedback", values, made)
 
     def result(self, told: Mapping[str, Any], frame: str) -> Any:
         """The last report on a goal, or why it was refused -> Result."""
@@ -68,20 +68,23 @@ class GoalAction:
         return self.kind.filled("Result", _values(told) | known, {"at": places.points("at_xy")})
 
 
-def goal_actions(distro: str) -> tuple[GoalAction, ...]:
-    """All that are served to nodes of a distribution of ROS 2."""
-    return (
-        GoalAction("rfnav/find_object", _ours("FindObject"), _find),
-        GoalAction("rfnav/go_to_place", _ours("GoToPlace"), _go),
-        GoalAction("rfnav/navigate_to_pose", _nav2(distro), _navigate),
-    )
-
-
-@cache
 def _ours(name: str) -> ActionType:
     """Of the file that robots build, too."""
     text = files("runtime.robot").joinpath("interfaces", f"{name}.action").read_text("utf-8")
     return ActionType.define(f"{PACKAGE}/action/{name}", *text.split("---\n"))
+
+
+FIND: Final = _ours("FindObject")
+GO: Final = _ours("GoToPlace")
+
+
+def goal_actions(distro: str) -> tuple[GoalAction, ...]:
+    """All that are served to nodes of a distribution of ROS 2."""
+    return (
+        GoalAction("rfnav/find_object", FIND, _find),
+        GoalAction("rfnav/go_to_place", GO, _go),
+        GoalAction("rfnav/navigate_to_pose", _nav2(distro), _navigate),
+    )
 
 
 @cache
@@ -137,6 +140,8 @@ def _limited(goal: Any, names: tuple[str, ...]) -> dict[str, object]:
     for name in names:
         what, unit = name.split("_")
         if value := float(getattr(goal, f"{what}_limit_{unit}")):
+            if math.isnan(value):
+                raise SensorError(f"{what}_limit_{unit}: is no number")
             limits[name] = max(0.0, float(f"{value:.6g}"))
     return {"limits": limits} if limits else {}
 
@@ -173,6 +178,12 @@ class _Places:
     def pose(self) -> Pose:
         x_m, y_m, yaw_rad = self.told.get("pose") or (0.0, 0.0, 0.0)
         return Pose(x_m + self.moved_xy[0], y_m + self.moved_xy[1], yaw_rad)
+
+    @property
+    def left_m(self) -> float:
+        """To what it heads for, as the crow flies; 0 where that is not known."""
+        pose, xy = self.told.get("pose"), self.told.get("toward_xy")
+        return math.dist(pose[:2], xy) if pose and xy else 0.0
 
     def points(self, name: str) -> list[Any]:
         """None, or one."""

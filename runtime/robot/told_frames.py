@@ -69,17 +69,16 @@ class ToldFrames:
 
     def taken(self, pose: Pose, frame: str, now_s: float) -> Pose:
         """The other way round: a pose in odometry's frame, also "", or on the localisation's map ->
-        from the map's origin on. SensorError for another frame."""
-        if frame and frame == self._map:
+        in odometry's frame. SensorError for another frame."""
+        if frame in ("", self._odometry.frame):
+            return pose
+        if frame == self._map:
             if self._blend is None:
                 raise SensorError(f"{frame}: nobody has told where the robot is on it")
-            pose = _moved(_moved_back(self._at(now_s)), pose)
-        elif frame not in ("", self._odometry.frame):
-            known = " or ".join(f'"{name}"' for name in (self._odometry.frame, self._map) if name)
-            remedy = "" if self._map else "; a localisation's map is named by bus.map_frame"
-            raise SensorError(f'frame_id: "{frame}": must be {known or "empty"}{remedy}')
-        x_m, y_m = self.origin_xy
-        return Pose(pose.x_m - x_m, pose.y_m - y_m, pose.yaw_rad)
+            return _moved(_moved_back(self._at(now_s)), pose)
+        known = " or ".join(f'"{name}"' for name in (self._odometry.frame, self._map) if name)
+        remedy = "" if self._map else "; a localisation's map is named by bus.map_frame"
+        raise SensorError(f'frame_id: "{frame}": must be {known or "empty"}{remedy}')
 
     def _at(self, now_s: float) -> Pose:
         """Where odometry's frame is told to be on the map."""

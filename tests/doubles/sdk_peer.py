@@ -69,8 +69,44 @@ HASHES = {
     "twist": "RIHS01_9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     "map": "RIHS01_8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7",
     "send_goal": "RIHS01_d1a57fb2a4afe8c21e34fb10db206f16ce6729b28531141472df92277c55b557",
+    "find send_goal": "RIHS01_10d35211227ae7948f0ce00e96f299b9720147a1eb17a208dc33face6ff1c294",
+    "find get_result": "RIHS01_fdb8ae6bc7b654386e5c6473e77c2d6023aadeda86fcba042856c5d26c86a590",
     "get_result": "RIHS01_1b0de0d5d29dc955d92f546706568428632771db13ec84c15ec1c1a59f424a57",
 }
+POINTS = f"""{LINE}
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+"""
+FIND_GOAL = f"""uint8[16] goal_id
+string[] goal
+string several
+string if_busy
+float32 time_limit_s
+float32 distance_limit_m
+float32 money_limit_usd
+geometry_msgs/Point[] area
+string area_room
+string area_place
+string frame_id
+string afterwards
+string afterwards_place
+string episode
+string[] settings
+{POINTS}"""
+FIND_RESULT = f"""int8 status
+uint16 code
+string result
+string cause
+string sentence
+float32 elapsed_s
+float32 driven_m
+float32 usd
+geometry_msgs/Point[] at
+string frame_id
+string details
+{POINTS}"""
 ROUTER = {"domain_id": 0, "router_port": PORT}
 ID = list(range(16))
 told: dict[str, Any] = {}
@@ -149,8 +185,32 @@ def action() -> None:
     told["result"] = [int(result.status), [int(n) for n in result.sequence]] if result else None
 
 
+def find() -> None:
+    """A goal of one of the runtime's own actions."""
+    import numpy as np
+
+    within, kind = "/rfnav/find_object/_action", "rf_nav_interfaces/action/FindObject"
+    send = ROS2ServiceClient(
+        f"{within}/send_goal", f"{kind}_SendGoal", FIND_GOAL,
+        "bool accepted\nint32 sec\nuint32 nanosec", type_hash=HASHES["find send_goal"], **ROUTER,
+    )  # fmt: skip
+    ask = ROS2ServiceClient(
+        f"{within}/get_result", f"{kind}_GetResult", "uint8[16] goal_id", FIND_RESULT,
+        type_hash=HASHES["find get_result"], **ROUTER,
+    )  # fmt: skip
+    goal_id = np.array(ID[::-1], np.uint8)
+    said = {"goal": ["a red mug"], "settings": ["goal.keep_map=true"], "area": []}
+    said |= dict.fromkeys(("time_limit_s", "distance_limit_m", "money_limit_usd"), 0.0)
+    texts = "several", "if_busy", "area_room", "area_place", "frame_id", "afterwards"
+    said |= dict.fromkeys((*texts, "afterwards_place", "episode"), "")
+    reply = until(lambda: send.call(goal_id=goal_id, **said))
+    told["find accepted"] = bool(reply.accepted) if reply else None
+    got = ask.call(goal_id=goal_id)
+    told["found"] = [int(got.status), got.result, got.sentence, got.at[0].x] if got else None
+
+
 def main() -> None:
-    for part in (reports_and_commands, late_map, graph, service, action, stop_button):
+    for part in (reports_and_commands, late_map, graph, service, action, find, stop_button):
         part()
     print(json.dumps(told), flush=True)
     os._exit(0)  # its session has no other end

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from runtime.core.types import SearchState
+from runtime.core.types import Pose, SearchState
 from runtime.loops.feedback import FEEDBACK_S, Feedback
 from runtime.service.limits import GoalLimits
 
@@ -25,7 +25,9 @@ def test_the_way_is_summed_up_piece_by_piece():
     search = SimpleNamespace(
         order=SimpleNamespace(id="a1", limits=GoalLimits(time_s=60.0)),
         goal=SimpleNamespace(text="bed"),
-        world=SimpleNamespace(body=body, frontiers=(shut, open_, open_)),
+        world=SimpleNamespace(
+            body=body, frontiers=(shut, open_, open_), pose=Pose(4.0, 5.0, math.pi / 2)
+        ),
         decisions=0,
         in_words="frontier 2, by distance",
     )
@@ -41,6 +43,7 @@ def test_the_way_is_summed_up_piece_by_piece():
     last = listener.heard[-1]
     assert (last["id"], last["vote"], last["frontiers"]) == ("a1", "frontier 2, by distance", 2)
     assert last["limits"] == {"time_s": 60.0}
+    assert last["pose"] == [4.0, 5.0, 1.571]
     feedback.tell(listener, SearchState.FOUND, "", 4 * FEEDBACK_S, True, {"result": "found"})
     assert listener.heard[-1]["result"] == "found"
 

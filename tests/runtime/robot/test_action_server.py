@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from fake_node import FakeCall, FakeNode
 from fibonacci import FIBONACCI, LE, FibonacciClient, sequence
 
 from hil_sim.driving.link import free_port
@@ -147,111 +148,85 @@ def test_requests_that_are_none_are_counted_and_no_more(
     assert client.send_goal(ONE, 3)
 
 
-@pytest.fixture
-def alone() -> Iterator[RosNode]:
-    """A node that nobody else is beside."""
-    config = BusConfig(listen=(f"tcp/127.0.0.1:{free_port()}",))
-    session: Any = open_session(config)
-    node = RosNode(session, spoken(config))
-    yield node
-    node.close()
-    session.close()
-
-
 class Nobody:
-    """An owner who answers nothing."""
+    """An owner who answers nothing, on no bus."""
 
-    def __init__(self, node: RosNode) -> None:
+    def __init__(self) -> None:
+        self.node = FakeNode()
         self.wanted: list[tuple[ActionGoal, Callable[[bool], None]]] = []
-        self.cancelled: list[Sequence[ActionGoal]] = []
+        self.cancelled: list[Any] = []
+        node: Any = self.node
         self.server = ActionServer(
             node,
             "fibonacci",
             FIBONACCI,
             lambda *asked: self.wanted.append(asked),
-            lambda goals, ending: self.cancelled.append(goals),
+            lambda *asked: self.cancelled.append(asked),
         )
 
-
-class FakeCall:
-    def __init__(self, payload: bytes = b"") -> None:
-        self.payload, self.dropped, self.replies = payload, False, list[bytes]()
-
-    def reply(self, payload: bytes) -> None:
-        self.replies.append(payload)
-
-    def drop(self) -> None:
-        self.dropped = True
-
-
-def asked(server: ActionServer, what: str, body: bytes) -> FakeCall:
-    call: Any = FakeCall(LE + body)
-    kind = "action_msgs/srv/CancelGoal" if what == "cancel_goal" else f"{FIBONACCI.kind}_{what}"
-    answer = {
-        "SendGoal": server._send_goal,
-        "GetResult": server._get_result,
-        "cancel_goal": server._cancel_goal,
-    }[what]
-    server._answer(answer, f"{kind}_Request", call)
-    return call
+    def asked(self, what: str, body: bytes) -> FakeCall:
+        return self.node.call(f"fibonacci/_action/{what}", body)
 
 
 def ended(server: ActionServer, goal: ActionGoal) -> None:
     server.end(goal, GoalState.ABORTED, FIBONACCI.new("Result", numbers(1)))
 
 
-def test_only_so_many_results_are_kept(alone: RosNode):
-    nobody = Nobody(alone)
+def test_only_so_many_results_are_kept():
+    nobody = Nobody()
     goals = []
     for n in range(1, KEPT + 4):
-        asked(nobody.server, "SendGoal", bytes([n]) * 16 + bytes(4))
+        nobody.asked("send_goal", bytes([n]) * 16 + bytes(4))
         goal, accept = nobody.wanted[-1]
         accept(True)
         goals.append(goal)
     for goal in goals:
         ended(nobody.server, goal)
-    told = [asked(nobody.server, "GetResult", goal.id).replies[0][4] for goal in goals]
+    told = [nobody.asked("get_result", goal.id).replies[0][0] for goal in goals]
     assert told == [GoalState.UNKNOWN] * 3 + [GoalState.ABORTED] * KEPT
 
 
-def test_only_so_many_wait_for_a_result_and_none_after_the_end(alone: RosNode):
-    nobody = Nobody(alone)
-    asked(nobody.server, "SendGoal", ONE + bytes(4))
+def test_only_so_many_wait_for_a_result_and_none_after_the_end():
+    nobody = Nobody()
+    nobody.asked("send_goal", ONE + bytes(4))
     nobody.wanted[0][1](True)
-    askers = [asked(nobody.server, "GetResult", ONE) for _ in range(ASKERS + 2)]
+    askers = [nobody.asked("get_result", ONE) for _ in range(ASKERS + 2)]
     assert [call.dropped for call in askers] == [False] * ASKERS + [True] * 2
     nobody.server.close()
     assert all(call.dropped for call in askers)
     assert not any(call.replies for call in askers)
-    late = asked(nobody.server, "SendGoal", TWO + bytes(4))
-    assert late.replies[0][4] == 0  # not accepted
+    late = nobody.asked("send_goal", TWO + bytes(4))
+    assert late.replies[0][0] == 0  # not accepted
     assert len(nobody.wanted) == 1
 
 
-def test_a_goal_that_is_not_accepted_yet_is_nobodys_to_cancel_and_not_shown(alone: RosNode):
-    nobody = Nobody(alone)
-    sent = asked(nobody.server, "SendGoal", ONE + bytes(4))
+def test_a_goal_that_is_not_accepted_yet_is_nobodys_to_cancel_and_not_shown():
+    nobody = Nobody()
+    sent = nobody.asked("send_goal", ONE + bytes(4))
     assert not sent.replies
-    everything = asked(nobody.server, "cancel_goal", NOBODY + bytes(8))
-    assert everything.replies[0][4] == 0
+    everything = nobody.asked("cancel_goal", NOBODY + bytes(8))
+    assert everything.replies[0][0] == 0
     assert not nobody.cancelled
     nobody.wanted[0][1](False)
-    assert sent.replies[0][4] == 0
-    again = asked(nobody.server, "SendGoal", ONE + bytes(4))
+    assert sent.replies[0][0] == 0
+    again = nobody.asked("send_goal", ONE + bytes(4))
     nobody.wanted[1][1](True)  # one that was refused may be sent again
-    assert again.replies[0][4] == 1
-    asked(nobody.server, "cancel_goal", NOBODY + bytes(8))
-    assert [goal.id for goal in nobody.cancelled[0]] == [ONE]
+    assert again.replies[0][0] == 1
+    nobody.asked("cancel_goal", NOBODY + bytes(8))
+    assert [goal.id for goal in nobody.cancelled[0][0]] == [ONE]
 
 
-def test_a_goal_that_has_ended_meanwhile_stays_so(alone: RosNode):
-    nobody = Nobody(alone)
-    asked(nobody.server, "SendGoal", ONE + bytes(4))
+def test_a_goal_that_has_ended_meanwhile_stays_so():
+    nobody = Nobody()
+    nobody.asked("send_goal", ONE + bytes(4))
     goal, accept = nobody.wanted[0]
     accept(True)
+    cancel = nobody.asked("cancel_goal", ONE + bytes(8))
     ended(nobody.server, goal)
     nobody.server.begin(goal)
-    call: Any = FakeCall()
-    nobody.server._ending(call, [goal])  # its end overtook the answer to the cancel
+    goals, ending = nobody.cancelled[0]
+    ending(goals)  # its end overtook the answer to the cancel
     assert goal.state is GoalState.ABORTED
-    assert call.replies[0][4] == 0
+    assert cancel.replies[0][0] == 0
+    status = nobody.node.published["fibonacci/_action/status"]
+    assert status[-1][-1] == GoalState.ABORTED

@@ -4,7 +4,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -174,9 +174,9 @@ def test_a_localisation_s_map_is_told_of_and_moves_nothing() -> None:
         here = bus.pose()
         turned = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
         robot.send("tf", tf(("map", "odom", (10.0, -1.0, 0.0), turned), stamp_ns=time.time_ns()))
-        until = time.monotonic() + PATIENCE_S
+        by_s = time.monotonic() + PATIENCE_S
         while not (robot.heard and "map" in robot.heard[-1][1]):
-            assert time.monotonic() < until, "the state has no map"
+            assert time.monotonic() < by_s, "the state has no map"
             bus.request()
             bus.publish_state({"pose": [1.0, 2.0, 0.5], "toward_xy": (3.0, 0.0)})
             time.sleep(0.05)
@@ -185,6 +185,12 @@ def test_a_localisation_s_map_is_told_of_and_moves_nothing() -> None:
         on_map = told["map"]
         assert (on_map["frame"], on_map["pose"][:2]) == ("map", [8.0, 0.0])  # 10 - 2, -1 + 1
         assert on_map["toward_xy"] == [10.0, 2.0]
+        fed: list[Mapping[str, Any]] = []
+        bus.on_feedback = fed.append
+        bus.publish_feedback({"id": "0a", "toward_xy": (3.0, 0.0)})
+        assert (fed[0]["id"], fed[0]["map"]["toward_xy"]) == ("0a", [10.0, 2.0])
+        there = bus.placed(Pose(10.0, 2.0, np.pi / 2), "map")
+        assert (there.x_m, there.y_m, there.yaw_rad) == pytest.approx((3.0, 0.0, 0.0))
         assert bus.pose() == here
         assert bus.doubt(Twist()) is None
     finally:
@@ -407,6 +413,21 @@ def test_a_hand_silences_what_drives_and_sensors_are_heard_by_their_names(
     assert bus.health()[robot.config.key("cliff/front_left")].received >= 1
 
 
+class ByAnotherWay:
+    """A query that is none of Zenoh's."""
+
+    payload: Any = property(lambda self: self)
+
+    def to_bytes(self) -> bytes:
+        return b'{"id": "0a"}'
+
+    def reply(self, key: str, said: str) -> None:
+        assert json.loads(said) == {"ended": True}
+
+    def drop(self) -> None:
+        pass
+
+
 def test_a_stop_and_a_cancel_hold_the_base_before_anybody_asks_for_requests(
     realtime: tuple[Robot, Bus],
 ) -> None:
@@ -440,6 +461,14 @@ def test_a_stop_and_a_cancel_hold_the_base_before_anybody_asks_for_requests(
     assert held() == "cancel"
     request.reply({"ended": False})
     asking.join(PATIENCE_S)
+    assert held() == ""
+    hurried = len(urgent)
+    bus.file("cancel", ByAnotherWay())
+    assert (held(), len(urgent)) == ("cancel", hurried + 1)
+    request = bus.request()
+    assert request is not None
+    assert request.body == {"id": "0a"}
+    request.reply({"ended": True})
     assert held() == ""
 
 

@@ -197,12 +197,12 @@ def test_why_a_goal_was_refused_is_its_result():
 
 
 def test_a_way_is_told_as_nav2_does():
-    going = {**TOLD, "left_m": 2.5}
     for action in (GO, NAVIGATE):
-        told = through(action, "Feedback", action.feedback(going, "odom"))
-        assert told.distance_remaining == 2.5
+        told = through(action, "Feedback", action.feedback(TOLD, "odom"))
+        assert told.distance_remaining == pytest.approx(math.hypot(2.0, 3.0))
         assert (told.navigation_time.sec, told.navigation_time.nanosec) == (61, 250_000_000)
         assert told.current_pose.pose.position.y == 2.0
+        assert action.feedback({"state": "queued"}, "odom").distance_remaining == 0.0
 
 
 def test_what_a_field_cannot_hold_is_left_out_or_cut():

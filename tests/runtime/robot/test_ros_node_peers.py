@@ -21,6 +21,7 @@ from runtime.clock import SystemClock
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import MapCopy
 from runtime.core.types import Twist
+from runtime.loops.ros_goals import RosGoals
 from runtime.robot import wire
 from runtime.robot.action_server import ActionGoal, ActionServer, GoalState
 from runtime.robot.base import DriveOrder
@@ -71,12 +72,20 @@ def test_a_node_by_others_hears_sees_asks_and_is_heard(port: int):
 
         server = ActionServer(bus.node, "fibonacci", FIBONACCI, want, lambda *_: None)
 
+        found = {"id": "0a", "result": "found", "code": 0, "sentence": "there", "at_xy": [1.5, 2.0]}
+        asked: list[dict[str, Any]] = []
+        goals = RosGoals(bus)
+
         def serve() -> None:
             while not ending.wait(0.02):
                 bus.publish_state({"state": "ready"})
                 bus.drive(DriveOrder(Twist(0.25, -0.5), 0, time.monotonic() + 1.0))
                 while calls:
                     add(calls.pop())
+                if (request := bus.request()) is not None:
+                    asked.append(request.body)
+                    request.reply({"accepted": True, "id": "0a"})
+                    bus.publish_feedback(found)
                 while sent:
                     goal = sent.pop()
                     server.begin(goal)
@@ -93,6 +102,7 @@ def test_a_node_by_others_hears_sees_asks_and_is_heard(port: int):
         finally:
             ending.set()
             serving.join()
+            goals.close()
         assert peer.returncode == 0, peer.stderr[-2000:]
         told = json.loads(peer.stdout.splitlines()[-1])
         halt = bus.doubt(Twist())
@@ -104,6 +114,9 @@ def test_a_node_by_others_hears_sees_asks_and_is_heard(port: int):
     assert told["sum"] == 42
     assert told["accepted"]
     assert told["result"] == [4, [0, 1, 1, 2, 3, 5]]
+    assert asked == [{"goal": "a red mug", "settings": ["goal.keep_map=true"]}]
+    assert told["find accepted"]
+    assert told["found"] == [4, "found", "there", 1.5]
     assert told["cmd_vel by"] == ["rfnav"]
     assert told["topics"]["/plan"] == ["nav_msgs/msg/OccupancyGrid"]
     assert told["topics"]["/camera/color/image_raw"] == ["sensor_msgs/msg/Image"]
