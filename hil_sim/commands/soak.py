@@ -9,7 +9,7 @@ import click
 
 from hil_sim.commands.robot import start_in
 from hil_sim.driving.camera_process import CameraProcess
-from hil_sim.driving.installed_service import Child, Service, Unit, check_small
+from hil_sim.driving.installed_service import Child, Service, Unit, check_small, put_aside
 from hil_sim.driving.link import free_port
 from hil_sim.driving.living_robot import NAME, LivingRobot, Mate, RobotBus
 from hil_sim.driving.rig import open_world
@@ -25,8 +25,8 @@ from hil_sim.simulation.protocol import protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import ConfigError
 
-COLLISIONS_FREE = ("person", "hand", "door-closes")
-"""Who drives or closes a door onto the robot may touch."""
+MOST_MB = 900.0
+"""Resident memory of a life that leaks nothing."""
 
 
 @click.command(
@@ -41,8 +41,10 @@ COLLISIONS_FREE = ("person", "hand", "door-closes")
 @click.option("--seed", default=0, show_default=True, help="Of troubles, goals and noise.")
 @click.option("--unit", help="A unit of systemd that is up; else a child is kept running.")
 @click.option("--within", default="", help="What goes before systemctl, to be in a container.")
-@click.option("--state-dir", type=click.Path(path_type=Path, exists=True),
-              help="The unit's, on a tmpfs that may be filled.")  # fmt: skip
+@click.option("--state", type=click.Path(path_type=Path, exists=True),
+              help="Where the unit's state is, as seen from here.")  # fmt: skip
+@click.option("--full-disk", type=click.Path(path_type=Path, exists=True),
+              help="A folder of it on a tmpfs, which may be filled.")  # fmt: skip
 @click.option("--listen", help="The robot's bus; a free port of the loopback otherwise.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Of the child's.")
 @click.option("--out", type=click.Path(path_type=Path), default=Path("out/soak"))
@@ -52,15 +54,16 @@ COLLISIONS_FREE = ("person", "hand", "door-closes")
 def soak_command(**given: Any) -> None:
     """Have a robot search while its camera, odometry, link, base and service fail in turn.
 
-    Exit status: 0 when every goal had a result, every stop came in time and nothing was run into
-    meanwhile; 1 otherwise; 2 an error.
+    Exit status: 0 when every goal had a result, every stop came in time, memory stayed bounded and
+    what was saved could be read after each start; 1 otherwise; 2 an error.
     """
     seconds = 60.0 * given["minutes"]
-    if given["state_dir"] is not None:
-        check_small(given["state_dir"])
-    if given["unit"] and not given["listen"]:
-        raise ConfigError("--unit: connects where its configuration says: give that as --listen")
-    lacks = () if given["state_dir"] is not None else ("disk-full",)
+    if given["full_disk"] is not None:
+        check_small(given["full_disk"])
+    if given["unit"] and not (given["listen"] and given["state"]):
+        raise ConfigError("--unit: needs --listen, where it connects to, and --state")
+    state = given["state"] or given["out"].resolve() / "state"
+    lacks = () if given["unit"] and given["full_disk"] is not None else ("disk-full",)
     plan = troubles(seconds, given["every"], given["seed"], lacks)
     scene, protocol = open_scene(given["scene"]), protocol_named("onrobot")
     endpoint = given["listen"] or f"tcp/127.0.0.1:{free_port()}"
@@ -74,7 +77,7 @@ def soak_command(**given: Any) -> None:
         faults = tuple(one.fault() for one in plan if one.name not in PROCESS)
         mishaps = Mishaps(faults, given["seed"], NAME, scene, world, world.populate)
         start = start_in(world, given["seed"])
-        service = _service(given, endpoint, stack)
+        service = _service(given, endpoint, state, stack)
         asking = Asking(endpoint, _goals(scene), given["seed"])
         asking.start()
         robot = LivingRobot(start, Mate(world, camera, bus, mishaps, protocol), given["seed"])
@@ -82,19 +85,21 @@ def soak_command(**given: Any) -> None:
             watch, memory = soak(robot, service, plan, seconds, click.echo)
         finally:
             _outlive(robot, asking)
-        for row in told(watch, memory, asking.results, len(asking.lost)):
+        broken = put_aside(state)
+        for row in told(watch, memory, asking.results, len(asking.lost), broken):
             click.echo(row)
         for why, times in asking.refused.most_common():
             click.echo(f"refused {times} times: {why}")
-        bad = watch.missed() or asking.lost or watch.run_into(COLLISIONS_FREE)
-        sys.exit(1 if bad else 0)
+        grown = any(mb > MOST_MB for mb in memory.most.values())
+        sys.exit(1 if watch.missed() or asking.lost or broken or grown else 0)
 
 
-def _service(given: dict[str, Any], endpoint: str, stack: ExitStack) -> Service:
+def _service(given: dict[str, Any], endpoint: str, state: Path, stack: ExitStack) -> Service:
     if given["unit"]:
-        return Unit(given["unit"], given["within"].split(), given["state_dir"])
-    given["out"].mkdir(parents=True, exist_ok=True)
-    command = [sys.executable, "-m", "runtime", "run", "--set", f'bus.connect=["{endpoint}"]']
+        return Unit(given["unit"], given["within"].split(), given["full_disk"])
+    state.mkdir(parents=True, exist_ok=True)
+    command = ["/usr/bin/env", f"XDG_STATE_HOME={state}", sys.executable, "-m", "runtime", "run"]
+    command += ["--set", f'bus.connect=["{endpoint}"]']
     for setting in given["sets"]:
         command += ["--set", setting]
     child = Child(command, given["out"] / "rfnav.log")

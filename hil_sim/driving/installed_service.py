@@ -25,7 +25,7 @@ MOST_BYTES: Final = 1 << 30
 class Service(Port):
     """What a soak does to a service."""
 
-    state_dir: Path | None  # as seen from here; None: it cannot be filled
+    full_disk: Path | None  # a folder of its state that may be filled, as seen from here
 
     def signal(self, number: signal.Signals) -> None:
         """To its main process; without one nothing happens."""
@@ -48,11 +48,11 @@ class Child:
     """A process that is started again `AGAIN_S` after it has ended, until `close`. Its output goes
     to LOG-1, LOG-2, ..."""
 
-    state_dir: Path | None = None
+    full_disk: Path | None = None
 
     def __init__(self, command: Sequence[str], log: Path) -> None:
-        self._command, self._log, self._starts = tuple(command), log, 0
-        self._ending, self._process = threading.Event(), self._spawned()
+        self._command, self._log, self._ending = tuple(command), log, threading.Event()
+        self._process, self._starts = self._spawned(1), 1
         self._thread = threading.Thread(target=self._watch, daemon=True)
         self._thread.start()
 
@@ -79,24 +79,24 @@ class Child:
         self.signal(signal.SIGCONT)
         end(self._process)
 
-    def _spawned(self) -> subprocess.Popen[bytes]:
-        self._starts += 1
-        return spawn(self._command, self._log.with_name(f"{self._log.name}-{self._starts}"))
+    def _spawned(self, number: int) -> subprocess.Popen[bytes]:
+        return spawn(self._command, self._log.with_name(f"{self._log.name}-{number}"))
 
     def _watch(self) -> None:
         while not self._ending.wait(0.1):
             if self._process.poll() is not None and not self._ending.wait(AGAIN_S):
-                self._process = self._spawned()
+                self._process = self._spawned(self._starts + 1)
+                self._starts += 1
 
 
 class Unit:
     """A unit of systemd, told by `systemctl`. `within`: what goes before every command, such as
-    ("nsenter", "-t", PID, "-a") for a container's; `state_dir`: as seen from here."""
+    ("nsenter", "-t", PID, "-a") for a container's."""
 
     def __init__(
-        self, name: str, within: Sequence[str] = (), state_dir: Path | None = None
+        self, name: str, within: Sequence[str] = (), full_disk: Path | None = None
     ) -> None:
-        self._name, self._within, self.state_dir = name, tuple(within), state_dir
+        self._name, self._within, self.full_disk = name, tuple(within), full_disk
 
     def signal(self, number: signal.Signals) -> None:
         with suppress(HarnessError):  # it is not up
@@ -158,6 +158,11 @@ def empty(directory: Path) -> None:
     (directory / FILLER).unlink(missing_ok=True)
 
 
+def put_aside(state: Path) -> int:
+    """How many of a service's saved files it could not read."""
+    return sum(1 for _ in state.rglob("*.aside-*"))
+
+
 def beside(service: Service, name: str, lasts_s: float) -> None:
     """Do to the service what a trouble of that name is (`soak_plan.PROCESS`), to its end."""
     if name == "restart":
@@ -168,7 +173,7 @@ def beside(service: Service, name: str, lasts_s: float) -> None:
         service.signal(signal.SIGSTOP)
         time.sleep(lasts_s)
         service.signal(signal.SIGCONT)  # where no watchdog has ended it
-    elif name == "disk-full" and service.state_dir is not None:
-        fill(service.state_dir)
+    elif name == "disk-full" and service.full_disk is not None:
+        fill(service.full_disk)
         time.sleep(lasts_s)
-        empty(service.state_dir)
+        empty(service.full_disk)

@@ -3,7 +3,7 @@ another goes wrong with either. What is counted is what a person beside the robo
 
 import threading
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -75,10 +75,6 @@ class Watch:
 
     def missed(self) -> tuple[Suffered, ...]:
         return tuple(felt for felt in self.felt if felt.missed)
-
-    def run_into(self, free: Sequence[str]) -> int:
-        """Collisions, but for those in a trouble of `free`."""
-        return self.collisions - sum(f.collisions for f in self.felt if f.trouble.name in free)
 
     def _next(self) -> Trouble:
         return self.troubles[len(self.felt)]
@@ -152,8 +148,9 @@ def _thread(work: Callable[[], None], failed: list[BaseException]) -> threading.
     return thread
 
 
-def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int) -> list[str]:
-    """The report, for people."""
+def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int, broken: int) -> list[str]:
+    """The report, for people. `lost`: goals that never had a result; `broken`: saved files that
+    could not be read after a restart."""
     rows = [f"{'trouble':16} times  moving  moved on, most     collisions"]
     for name in sorted({felt.trouble.name for felt in watch.felt}):
         of = [felt for felt in watch.felt if felt.trouble.name == name]
@@ -168,5 +165,6 @@ def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int) -> list[s
         f"stops that were due and did not come: {len(watch.missed())}",
         f"collisions: {watch.collisions}",
         f"goals: {sum(goals.values())} with a result ({ended}), {lost} without",
+        f"saved files that could not be read: {broken}",
         f"memory, most of each of {len(lives)} lives: {', '.join(lives)} MB",
     ]

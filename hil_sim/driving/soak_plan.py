@@ -17,7 +17,7 @@ SENSED: Final = (
 )  # fmt: skip
 """Of the robot, see `simulation.faults`."""
 PROCESS: Final = ("kill", "freeze", "restart", "disk-full")
-"""Of the service: SIGKILL, SIGSTOP, an orderly restart, a state directory that is full."""
+"""Of the service: SIGKILL, SIGSTOP, an orderly restart, a disk that is full."""
 STANDS: Final = (
     "camera-drop", "camera-freeze", "depth-blank", "odometry-stop", "link-lost", "base-deaf",
     "kill", "freeze", "restart",

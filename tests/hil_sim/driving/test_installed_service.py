@@ -9,7 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from hil_sim.driving.installed_service import Child, Unit, beside, check_small, fill, resident_mb
+from hil_sim.driving.installed_service import (
+    Child,
+    Unit,
+    beside,
+    check_small,
+    fill,
+    put_aside,
+    resident_mb,
+)
 from hil_sim.driving.link import HarnessError
 
 SLEEPS = [sys.executable, "-c", "import time; time.sleep(600)"]
@@ -55,8 +63,8 @@ class Small:
 class Signals:
     """A service with a disk of its own."""
 
-    def __init__(self, state_dir: Path) -> None:
-        self.state_dir = state_dir
+    def __init__(self, full_disk: Path) -> None:
+        self.full_disk = full_disk
 
 
 def test_a_full_disk_is_emptied_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -105,3 +113,11 @@ def test_a_unit_that_is_not_there_is_told_in_one_line(tmp_path: Path):
 def test_memory_is_read_where_there_is_any():
     assert resident_mb("VmPeak:\t 9 kB\nVmRSS:\t1024 kB\n") == 1.0
     assert resident_mb("Name:\tzombie\n") is None
+
+
+def test_what_could_not_be_read_is_counted(tmp_path: Path):
+    (tmp_path / "rf-nav").mkdir()
+    (tmp_path / "rf-nav" / "zones.json").touch()
+    assert put_aside(tmp_path) == 0
+    (tmp_path / "rf-nav" / "zones.json.aside-1").touch()
+    assert put_aside(tmp_path) == 1
