@@ -2,8 +2,10 @@
 
 import json
 import math
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -262,3 +264,43 @@ def test_the_types_have_hashes_and_nav2s_is_what_others_know():
     assert all(hashed.startswith("RIHS01_") for hashed in hashes)
     known = "RIHS01_9d1f6fa2eb975ce733b419ac2e97b134d8ff92b6478b6559feed9a50bdfd82b3"
     assert type_hash(f"{kinds[2]}_FeedbackMessage", "jazzy") == known
+
+
+BY_ROS = """
+import sys
+from pathlib import Path
+from rosidl_adapter.action import convert_action_to_idl
+from rosidl_parser.definition import Action, IdlLocator
+from rosidl_parser.parser import parse_idl_file
+
+package, out, name = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3]
+path = convert_action_to_idl(package, package.name, Path("action", name + ".action"), out)
+(action,) = parse_idl_file(IdlLocator("/", path)).content.get_elements_of_type(Action)
+for part in (action.goal, action.result, action.feedback):
+    print("fields", *(member.name for member in part.structure.members))
+"""
+DEBIANS = shutil.which("python3", path="/usr/bin") or ""
+
+
+def has_rosidl() -> bool:
+    asked = [DEBIANS, "-c", "import em, rosidl_adapter, rosidl_parser"]
+    return bool(DEBIANS) and subprocess.run(asked, capture_output=True, check=False).returncode == 0
+
+
+@pytest.mark.skipif(
+    not has_rosidl(), reason="NOT PROVEN: apt-get install python3-rosidl python3-empy"
+)
+@pytest.mark.parametrize("name", ["FindObject", "GoToPlace"])
+def test_ros_2s_own_tools_read_the_files(name: str, tmp_path: Path):
+    package = ROOT / "deploy/ros/rf_nav_interfaces"
+    done = subprocess.run(
+        [DEBIANS, "-c", BY_ROS, str(package), str(tmp_path), name],
+        capture_output=True, text=True, timeout=60.0, check=True,
+    )  # fmt: skip
+    read = [line.split()[1:] for line in done.stdout.splitlines() if line.startswith("fields")]
+    kind = f"rf_nav_interfaces/action/{name}"
+    ours = [
+        [field for field, _ in wire.STORE.fielddefs[f"{kind}_{part}"][1]]
+        for part in ("Goal", "Result", "Feedback")
+    ]
+    assert read == ours
