@@ -57,7 +57,7 @@ class Recollection:
         if self._stops and self._stops[-1].ended_s is None:
             then = f"{state}: {cause}" if cause else state
             self._stops[-1] = replace(self._stops[-1], ended_s=now_s, then=then)
-        if state in STANDS:
+        if is_stop(state, cause):
             self._stopped += 1
             self._stops.append(stop_of(self._stopped, state, cause, now_s))
 
@@ -92,6 +92,11 @@ class Recollection:
         if number is None:
             return None
         raise ConfigError(f"why: stop {number}: {_range([s.number for s in self._stops])}")
+
+
+def is_stop(state: str, cause: str) -> bool:
+    """Whether the base stands that was to be driven; for a cancel, whoever asked knows why."""
+    return state in STANDS and not cause.startswith(f"{HaltKind.CANCEL}: ")
 
 
 def stop_of(number: int, state: str, cause: str, began_s: float) -> BaseStop:

@@ -20,7 +20,7 @@ from runtime.core.types import (
 from runtime.core.voting.in_full import ToldDecision
 from runtime.errors import RecordingError, SensorError
 from runtime.robot.json_text import parse_json
-from runtime.service.recollection import STANDS, stop_of
+from runtime.service.recollection import is_stop, stop_of
 
 LINE_BYTES: Final = 16 << 20  # a decision's has what each frontier's view looks like, in numbers
 LONGEST: Final = 10_000  # of any list in a line
@@ -48,7 +48,7 @@ def told_stops(path: Path) -> Iterator[BaseStop]:
         if open_stop is not None:
             yield replace(open_stop, ended_s=at_s, then=now)
             open_stop = None
-        if state in STANDS:
+        if is_stop(state, cause):
             number += 1
             open_stop = stop_of(number, state, cause, at_s)
     if open_stop is not None:

@@ -76,7 +76,7 @@ HALTS: Final[Mapping[str, HaltWords]] = {
 FAULT: Final = HaltWords(
     "rfnav met a mistake of its own and ends", "Start it again, and report the line"
 )
-OTHER: Final = HaltWords("it was asked to stand", "Ask it to go on")
+OTHER: Final = HaltWords("it was asked to stand", "Ask it to go on: rfnav resume")
 
 
 @dataclass(frozen=True)

@@ -84,6 +84,14 @@ def test_the_kind_of_a_stop_is_told_by_how_the_runtime_stands(state: str, cause:
     assert (told["kind"], told["reason"]) == (kind, cause)
 
 
+def test_that_a_cancel_was_waited_for_is_no_stop_and_ends_one():
+    recollection = Recollection()
+    recollection.stood(1.0, "held", "frame: none")
+    recollection.stood(2.0, "held", "cancel: a cancel waits to be answered")
+    stop = recollection.why({}, 3.0)["stop"]
+    assert (stop["number"], stop["ended_s"]) == (1, 2.0)
+
+
 def test_of_several_searches_the_newest_decision_of_a_number_is_told():
     recollection = Recollection()
     decided(recollection, 1, "mug")

@@ -40,4 +40,4 @@ def test_every_kind_has_words_and_what_is_none_too():
     fault = stop_in_full(BaseStop(1, "fault", "", "internal error", 0.0), 1.0)
     assert fault[0] == "Stop 1 (fault): rfnav met a mistake of its own and ends."
     other = stop_in_full(BaseStop(1, "paused", "", "paused", 0.0), 1.0)
-    assert other[-1] == "What to do: Ask it to go on."
+    assert other[-1] == "What to do: Ask it to go on: rfnav resume."
