@@ -1,6 +1,7 @@
 """`rfnav why`: a decision, or a stop of the base, in words."""
 
 import json
+import os
 import sys
 from collections.abc import Iterable
 from pathlib import Path
@@ -8,7 +9,7 @@ from typing import Any
 
 import click
 
-from runtime.commands.running import running
+from runtime.commands.running import Running, running
 from runtime.commands.status_screen import printable
 from runtime.config import load
 from runtime.core.motion.stops import stop_in_full
@@ -51,9 +52,8 @@ def why_command(
     if journal is not None:
         answer = _of_journal(journal, kind, number)
     else:
-        body = {} if number is None else {kind: number}
         with running(load(path, settings).bus) as runtime:
-            answer = runtime.ask("why", body)
+            answer = _of_runtime(runtime, kind, number)
     if "error" in answer:
         click.echo(f"rfnav: {printable(str(answer['error']))}", err=True)
         sys.exit(1)
@@ -71,6 +71,17 @@ def _lines(answer: dict[str, Any]) -> Iterable[str]:
             yield ""
         told = answer[kind]
         yield from (told["in_words"] if told else [NONE[kind]])
+
+
+def _of_runtime(runtime: Running, kind: str, number: int | None) -> dict[str, Any]:
+    """A decision that it remembers no more is in the journal of its search, if that can be read."""
+    answer = runtime.ask("why", {} if number is None else {kind: number})
+    if "error" not in answer or kind != "decision":
+        return answer
+    journal = Path(runtime.ask("status", {}).get("journal") or "")
+    if not journal.is_file() or not os.access(journal, os.R_OK):
+        return answer
+    return _of_journal(journal, kind, number)
 
 
 def _of_journal(path: Path, kind: str, number: int | None) -> dict[str, Any]:

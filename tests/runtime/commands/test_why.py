@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -10,7 +11,10 @@ from click.testing import CliRunner, Result
 
 from hil_sim.driving.link import free_port
 from runtime.__main__ import cli
+from runtime.core.types import Ballot, Brief
+from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.journal import Journal
+from runtime.loops.reports import explain
 from runtime.robot.session import BusConfig, open_session
 
 DECISION = {"number": 4, "goal": "mug", "in_words": ["Decision 4.", "  as told"]}
@@ -19,7 +23,7 @@ Ask = Callable[..., Result]
 
 
 @pytest.fixture
-def answered() -> Iterator[tuple[Ask, list[dict[str, Any]], dict[str, Any]]]:
+def answered(tmp_path: Path) -> Iterator[tuple[Ask, list[dict[str, Any]], dict[str, Any]]]:
     """Asks a runtime; what that was asked, and what it answers."""
     end, heard = f"tcp/127.0.0.1:{free_port()}", []
     answer: dict[str, Any] = {}
@@ -30,6 +34,8 @@ def answered() -> Iterator[tuple[Ask, list[dict[str, Any]], dict[str, Any]]]:
             query.reply(query.key_expr, json.dumps(answer))
 
         session.declare_queryable("rfnav/why", reply)
+        status = json.dumps({"journal": str(tmp_path / "decisions.jsonl")})
+        session.declare_queryable("rfnav/status", lambda query: query.reply(query.key_expr, status))
         yield (lambda *words: run(*words, "--set", f"bus.listen=['{end}']")), heard, answer
 
 
@@ -72,6 +78,19 @@ def test_nothing_yet_is_said_and_what_is_refused_ends_with_1(answered):
     answer.update(accepted=False, error="why: decision 9: there was none yet")
     done = ask("9")
     assert (done.output, done.exit_code) == ("rfnav: why: decision 9: there was none yet\n", 1)
+
+
+def test_a_decision_that_is_remembered_no_more_is_in_the_journal(answered, tmp_path: Path):
+    ask, _, answer = answered
+    answer.update(accepted=False, error="why: decision 1: is not remembered; 9 to 9 are")
+    assert ask("1").exit_code == 1  # there is no journal
+    nowhere = elect(Ballot(), (), ConsensusConfig())
+    world = SimpleNamespace(body=SimpleNamespace(step=9), frontiers=())
+    with Journal(tmp_path / "decisions.jsonl") as journal:
+        journal.write("goal", text="mug")
+        journal.write("decision", brief=Brief("mug", 0, ()), **explain(nowhere, world, "nearest"))
+    assert ask("1").output.startswith('Decision 1 of the search for "mug".\n')
+    assert (ask("2").exit_code, ask("1", "--stop").exit_code) == (1, 1)
 
 
 def test_of_a_journal(tmp_path: Path):
