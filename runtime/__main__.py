@@ -19,7 +19,7 @@ from runtime.commands.check import check_command
 from runtime.commands.cloud import cloud_command
 from runtime.commands.config import config_command
 from runtime.commands.doctor import doctor_command
-from runtime.commands.find import find_command
+from runtime.commands.find import find_command, go_command
 from runtime.commands.goal_control import (
     ask_command,
     cancel_command,
@@ -75,6 +75,7 @@ def cli() -> None:
 
 
 cli.add_command(find_command)
+cli.add_command(go_command)
 cli.add_command(cancel_command)
 cli.add_command(pause_command)
 cli.add_command(resume_command)

@@ -1,10 +1,10 @@
-"""`rfnav find`: ask the running service for something, and wait for what comes of it."""
+"""`rfnav find`, `rfnav go`: ask the service for something, and wait for what comes of it."""
 
 import json
 import shutil
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final, TextIO
 
@@ -21,6 +21,28 @@ START, REST_OF_LINE = "\r", "\x1b[K"
 STOPPED: Final = "Ctrl-C in rfnav find"
 
 
+OPTIONS: Final = (
+    click.option("--queue", is_flag=True, help="Wait for what is under way; else take its place."),
+    click.option("--limit-time", type=float, metavar="S", help="Seconds that each may take."),
+    click.option("--limit-distance", type=float, metavar="M", help="Metres that each may take."),
+    click.option("--return", "returns", is_flag=True, help="Then go back to where it began."),
+    click.option("--return-to", metavar="PLACE", help="Then go to that place."),
+    click.option("--no-wait", is_flag=True, help="Only ask; it goes on by itself."),
+    click.option("--json", "as_json", is_flag=True, help="The answer with all results, as JSON."),
+    click.option(
+        "--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file."
+    ),
+    click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key."),
+)
+"""Of all goals."""
+
+
+def with_options(command: Callable[..., None]) -> Callable[..., None]:
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
 @click.command(
     "find",
     epilog='Examples:  rfnav find "a red mug" --limit-time 300 --return   |   '
@@ -29,40 +51,77 @@ STOPPED: Final = "Ctrl-C in rfnav find"
 @click.argument("text")
 @click.option("--then", multiple=True, metavar="TEXT", help="Look for that after it; repeatable.")
 @click.option("--each", is_flag=True, help="Of several things in a text, one after the other.")
-@click.option("--queue", is_flag=True, help="Wait for what is under way; else take its place.")
-@click.option("--limit-time", type=float, metavar="S", help="Seconds that each may take.")
-@click.option("--limit-distance", type=float, metavar="M", help="Metres that each may take.")
 @click.option("--limit-money", type=float, metavar="USD", help="What each may cost in a cloud.")
-@click.option("--return", "returns", is_flag=True, help="Go back to where it began, afterwards.")
-@click.option("--no-wait", is_flag=True, help="Only ask; it goes on by itself.")
-@click.option("--json", "as_json", is_flag=True, help="The answer with all results, as JSON.")
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@click.option("--area-room", metavar="ROOM", help="Only in rooms of that type.")
+@click.option("--area-place", metavar="PLACE", help="Only about that place.")
+@with_options
 def find_command(
     text: str,
     then: tuple[str, ...],
     each: bool,
-    queue: bool,
-    limit_time: float | None,
-    limit_distance: float | None,
     limit_money: float | None,
-    returns: bool,
-    no_wait: bool,
-    as_json: bool,
-    path: Path | None,
-    settings: tuple[str, ...],
+    area_room: str | None,
+    area_place: str | None,
+    **how: Any,
 ) -> None:
     """Have the robot look for TEXT, and wait: how it was understood, how it goes, what came of it.
 
     Ctrl-C cancels it. Exit status 0 when all that was asked for was found, 1 when not, 2 when it
     was not taken or nobody answers.
     """
-    amounts = {"time_s": limit_time, "distance_m": limit_distance, "money_usd": limit_money}
-    body: dict[str, object] = {"goal": [text, *then] if then else text}
-    body |= {"limits": {name: value for name, value in amounts.items() if value is not None}}
+    body: dict[str, Any] = {"goal": [text, *then] if then else text}
     body |= {"several": "in_turn"} if each else {}
+    area = {"room": area_room, "place": area_place}
+    if any(area.values()):
+        body["area"] = {kind: name for kind, name in area.items() if name}
+    _ask_for(body, limit_money, **how)
+
+
+@click.command(
+    "go",
+    epilog='Examples:  rfnav go "kitchen table"   |   rfnav go 1.5,-2.0   |   rfnav go 1,0,3.14',
+)
+@click.argument("place")
+@with_options
+def go_command(place: str, **how: Any) -> None:
+    """Have the robot go to PLACE, a name or X,Y[,YAW] in odometry's frame, and wait.
+
+    Ctrl-C cancels it. Exit status 0 when it has arrived, 1 when not, 2 when it was not taken or
+    nobody answers.
+    """
+    _ask_for({"go_to": _place(place)}, None, **how)
+
+
+def _place(told: str) -> str | dict[str, float]:
+    parts = told.split(",")
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        return told
+    if len(numbers) not in (2, 3):
+        raise click.UsageError(f"{told}: a place is a name or X,Y[,YAW]")
+    return dict(zip(("x_m", "y_m", "yaw_rad"), numbers, strict=False))
+
+
+def _ask_for(
+    body: dict[str, Any],
+    limit_money: float | None,
+    queue: bool,
+    limit_time: float | None,
+    limit_distance: float | None,
+    returns: bool,
+    return_to: str | None,
+    no_wait: bool,
+    as_json: bool,
+    path: Path | None,
+    settings: tuple[str, ...],
+) -> None:
+    """Ask, wait, and end with the exit status."""
+    amounts = {"time_s": limit_time, "distance_m": limit_distance, "money_usd": limit_money}
+    body["limits"] = {name: value for name, value in amounts.items() if value is not None}
     body |= {"if_busy": "queue"} if queue else {}
     body |= {"afterwards": "return"} if returns else {}
+    body |= {"afterwards": {"place": return_to}} if return_to else {}
     with running(load(path, settings).bus) as runtime:
         answer = runtime.ask("goal", body, TAKEN_S)
         if not answer.get("accepted"):
@@ -73,12 +132,10 @@ def find_command(
         goals = [answer, *answer.get("then", ())]
         for goal in () if as_json else goals:
             click.echo(f"{goal['id']}: {goal['how']}")
-        if no_wait:
-            click.echo(json.dumps(answer)) if as_json else None
-            return
-        results = _waited(runtime, [str(goal["id"]) for goal in goals], quiet=as_json)
+        results = [] if no_wait else _waited(runtime, [str(g["id"]) for g in goals], as_json)
     if as_json:
-        click.echo(json.dumps({**answer, "results": results}, ensure_ascii=False))
+        told = answer if no_wait else {**answer, "results": results}
+        click.echo(json.dumps(told, ensure_ascii=False))
     sys.exit(0 if all(told["code"] == 0 for told in results) else 1)
 
 

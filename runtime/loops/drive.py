@@ -19,6 +19,7 @@ from runtime.core.world import Command, Mode, World
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Surveyed
 from runtime.loops.feedback import NO_MORE, Feedback
+from runtime.loops.leaving import Leaving
 from runtime.loops.led import Led, led_by
 from runtime.loops.means import Means
 from runtime.loops.plans import Plan
@@ -39,6 +40,7 @@ class Drive:
     means: Means
     feedback: Feedback
     halts: dict[str, int]  # by kind, as journaled last
+    way: Leaving
     report: dict[str, object] = field(default_factory=dict)  # of the newest step
     fresh: Observation | None = None  # the newest that showed something new
     frozen: int = 0  # frames that did not, although the robot had moved
@@ -47,7 +49,6 @@ class Drive:
     led_by: str = ""  # how that is called in the journal: hand, or held
     left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
     astray: str = ""  # why the newest frame is of nowhere on the map
-    leaves: GoalEnd | None = None  # how it ends, once it is back where it began
     paused: str = ""  # by whom
     first_s: float | None = None  # when its first frame arrived
     uncharged: bool = False  # it began before anybody knew what is in the battery
@@ -74,12 +75,12 @@ class Drive:
         began_s = perf_counter()
         world = self._perceive(obs, frame_s)
         now_s = search.timed("map", began_s)
-        if self.leaves is None and search.whereabouts.searching:
+        if self.way.end is None and search.whereabouts.searching:
             with tracer.stage(Stage.DECIDE):
                 self._decide(world)
             now_s = search.timed("decide", now_s)
         with tracer.stage(Stage.ACT):
-            command = self._act(world)
+            command = self.way.act(world)
         search.timed("plan", now_s)
         with tracer.stage(Stage.REPORT):
             return self._follow(world, command, frame_s)
@@ -107,12 +108,12 @@ class Drive:
     def over(self, now_s: float) -> GoalEnd | None:
         """How it ends by its limits, whether or not frames come; None while it does not. Its time
         is counted from its first frame on."""
-        if self.leaves is not None or self.led_s is not None or self.paused:
+        if self.way.end is not None or self.led_s is not None or self.paused:
             return None
         since_s = self.feedback.began_s if self.first_s is None else self.first_s
         elapsed_s = now_s - since_s - self.feedback.led_s
         end = self.search.passed(elapsed_s, self.feedback.way_m())
-        return self._or_back(end) if end is not None else None
+        return self.way.ends(end) if end is not None else None
 
     def pause(self, by: str) -> None:
         """Stand from now on, or with "" go on; what comes is mapped and looked at all the same."""
@@ -180,12 +181,6 @@ class Drive:
             self._place()
         return world
 
-    def _act(self, world: World) -> Command:
-        cfg, start_xy = self.search.config.navigate, self.search.start_xy
-        if self.leaves is None or start_xy is None:
-            return self.search.act(world)
-        return navigate.go_back(world, self.leaves.reason, start_xy, cfg)
-
     def _led(self, obs: Observation, frame_s: float, led: Led) -> None:
         """A frame while a hand drives, or nobody can or may (a base that is not armed, a pause): it
         is mapped and looked at, but no time of the search passes, nothing is decided, and no plan
@@ -215,28 +210,10 @@ class Drive:
         if percent is not None and not means.battery.refuses(percent):
             self.uncharged = False
         goes_on = means.when_low == "refuse" and not self.uncharged  # else it is refused now
-        if not low or self.leaves is not None or goes_on:
+        if not low or self.way.end is not None or goes_on:
             return None
         self.search.journal.write("battery", percent=percent, reason=low, then=means.when_low)
-        return self._or_back(GoalEnd(SearchState.FAILED, low, FailCause.BATTERY))
-
-    def _or_back(self, end: GoalEnd) -> GoalEnd | None:
-        """The end, or None where the robot is to go back to where it began first."""
-        wished = self.search.order.returns
-        if end.cause is FailCause.BATTERY:
-            wished = self.means.when_low == "return"
-        if not wished or self.search.start_xy is None:
-            return end
-        self.leaves = end
-        self.search.journal.write("return", then=end.state, reason=end.reason)
-        return None
-
-    def _concluded(self, command: Command, ended: SearchState) -> GoalEnd | None:
-        """What a command that ends the search, or the way back, makes of the goal."""
-        if self.leaves is None:
-            return self._or_back(GoalEnd(ended, command.reason, at_xy=command.toward_xy))
-        back = ended is SearchState.ARRIVED
-        return replace(self.leaves, reason=command.reason, returned=back)
+        return self.way.ends(GoalEnd(SearchState.FAILED, low, FailCause.BATTERY))
 
     def _have_looked_at(self, surveyed: Surveyed, world: World) -> None:
         last = world.body.last
@@ -332,7 +309,7 @@ class Drive:
         self.report = report | {"goal": search.goal.text, **lacks, **told}
         means.drawer.note(world, command)
         if command.ended is not None:
-            end = self._concluded(command, command.ended)
+            end = self.way.concluded(command, command.ended)
             if end is not None:
                 return end
         self.plan(command if command.ended is None else None, frame_s, self.report)

@@ -11,7 +11,7 @@ from runtime.errors import ConfigError
 from runtime.log import say
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.private_files import state_directory
-from runtime.service.bounds import BINDS, place_words
+from runtime.service.bounds import BINDS, named, place_words
 from runtime.service.limits import NO_LIMITS, GoalLimits
 from runtime.toml_values import unknown
 
@@ -19,7 +19,8 @@ MAY_SET: Final = ("goal.keep_map", "panel.decide_budget_s", "panel.experts")
 """Keys that say what a search is; their values keep to the keys' own bounds."""
 SEVERAL: Final = ("refuse", "in_turn")
 IF_BUSY: Final = ("preempt", "queue", "refuse")
-AFTERWARDS: Final = ("stay", "return")
+STAY: Final = "stay"
+AFTERWARDS: Final = (STAY, "return")  # or {"place": NAME}
 ASKED: Final = (
     "goal", *BINDS, "several", "if_busy", "limits", "afterwards", "episode", "settings", "log_dir"
 )  # fmt: skip
@@ -45,7 +46,7 @@ class GoalRequest:
     several: str = SEVERAL[0]
     if_busy: str = IF_BUSY[0]
     limits: GoalLimits = NO_LIMITS
-    afterwards: str = AFTERWARDS[0]
+    afterwards: str | Mapping[str, str] = STAY
     binds: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -103,7 +104,7 @@ class Terms:
             _choice(body, "several", SEVERAL),
             _choice(body, "if_busy", IF_BUSY),
             GoalLimits.read(body.get("limits", {})),
-            _choice(body, "afterwards", AFTERWARDS),
+            _afterwards(body),
             {name: body[name] for name in BINDS if name in body},
         )
 
@@ -161,6 +162,15 @@ def _texts(body: Mapping[str, Any]) -> tuple[str, ...]:
     if not all(isinstance(text, str) for text in texts) or not 0 < len(texts) <= TEXTS:
         raise ConfigError(f"goal request: goal: must be text, or a list of {TEXTS} at most")
     return tuple(texts)
+
+
+def _afterwards(body: Mapping[str, Any]) -> str | Mapping[str, str]:
+    value = body.get("afterwards", STAY)
+    if isinstance(value, dict):
+        if set(value) != {"place"}:
+            raise ConfigError('goal request: afterwards: must be stay, return or {"place": NAME}')
+        return {"place": named(value["place"], "goal request: afterwards: place")}
+    return _choice(body, "afterwards", AFTERWARDS)
 
 
 def _choice(body: Mapping[str, Any], name: str, choices: tuple[str, ...]) -> str:

@@ -19,6 +19,7 @@ from runtime.log import say
 from runtime.loops.drive import Drive
 from runtime.loops.feedback import Feedback
 from runtime.loops.goal_request import STRICT, Terms, cancel_reason
+from runtime.loops.leaving import Leaving
 from runtime.loops.means import Means
 from runtime.loops.order import Order, alone, hear_all, understand
 from runtime.loops.process import Garbage
@@ -129,7 +130,8 @@ class GoalLife:
         now_s = means.clock.now_s()
         means.control.condition()  # a hand of before it is none of its own
         feedback = Feedback.of(search, now_s)
-        drive = Drive(search, means, feedback, means.control.halts(), uncharged=charge is None)
+        way = Leaving(search, means.when_low == "return")
+        drive = Drive(search, means, feedback, means.control.halts(), way, uncharged=charge is None)
         self.drive = drive
         self._queue.begin(goal, then)
         means.telemetry.began(order.goal.text, order.goal.how, goal.id)

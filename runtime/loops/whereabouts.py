@@ -2,8 +2,8 @@
 it is bound to, and the place that it goes to."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import dataclass, field, replace
+from typing import Any, Final, Protocol
 
 from runtime import navigate
 from runtime.core.destination import into, is_within, left_area
@@ -16,6 +16,8 @@ from runtime.journal import Journal
 from runtime.record import Record
 from runtime.service.bounds import ANYWHERE, GoalBounds
 from runtime.service.outcomes import FailCause, GoalEnd
+
+WITHIN_M: Final = 0.5  # a place that is farther within an area is gone to without leaving it
 
 
 class ZoneKeeper(Protocol):
@@ -66,6 +68,12 @@ class Whereabouts:
             return None
         record("heard", {"name": "lost", "value": why})
         return GoalEnd(SearchState.FAILED, why, FailCause.NOT_LOCALISED)
+
+    def lets_out(self, xy: tuple[float, float]) -> None:
+        """The search is over, and the robot goes there: not even out of its area is it kept."""
+        area = self.bounds.area
+        if area is not None and area.outside_m(xy) > -WITHIN_M:
+            self.bounds = replace(self.bounds, area=None)
 
     def keep(self, world: World, journal: Journal, record: Record) -> None:
         """Have on the map what is kept out of now; what was, while nobody knows where that lies."""

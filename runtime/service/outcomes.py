@@ -71,13 +71,14 @@ def refused(refusal: Refusal, error: str) -> dict[str, object]:
 class GoalEnd:
     """How a goal ends. `reason`: as the loop says it; `cause`: what it failed of; `at_xy`: where
     what was found is, or cannot be reached, in the map; `returned`: whether it is back where it
-    began, None where it was not to go there."""
+    began, or at the place `returned_to`; None where it was not to go anywhere."""
 
     state: SearchState
     reason: str
     cause: FailCause | None = None
     at_xy: tuple[float, float] | None = None
     returned: bool | None = None
+    returned_to: str = ""
 
     @property
     def result(self) -> SearchState:
@@ -108,8 +109,10 @@ class GoalEnd:
         """For people."""
         parts = [self._head(goal), *self._parts(facts)]
         if self.returned is not None:
-            back = "the robot is back where it began"
-            parts.append(back if self.returned else "no way led back to where it began")
+            to = self.returned_to
+            there = f"the robot is at {to}" if to else "the robot is back where it began"
+            lost = f"no way led to {to}" if to else "no way led back to where it began"
+            parts.append(there if self.returned else lost)
         return "; ".join(parts)
 
     def _head(self, goal: str) -> str:

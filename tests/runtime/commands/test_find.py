@@ -31,8 +31,8 @@ class Service:
         self.answers: dict[str, list[dict[str, Any]]] = {}
         self.heard: list[tuple[str, dict[str, Any]]] = []
 
-    def find(self, *words: str) -> Result:
-        return CliRunner().invoke(cli, ["find", *words, "--set", f"bus.listen=['{self.end}']"])
+    def find(self, *words: str, command: str = "find") -> Result:
+        return CliRunner().invoke(cli, [command, *words, "--set", f"bus.listen=['{self.end}']"])
 
     def asked(self, kind: str) -> list[dict[str, Any]]:
         return [body for heard, body in self.heard if heard == kind]
@@ -70,7 +70,8 @@ def test_how_it_was_understood_how_it_goes_and_what_came_of_it(service: Service)
 
 def test_what_is_asked_for_is_asked_on(service: Service):
     words = ["--limit-time", "60", "--limit-distance", "5", "--limit-money", "0.1", "--return"]
-    service.find("a mug", "--then", "a chair", "--each", "--queue", *words)
+    more = ["--area-room", "kitchen"]
+    service.find("a mug", "--then", "a chair", "--each", "--queue", *words, *more)
     assert service.asked("goal") == [
         {
             "goal": ["a mug", "a chair"],
@@ -78,8 +79,29 @@ def test_what_is_asked_for_is_asked_on(service: Service):
             "several": "in_turn",
             "if_busy": "queue",
             "afterwards": "return",
+            "area": {"room": "kitchen"},
         }
     ]
+
+
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ("kitchen table", "kitchen table"), ("table, kitchen", "table, kitchen"),
+        ("1.5,-2", {"x_m": 1.5, "y_m": -2.0}),
+        ("1,0,3.1", {"x_m": 1.0, "y_m": 0.0, "yaw_rad": 3.1}),
+    ],
+)  # fmt: skip
+def test_a_place_is_gone_to(service: Service, place: str, told: object):
+    done = service.find(place, "--return-to", "dock", command="go")
+    assert done.exit_code == 0
+    expected = {"go_to": told, "limits": {}, "afterwards": {"place": "dock"}}
+    assert service.asked("goal") == [expected]
+
+
+def test_one_number_is_no_place(service: Service):
+    assert service.find("1.5", command="go").exit_code != 0
+    assert service.asked("goal") == []
 
 
 def test_each_of_several_is_waited_for_and_one_that_was_not_found_is_told(service: Service):

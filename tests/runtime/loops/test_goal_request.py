@@ -41,6 +41,8 @@ def test_several_goals_their_order_and_what_they_may_take():
     assert asked.texts == ("a mug", "a chair")
     assert (asked.several, asked.if_busy, asked.afterwards) == ("in_turn", "queue", "return")
     assert asked.limits == GoalLimits(time_s=60.0, money_usd=0.0)
+    place = {"place": "dock"}
+    assert STRICT.read({"goal": "bed", "afterwards": place}).afterwards == place
 
 
 @pytest.mark.parametrize(
@@ -53,6 +55,8 @@ def test_several_goals_their_order_and_what_they_may_take():
         ({"goal": "bed", "several": "both"}, "several: must be refuse or in_turn"),
         ({"goal": "bed", "if_busy": ["queue"]}, "if_busy: must be preempt or queue or refuse"),
         ({"goal": "bed", "afterwards": 1}, "afterwards: must be stay or return"),
+        ({"goal": "bed", "afterwards": {"room": "x"}}, 'must be stay, return or {"place": NAME}'),
+        ({"goal": "bed", "afterwards": {"place": 3}}, "afterwards: place: must be a name of at mo"),
         ({"goal": "bed", "limits": 5}, "limits: must be an object"),
         ({"goal": 5}, "goal request: goal: must be text"),
         ({"goal": "bed", "speed": 9}, "goal request: 'speed': unknown; "),

@@ -1,6 +1,6 @@
 """The life of a goal, from the request to the result, and over a restart."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,11 +9,15 @@ import pytest
 from goal_bench import Bench
 
 from runtime import navigate
+from runtime.core.destination import Destination
+from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, SearchState
 from runtime.core.world import Command, Mode
 from runtime.errors import ConfigError
 from runtime.journal import read_journal
 from runtime.loops.goals import ASKED_ON, TRIES
+from runtime.loops.whereabouts import NoZones
+from runtime.service.bounds import ANYWHERE, AREA, GoalBounds
 from runtime.service.goal_queue import FILE, WAITING
 from runtime.service.outcomes import FailCause, GoalEnd
 
@@ -366,6 +370,64 @@ def test_a_robot_goes_back_before_it_says_what_it_found(
     assert bench.rests == [SearchState.FOUND]
 
 
+class Places(NoZones):
+    """One place, and an area round where the robot begins."""
+
+    def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
+        if "go_to" in body:
+            return GoalBounds(to=Destination("dock", (5.0, 3.0)))
+        if "area" in body:
+            square = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+            corners = tuple((4.0 + x, 3.0 + y) for x, y in square)
+            return GoalBounds(area=Zone(AREA, corners, area=True))
+        return ANYWHERE
+
+
+@pytest.mark.parametrize("area", [False, True])
+def test_a_robot_goes_to_a_place_before_it_says_what_it_found_and_out_of_its_area_for_it(
+    made: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch, area: bool
+):
+    bench = made(zones=Places())
+    binds = {"area": {"place": "sofa"}} if area else {}
+    id = bench.ask(afterwards={"place": "dock"}, **binds)["id"]
+    bench.frames(12)
+    drive = bench.life.drive
+    assert drive is not None
+    assert drive.way.ends(GoalEnd(SearchState.FOUND, "found toilet 1")) is None
+    assert drive.search.whereabouts.bounds.area is None
+    bench.stand(4.9, 3.0)
+    bench.frames(3)
+    told = bench.result(id)
+    assert (told["result"], told["returned"]) == ("found", True)
+    assert told["reason"] == "found toilet 1; arrived at dock"
+    assert told["sentence"].endswith("; the robot is at dock")
+
+
+def test_a_robot_that_goes_back_within_its_area_is_kept_in_it(made: Callable[..., Bench]):
+    bench = made(zones=Places())
+    bench.ask(afterwards="return", area={"place": "sofa"})
+    bench.frames(2)
+    drive = bench.life.drive
+    assert drive is not None
+    assert drive.way.ends(GoalEnd(SearchState.FOUND, "found toilet 1")) is None
+    assert drive.search.whereabouts.bounds.area is not None
+
+
+@pytest.mark.parametrize(
+    "end",
+    [
+        GoalEnd(SearchState.AREA_LEFT, "it is outside"),
+        GoalEnd(SearchState.FAILED, "where are the zones?", FailCause.NOT_LOCALISED),
+    ],
+)
+def test_who_is_not_where_it_was_to_be_goes_nowhere_by_itself(bench: Bench, end: GoalEnd):
+    bench.ask(afterwards="return")
+    bench.frames(2)
+    drive = bench.life.drive
+    assert drive is not None
+    assert drive.way.ends(end) is end
+
+
 def test_a_search_that_is_cancelled_does_not_go_back(bench: Bench):
     id = bench.ask(afterwards="return")["id"]
     bench.frames(2)
@@ -478,13 +540,10 @@ def test_a_file_of_goals_that_is_none_is_put_aside_and_said(
     assert bench.ask()["accepted"]
 
 
-class Lost:
+class Lost(NoZones):
     """Zones are drawn on a saved map, and nobody knows where that lies."""
 
     where = ""
-
-    def now(self) -> tuple[()]:
-        return ()
 
     def unbound(self) -> str:
         return self.where

@@ -1,5 +1,6 @@
 """The closed lists of results and refusals, and their sentences."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -80,3 +81,5 @@ def test_whether_it_is_back_where_it_began_is_told(returned: bool, told: str):
     )
     assert end.told("a1", "a mug", {})["returned"] is returned
     assert end.told("a1", "a mug", {})["at_xy"] == [1.0, 2.0]
+    at_dock = replace(end, returned_to="dock").sentence("a mug", {})
+    assert at_dock.endswith("; the robot is at dock" if returned else "; no way led to dock")
