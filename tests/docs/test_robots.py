@@ -2,11 +2,8 @@
 used, and a bridge carries what the runtime listens to and nothing else. No robot is there."""
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -157,8 +154,9 @@ def test_every_file_that_is_deployed_for_robots_is_named_on_the_page() -> None:
 
 @pytest.mark.parametrize("page", [PAGE, README], ids=["robots.md", "README.md"])
 def test_a_goal_is_asked_for_as_the_page_says(page: str) -> None:
-    [line] = re.findall(r"^(scripts/ask rfnav/goal .*?) *#", page, re.MULTILINE)
-    script, name, goal = shlex.split(line)
+    """Over a bridge that is a router."""
+    [line] = re.findall(r"^(rfnav find .*?) *#", page, re.MULTILINE)
+    _, *words = shlex.split(line)
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
@@ -169,11 +167,10 @@ def test_a_goal_is_asked_for_as_the_page_says(page: str) -> None:
     def answer(query: zenoh.Query) -> None:
         assert query.payload is not None
         asked.append(json.loads(query.payload.to_string()))
-        query.reply(name, '{"accepted": true}')
+        query.reply(query.key_expr, '{"accepted": true, "id": "a1", "how": "as it is"}')
 
-    with zenoh.open(config) as robot, robot.declare_queryable(name, answer):
-        path = f"{Path(sys.executable).parent}:{os.environ['PATH']}"
-        asking = [ROOT / script, name, goal, endpoint]
-        told = subprocess.check_output(asking, text=True, env={**os.environ, "PATH": path})
-    assert [set(one) for one in asked] == [{"goal"}]
-    assert told == '{"accepted": true}\n'
+    setting = f"bus.connect=['{endpoint}']"
+    with zenoh.open(config) as robot, robot.declare_queryable("rfnav/goal", answer):
+        done = CliRunner().invoke(cli, [*words, "--no-wait", "--set", setting])
+    assert [one["goal"] for one in asked] == [words[1]]
+    assert (done.output, done.exit_code) == ("a1: as it is\n", 0)
