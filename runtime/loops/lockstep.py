@@ -111,7 +111,8 @@ class Lockstep:
         last = search.world.body.last if search.world is not None else None
         if last is not None and last.ended is not None:
             end = GoalEnd(last.ended, last.reason, at_xy=last.toward_xy)
-        return search.end(reason, result=end.result, code=end.code)
+        told = {"result": end.result, "code": end.code}
+        return search.end(reason, **told) | told
 
     # -- one step --------------------------------------------------------------------------------
 

@@ -11,7 +11,8 @@ from fake_models import FakeModels, Wordy, broken, farthest
 from lockstep_double import Peer, begin, home, running
 
 from runtime.clock import Deadline
-from runtime.core.types import Action, Brief, Intrinsics, Missing, Pose, Vote
+from runtime.core.types import Action, Brief, Intrinsics, Missing, Pose, SearchState, Vote
+from runtime.core.world import Command, Mode
 from runtime.errors import SensorError
 from runtime.journal import read_journal, read_map
 
@@ -265,3 +266,27 @@ def test_in_velocity_mode_the_answer_is_a_twist(tmp_path: Path):
     assert {"stamp_ns", "action", "v_mps", "w_radps"} == set(peer.answers[-1])
     assert peer.answers[-1]["v_mps"] == 0
     assert 0 < peer.answers[-1]["w_radps"] <= 0.6
+
+
+def test_the_end_of_an_episode_says_what_came_of_its_goal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    unreachable = Command(
+        Action.STOP, Mode.STOP, (1.0, 2.0), "no way leads there", ended=SearchState.UNREACHABLE
+    )
+    with running(FakeModels(home())) as (peer, ended):
+        begin(peer, tmp_path / "a")
+        assert peer.ask("cancel", {"reason": "enough"})["code"] == 4703
+        begin(peer, tmp_path / "b")
+        monkeypatch.setattr("runtime.navigate.act", lambda world, cfg: unreachable)
+        assert peer.show(home()) == "stop"
+        summary = peer.ask("cancel", {"reason": "stop"})
+        for more in ({"limits": {"time_s": 3}}, {"afterwards": "return"}, {"goal": ["a", "b"]}):
+            refused = peer.ask("goal", {"goal": "toilet", **more})
+            assert (refused["code"], refused["error"][:22]) == (4720, "goal request: one goal")
+    assert not ended
+    assert (summary["result"], summary["code"]) == ("unreachable", 4702)
+    ends = [list(read_journal(tmp_path / d / "decisions.jsonl"))[-1] for d in "ab"]
+    assert [(end["reason"], end["result"]) for end in ends] == [
+        ("enough", "cancelled"), ("stop", "unreachable"),
+    ]  # fmt: skip
