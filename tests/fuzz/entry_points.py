@@ -39,10 +39,12 @@ from file_entries import (
 )
 from image_entries import images, pictures
 from places import TESTS
-from robot_entries import GOALS, QUERY_KINDS, ZONES, mavlink, messages, numbered, request
+from robot_entries import GOALS, HARNESS, QUERY_KINDS, ZONES, mavlink, messages, numbered, request
 from ros_entry import ros, seeds
 from rover_bytes import SEEDS
 
+GOAL = QUERY_KINDS.index("goal")
+ASKED = (*range(len(QUERY_KINDS)), HARNESS | GOAL)
 __all__ = ["ENTRY_POINTS", "REFUSALS"]
 
 ENTRY_POINTS: dict[str, EntryPoint] = {
@@ -52,7 +54,7 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "doctor": EntryPoint(told(), heard),
     "requests": EntryPoint(
         [
-            *(bytes((n,)) + json.dumps(body).encode() for n in (0, 1, 2, 3, 128) for body in GOALS),
+            *(bytes((n,)) + json.dumps(body).encode() for n in ASKED for body in GOALS),
             *(bytes((QUERY_KINDS.index("zones"),)) + json.dumps(body).encode() for body in ZONES),
         ],
         request,

@@ -8,7 +8,8 @@ from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
 
 import numpy as np
-from answers import REFUSALS, refused, refused_in_a_line
+from answers import REFUSALS, refused, refused_in_a_line, scratch
+from goal_bench import Bench
 from manual_clock import ManualClock
 from other_half import (
     battery_state,
@@ -193,15 +194,17 @@ def request(data: bytes) -> None:
         return
     number, asker = data[0], _Asker(data[1:])
     requests = Requests(threading.Condition(), lambda topic: topic)
-    kind = QUERY_KINDS[number % len(QUERY_KINDS)]
+    kind = QUERY_KINDS[number % HARNESS % len(QUERY_KINDS)]
     requests.file(kind, kind, asker)
     taken = requests.take()
     if taken is not None:
-        terms = Terms(harness=True) if number > 127 else STRICT
+        terms = Terms(harness=True) if number >= HARNESS else STRICT
         answer: dict[str, object] = {"accepted": True}
         cancel_reason(taken.body)
         if kind == "why":
             answer = WATCH.why(taken)
+        if kind in ("pause", "resume", "result"):
+            answer |= getattr(IDLE.life, kind)(taken)
         if kind == "zones":
             nowhere = Surroundings(lambda: Pose(0.0, 0.0, 0.0), lambda: (0.0, 0.0))
             answer = Zones(None, nowhere).answer(taken.body)
@@ -222,6 +225,8 @@ def request(data: bytes) -> None:
 
 
 QUERY_KINDS = list(QUERIES)
+HARNESS = 128  # and up, of the first byte
+IDLE = Bench(scratch())
 ZONES = [
     {"add": "stairs", "polygon": [[0, 0], [1.5, 0], [1, 1e3], [0, 1]]},
     {"remove": "stairs"},
