@@ -463,7 +463,7 @@ def test_systemd_is_told_when_runtimes_can_come(
         systemd.settimeout(20.0)
         monkeypatch.setenv("NOTIFY_SOCKET", str(heard))
         came = guard.links(path)
-        taker = threading.Thread(target=lambda: next(came))
+        taker = threading.Thread(target=lambda: next(came), daemon=True)
         taker.start()
         assert systemd.recv(99) == b"READY=1"
         with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as link:
@@ -477,6 +477,7 @@ def test_a_systemd_that_reads_nothing_is_not_waited_for(
 ) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(str(tmp_path / "notify"))
+        systemd.settimeout(20.0)
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
         for _ in range(5000):
             guard.tell_systemd("WATCHDOG=1")
