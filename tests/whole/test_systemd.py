@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from authority import certified
 from labelled_robot import LabelledRobot
 from nspawn import Machine, why_not
 from places import ROOT
@@ -30,7 +31,7 @@ CONFIG = "/etc/rf-nav/robot.toml"
 OURS = """
 [bus]
 mode = "client"
-connect = ["tcp/127.0.0.1:{port}"]
+connect = ["{endpoint}"]
 
 [research]
 detector_source = "topic"
@@ -44,6 +45,12 @@ model = "m"
 price_in_usd = 0.0
 price_out_usd = 0.0
 credential = "rf-nav.cloud-key"
+"""
+CERTIFICATES = """
+[bus.tls]
+ca = "$CREDENTIALS_DIRECTORY/rf-nav.ca.pem"
+certificate = "$CREDENTIALS_DIRECTORY/rf-nav.robot.pem"
+private_key = "$CREDENTIALS_DIRECTORY/rf-nav.robot-key.pem"
 """
 RESTS = "systemctl show -p SubState --value rf-nav | grep -qx running"
 STARVED_BYTES = 1 << 20
@@ -66,8 +73,8 @@ class Life:
     def property(self, name: str, unit: str = "rf-nav") -> str:
         return self.machine.told("systemctl", "show", "-p", name, "--value", unit)
 
-    def configure(self, more: str = "") -> None:
-        text = OURS.format(port=self.port) + more
+    def configure(self, more: str = "", endpoint: str = "") -> None:
+        text = OURS.format(endpoint=endpoint or f"tcp/127.0.0.1:{self.port}") + more
         self.machine.shell(f"cat >{CONFIG} <<'END'\n{text}\nEND")
 
     def ready(self) -> None:
@@ -202,7 +209,7 @@ def test_its_journal_has_fields_and_it_says_how_it_stands_and_why(life: Life) ->
 
 def test_killed_it_is_back_and_meanwhile_the_guard_has_stopped_the_base(life: Life) -> None:
     life.drives()
-    life.machine.shell("systemctl kill -s KILL rf-nav")
+    life.machine.shell("systemctl kill --kill-whom=main -s KILL rf-nav")
     life.robot.until(lambda: life.robot.commands[-1] == STILL)
     told = life.machine.told("journalctl", "-u", "rf-nav-guard", "-o", "cat", "--no-pager")
     assert "rfnav guard: the control loop ended: zero is commanded" in told
@@ -211,7 +218,7 @@ def test_killed_it_is_back_and_meanwhile_the_guard_has_stopped_the_base(life: Li
 
 def test_frozen_it_is_killed_by_systemds_watchdog_and_back(life: Life) -> None:
     life.drives()
-    life.machine.shell("systemctl kill -s STOP rf-nav")
+    life.machine.shell("systemctl kill --kill-whom=main -s STOP rf-nav")
     life.robot.until(lambda: life.robot.commands[-1] == STILL)
     life.back(2)
     told = life.machine.told("journalctl", "-u", "rf-nav", "-o", "cat", "--no-pager")
@@ -240,17 +247,34 @@ def test_on_a_full_disk_it_goes_on_and_says_what_is_lost(life: Life) -> None:
         machine.shell(f"umount -l {searches}; systemctl restart rf-nav")
 
 
-def test_the_clouds_key_is_a_credential(life: Life) -> None:
-    machine = life.machine
-    key = "install -d -m 0700 /etc/credstore; umask 077; echo sk-test >/etc/credstore/"
-    machine.shell(f"{key}rf-nav.cloud-key")
-    life.configure(CLOUD)
-    machine.shell("systemctl restart rf-nav")
-    assert life.robot.ask("status")["runtime"]["state"] != "fault"
+def test_keys_are_credentials_of_the_runtime_and_of_its_guard(life: Life, tmp_path: Path) -> None:
+    machine, port = life.machine, free_port()
+    own = certified(tmp_path, "robot", "127.0.0.1")
+    secrets = {"cloud-key": "sk-test\n"}
+    for name, path in zip(
+        ("ca.pem", "robot.pem", "robot-key.pem"), own.named.values(), strict=True
+    ):
+        secrets[name] = Path(path).read_text()
+    machine.shell("install -d -m 0700 /etc/credstore")
+    for name, text in secrets.items():
+        machine.shell(f"umask 077; cat >/etc/credstore/rf-nav.{name} <<'END'\n{text}END")
+    laptop = certified(tmp_path, "laptop", "127.0.0.1")
+    robot = LabelledRobot(BusConfig(listen=(f"tls/127.0.0.1:{port}",), tls=laptop))
+    robot.start()
+    try:
+        life.configure(CLOUD + CERTIFICATES, f"tls/127.0.0.1:{port}")
+        machine.shell("systemctl restart rf-nav-guard rf-nav")
+        assert robot.ask("goal", {"goal": "chair"})["accepted"]
+        robot.until(lambda: robot.commands and robot.commands[-1] != STILL)
+        robot.until(lambda: "guard" not in robot.state()["runtime"]["cause"])  # it reaches somebody
+        machine.shell("systemctl kill --kill-whom=main -s KILL rf-nav")
+        robot.until(lambda: robot.commands[-1] == STILL)
+    finally:
+        robot.close()
     machine.shell("rm -r /etc/credstore")
-    done = machine.run("systemctl", "restart", "rf-nav")
-    assert done.returncode != 0
-    assert "cloud.credential: must name a file that holds the key" in machine.journal()
+    assert machine.run("systemctl", "restart", "rf-nav").returncode != 0
+    told = r"bus\.tls\.ca: \S+rf-nav\.ca\.pem: No such file|cloud\.credential: must name a file"
+    assert re.search(told, machine.journal())
 
 
 def test_given_up_it_rests_is_tried_again_and_who_stops_it_meanwhile_is_heeded(life: Life) -> None:
