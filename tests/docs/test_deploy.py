@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+import tomllib
 
 import pytest
 from places import ROOT
@@ -28,6 +29,16 @@ def test_the_harness_starts_a_runtime_with_it():
 
 
 SCRIPTS = sorted((ROOT / "deploy").glob("*.sh"))
+
+
+def test_a_wheel_has_all_of_it_each_where_it_lies_here():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    found = set()
+    for place, patterns in project["tool"]["setuptools"]["data-files"].items():
+        for path in (path for pattern in patterns for path in ROOT.glob(pattern)):
+            assert str(path.parent.relative_to(ROOT)).replace("deploy", "share/rf-nav", 1) == place
+            found.add(path)
+    assert found == {path for path in (ROOT / "deploy").rglob("*") if path.is_file()}
 
 
 def test_its_scripts_can_be_run_and_a_checker_has_nothing_to_say():
