@@ -17,7 +17,7 @@ from runtime.core.types import F64, I32
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
 
 FAR_M: Final = 10.0  # on foot: what is farther away is come to as ever
-SEEN_M: Final = 1.3  # a thing that was seen from so near has been looked at
+SEEN_M: Final = 1.3  # a thing that this search saw from so near has been looked at
 THINGS: Final = 6  # that are visited at most
 PLACES: Final = 4  # in rooms
 ASK_EVERY_S: Final = 1.0  # for another place in a room
@@ -48,7 +48,8 @@ def _next_thing(world: World) -> Instance | None:
             if thing.name != name or not semantic.catalogue.is_sure(thing.id):
                 continue
             away_m = on_foot_m(world.reach, thing)
-            if thing.id not in hint.visited and thing.range_m > SEEN_M and away_m <= FAR_M:
+            new = thing.range_m > SEEN_M or thing.id in hint.before
+            if new and thing.id not in hint.visited and away_m <= FAR_M:
                 found.append((world.pursuit.aim != (AimKind.NEAR, thing.id), away_m, thing.id))
     return semantic.instances[min(found)[2]] if found else None
 

@@ -115,10 +115,11 @@ class Detections:
 @dataclass
 class Hint:
     """Where a goal was said to be: `near` things, in `rooms`, by the names that those have on the
-    map; and what was visited of it."""
+    map; and what was visited of it. `before`: things, by id, that an earlier search has seen."""
 
     near: tuple[str, ...] = ()
     rooms: tuple[str, ...] = ()
+    before: frozenset[int] = frozenset()
     visited: set[int] = field(default_factory=set)  # things, by id
     places: int = 0  # of rooms, so far
     place_xy: tuple[float, float] | None = None  # that is gone to, m

@@ -159,14 +159,15 @@ class Search:
         that is the new goal is gone to at once, and looked at again."""
         names = self.order.names
         world = self.world = World.begin_from(before, self.goal.name, names)
-        world.explored.hint = Hint(self.goal.near, self.goal.rooms)
+        known = frozenset(world.semantic.instances)
+        world.explored.hint = Hint(self.goal.near, self.goal.rooms, known)
         things, rows = embedded(world.semantic)
         likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
         self.record("heard", {"name": "likeness", "value": likeness})
         goal = self.goal.name
         recalled = recall(world.semantic, goal, names, likeness)
-        known = world.semantic.called(goal)
-        told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in known]
+        called = world.semantic.called(goal)
+        told = [{"id": i.id, "xy": i.xy, "p": round(i.confidence_of(goal), 4)} for i in called]
         self.journal.write(
             "memory", objects=len(world.semantic.instances), renamed=recalled, goal=told
         )

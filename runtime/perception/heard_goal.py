@@ -46,7 +46,11 @@ def hear(text: str, words: Words, embed: Embed) -> Heard:
         raise ConfigError(
             f"goal: {_cut(said)!r} names {len(phrase.things)} things; ask for one: {asked}"
         )
-    near = _near(phrase, nouns, words, embed)
+    near = {
+        thing: name
+        for thing, name in _near(phrase, nouns, words, embed).items()
+        if name != goals[0].name
+    }
     rooms = tuple(room for room in phrase.rooms if room in words.rooms)
     goal = replace(goals[0], near=tuple(dict.fromkeys(near.values())), rooms=rooms)
     left = replace(
@@ -104,8 +108,8 @@ def _understood(thing: str, nouns: "Known", words: Words, embed: Embed) -> Goal:
 
 
 def _told(said: str, phrase: Phrase, goal: Goal, nouns: "Known") -> Goal:
-    """The goal by the words that it was asked for by, with what is first gone to of
-    them and what is not used."""
+    """The goal by the words that it was asked for by, with what of them is gone to first, and what
+    was not used."""
     thing = phrase.things[0]
     how = goal.how.partition(": ")[2]
     english = nouns.english(thing)

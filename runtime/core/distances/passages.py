@@ -31,13 +31,15 @@ class ClosedWay:
 
 @dataclass
 class TriedWay:
-    """How often a closed way was looked at again, and when last, s; since when it is watched."""
+    """How often a closed way was looked at again, and when last, s; since when it is watched;
+    whether it is open by now."""
 
     id: int
     xy: tuple[float, float]
     looks: int = 0
     last_s: float = -math.inf
     since_s: float | None = None
+    is_open: bool = False
 
 
 @dataclass
@@ -52,7 +54,7 @@ class Passages:
     @property
     def still_closed(self) -> list[TriedWay]:
         """Those that were looked at again in vain."""
-        return [tried for tried in self.tried if tried.looks]
+        return [tried for tried in self.tried if tried.looks and not tried.is_open]
 
     def note(self, frame: GridFrame, reach: Field) -> None:
         """What can be reached now, of a map of that frame."""
@@ -62,6 +64,8 @@ class Passages:
                 opened[_window(frame, before)] = self._opened
             self._frame, self._opened = frame, opened
         self._opened[_window(frame, reach.frame)] |= np.isfinite(reach.arrival_m)
+        for tried in self.tried:
+            tried.is_open = math.isfinite(reach.at(*tried.xy))
 
     def closed(self, terrain: Terrain, reach: Field, barred: Mask) -> list[ClosedWay]:
         """The ways to floor that could be reached, and cannot now; the nearest first. None leads

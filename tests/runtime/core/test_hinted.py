@@ -92,6 +92,11 @@ def test_no_way_is_gone_for_it(thing: Instance):
     assert look_where_said(world(Hint(near=("table",)), thing), CFG) is None
 
 
+def test_what_an_earlier_search_saw_from_near_is_looked_at_again():
+    hint = Hint(near=("table",), before=frozenset({1}))
+    assert look_where_said(world(hint, table(1, 2.0, 0.5, range_m=1.0)), CFG) is not None
+
+
 def test_no_more_than_some_are_visited():
     hint = Hint(near=("table",), visited=set(range(10, 10 + THINGS)))
     assert look_where_said(world(hint, table(1, 2.0, 0.5)), CFG) is None

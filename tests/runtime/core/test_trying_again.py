@@ -124,6 +124,13 @@ def test_a_way_that_comes_no_nearer_is_left_alone():
     assert said[0].reason == "go and look whether the way at (3.0, 1.8) is open again"
 
 
+def test_a_way_that_is_open_by_now_is_not_told_as_closed():
+    world, _ = list(searched(opened=50))[-1]
+    (way,) = world.explored.passages.tried
+    assert way.looks
+    assert world.explored.passages.still_closed == []
+
+
 def test_only_what_was_looked_at_again_stays_closed():
     passages = Passages([TriedWay(1, (0.0, 0.0)), TriedWay(2, (1.0, 1.0), looks=1)])
     assert [way.id for way in passages.still_closed] == [2]

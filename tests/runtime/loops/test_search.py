@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from apartment import INTRINSICS, MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
 from fake_models import FakeModels
+from open_floor import bed
 
 from runtime.config import load
 from runtime.core.geometry import rays
 from runtime.core.objects.gone import LOOKS
-from runtime.core.types import Detections, Mount, Observation, Pose
+from runtime.core.types import Detections, Hint, Mount, Observation, Pose
 from runtime.errors import ConfigError
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
@@ -178,3 +179,22 @@ def test_what_has_gone_from_the_map_is_journaled(tmp_path: Path) -> None:
     lines = [json.loads(line) for line in (tmp_path / JOURNAL_FILE).read_text().splitlines()]
     (told,) = [line for line in lines if line["kind"] == "gone"]
     assert [thing["name"] for thing in told["objects"]] == ["bed"]
+
+
+def test_where_the_goal_was_said_to_be_is_known_to_its_world_and_to_the_next_goals(
+    tmp_path: Path,
+) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
+    models = FakeModels(home)
+    order = understand({"goal": "bed"}, models, lambda more: load(None, more), terms(tmp_path))
+    order = replace(order, goal=replace(order.goal, near=("table",), rooms=("bathroom",)))
+    first, second = Search.begin(order), Search.begin(order)
+    world = first.perceive(first.prepared(home.observe()), NO_DETECTIONS, models)
+    assert world.explored.hint == Hint(("table",), ("bathroom",))
+    world.semantic.instances[1] = bed()
+    second.inherit(world, models)
+    assert second.world is not None
+    assert second.world.explored.hint == Hint(("table",), ("bathroom",), frozenset({1}))
+    for search in (first, second):
+        search.end("seen")
+    models.panel.close()

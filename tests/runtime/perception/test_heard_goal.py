@@ -210,6 +210,7 @@ def test_near_is_what_the_detector_knows() -> None:
     assert heard.goal.rooms == ()
     assert heard.goal.how.endswith("; not used: near: flux capacitor, room: garage")
     assert hear("a mug", WORDS, unlike).goal.near == ()
+    assert hear("a mug near the other mug", WORDS, unlike).goal.near == ()
 
 
 def test_letters_alone_are_no_likeness(encoder: TextEncoder) -> None:
