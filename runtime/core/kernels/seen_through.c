@@ -38,14 +38,14 @@ static void look(const Grid *depth, const Numbers *n, const double at[3], uint8_
         return;
     const double half = n->fx * n->cell_m / 2.0 / away;
     const double u = n->fx * at[0] / away + n->cx, v = n->fy * at[1] / away + n->cy;
-    const double left = floor(u - half), right = floor(u + half), line = floor(v);
-    if (!(left >= 0.0 && right < (double)depth->cols && line >= 0.0 && line < (double)depth->rows))
+    if (!(u - half >= 0.0 && u + half < (double)depth->cols && v >= 0.0 && v < (double)depth->rows))
         return;
     const double least = away + n->margin_m + n->slack * away;
     const double nearest = away - n->margin_m - n->slack * away;
-    const float *row = GRID_ROW(*depth, float, (Py_ssize_t)line);
+    const float *row = GRID_ROW(*depth, float, (Py_ssize_t)v);
+    const Py_ssize_t last = (Py_ssize_t)(u + half);
     int known = 1, blocked = 0, here = 0;
-    for (Py_ssize_t col = (Py_ssize_t)left; col <= (Py_ssize_t)right; col++) {
+    for (Py_ssize_t col = (Py_ssize_t)(u - half); col <= last; col++) {
         const double read = (double)row[col];
         const int valid = read > 0.0 && read < INFINITY;
         known &= valid;
@@ -64,12 +64,15 @@ static Sight sight_of(const Grid *depth, const Numbers *n, Py_ssize_t row, Py_ss
     const double ahead = n->cosine * dx + n->sine * dy - n->mount_m[0];
     const double aside = n->cosine * dy - n->sine * dx - n->mount_m[1];
     const double *turn = n->turn;
+    double level[3];
+    for (int k = 0; k < 3; k++)
+        level[k] = turn[k] * ahead + turn[3 + k] * aside;
     Sight sight = {0, 0, 0};
     for (int band = 0; band < BANDS; band++) {
         const double up = n->lowest_m + band * n->apart_m - n->mount_m[2];
         double at[3];
         for (int k = 0; k < 3; k++)
-            at[k] = turn[k] * ahead + turn[3 + k] * aside + turn[6 + k] * up;
+            at[k] = level[k] + turn[6 + k] * up;
         look(depth, n, at, (uint8_t)(1 << band), &sight);
     }
     return sight;

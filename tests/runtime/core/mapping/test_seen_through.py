@@ -11,7 +11,7 @@ from runtime.core.mapping.grid import NavigationMap, integrate
 from runtime.core.mapping.solid_depth import solid
 
 RADIUS_M, HEIGHT_M, DEPTH_M = 0.18, 1.0, 5.0
-STOOD = 10  # frames, after which evidence is all that it can be
+STOOD = 6  # frames, after which evidence is all that it can be
 
 
 def person(x_m: float) -> tuple[Box, ...]:
@@ -77,7 +77,7 @@ def test_what_has_gone_leaves(
 def test_it_is_floor_that_is_free_where_somebody_stood_close_by():
     grid = fresh()
     look(grid, STOOD, wall(4.0), *person(1.0))
-    look(grid, STOOD, wall(4.0))
+    look(grid, 9, wall(4.0))
     assert grid.free[grid.frame.cell(0.86, 0.0)]
 
 
