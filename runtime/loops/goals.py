@@ -139,7 +139,7 @@ class GoalLife:
         if goal.paused:
             drive.pause(ASKED_ON)
         log_dir = str(order.log_dir) if order.log_dir else None
-        return {"name": order.goal.name, "how": order.goal.how, "log_dir": log_dir}
+        return {"name": order.named, "how": order.goal.how, "log_dir": log_dir}
 
     def _give_way(self) -> None:
         """To a newer goal."""

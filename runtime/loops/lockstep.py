@@ -99,7 +99,7 @@ class Lockstep:
         except RfNavError as error:
             return refused(Refusal.REQUEST, str(error))
         self._bus.flush()
-        return {"accepted": True, "name": order.goal.name, "how": order.goal.how}
+        return {"accepted": True, "name": order.named, "how": order.goal.how}
 
     def _end(self, reason: str) -> dict[str, object]:
         search, self._search = self._search, None

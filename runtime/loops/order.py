@@ -82,6 +82,11 @@ class Order:
     then_to: Destination | None = None  # where it is to go afterwards
 
     @property
+    def named(self) -> str:
+        """What is looked for, or gone to."""
+        return self.bounds.to.name if self.bounds.to is not None else self.goal.name
+
+    @property
     def names(self) -> tuple[str, ...]:
         """The classes that are looked for and looked at."""
         return tuple(names[0] for names in self.goal.classes)

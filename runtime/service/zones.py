@@ -88,7 +88,7 @@ class Zones:
         if self._lost or not self._zones or self._frame() is not None:
             return self._lost
         return (
-            f"{len(self._zones)} keep-out zones were drawn before the last start, and it is not "
+            f"keep-out zones ({len(self._zones)}) were drawn before the last start, and it is not "
             f"known where the robot is {SAY_WHERE}, or remove them (rfnav/zones)"
         )
 

@@ -82,13 +82,15 @@ class Unbound:
         raise AssertionError("nothing is read that is refused")
 
     def unbound(self) -> str:
-        return "1 keep-out zones were drawn before the last start"
+        return "keep-out zones (1) were drawn before the last start"
 
 
 def test_while_nobody_knows_where_they_lie_no_goal_is_taken():
     models = FakeModels(home())
     terms = Terms(True, zones=Unbound())
-    with pytest.raises(ConfigError, match=r"^1 keep-out zones were drawn before the last start"):
+    with pytest.raises(
+        ConfigError, match=r"^keep-out zones \(1\) were drawn before the last start"
+    ):
         understand({"goal": "toilet"}, models, lambda more: load(None, more), terms)
     models.panel.close()
 
@@ -166,7 +168,9 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
 
 
 def test_in_real_time_a_place_is_arrived_at(bench: Bench):
-    id = bench.life.accept({"go_to": "door"})["id"]
+    answer = bench.life.accept({"go_to": "door"})
+    assert (answer["name"], answer["how"]) == ("door", "a place: door")
+    id = answer["id"]
     bench.frames(2)
     assert bench.mode == "place"
     assert bench.plans[-1].course is not None

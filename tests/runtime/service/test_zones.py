@@ -99,7 +99,7 @@ def test_after_a_restart_no_goal_is_taken_until_it_is_known_where_they_lie(tmp_p
     where: list[Pose | None] = [None]
     again = zones(tmp_path, lambda: where[0])
     assert again.now() == ()
-    assert again.unbound().startswith("1 keep-out zones were drawn before the last start")
+    assert again.unbound().startswith("keep-out zones (1) were drawn before the last start")
     assert again.answer({"list": True}) == {
         "accepted": True, "zones": [{"name": "stairs", "polygon": SQUARE}], "bound": False,
     }  # fmt: skip
