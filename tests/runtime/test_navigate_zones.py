@@ -5,15 +5,18 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
 from apartment import MOUNT, TWO_ROOMS, Apartment
-from open_floor import POSE, RADIUS_M, SPOT, bed, floor
+from open_floor import POSE, RADIUS_M, SPOT, axes, bed, floor
 
 from runtime import navigate
 from runtime.core.distances.planner import look_around
+from runtime.core.exploration import with_frontiers
+from runtime.core.local_policy import WholeSteps
 from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, Ballot, Brief, Pose
-from runtime.core.world import Command, Mode, World
+from runtime.core.world import Command, Mode, Resort, World
 
 NAMES, ROOMS, CFG = ("toilet",), ("kitchen", "bedroom", "hallway"), navigate.NavigateConfig()
 MODES = {
@@ -187,3 +190,52 @@ def test_a_goal_within_a_zone_is_faced_from_outside():
     end = command.path_xy[-1]
     assert zone.outside_m((float(end[0]), float(end[1]))) >= RADIUS_M
     assert math.dist(end, SPOT) < 1.3
+
+
+def on_the_floor(*zones: Zone) -> World:
+    world = World.begin("toilet", NAMES, (), POSE, RADIUS_M, 0)
+    world.map = floor()
+    navigate.keep_out(world, zones)
+    return world
+
+
+def test_what_is_unknown_in_a_zone_is_told_to_no_expert():
+    world = on_the_floor(Zone("", box(2.5, -2.0, 6.0, 2.0)))
+    with_frontiers(world, CFG)
+    seen = navigate.outlook(world, "", CFG)
+    barred = world.map.zones.barred(world.map.frame)[
+        seen.map.frame.first_row :, seen.map.frame.first_col :
+    ][: seen.map.frame.rows, : seen.map.frame.cols]
+    assert barred.any()
+    assert not (barred & (seen.map.unknown | seen.map.free)).any()
+    assert seen.map.unknown.any()
+    assert seen.map.free.any()
+
+
+def test_what_was_seen_only_from_afar_is_not_looked_at_in_a_zone():
+    world = on_the_floor(Zone("", box(-2.0, -2.0, -0.5, 2.0)))
+    world.explored.looked[:] = True
+    low, high = world.map.frame.cell(-1.5, -1.5), world.map.frame.cell(1.5, 1.5)
+    world.explored.looked[low[0] : high[0], low[1] : high[1]] = False
+    world.explored.resort = Resort.AFAR
+    with_frontiers(world, CFG)
+    zone = world.map.zones.zones[0]
+    assert any(abs(x) < 1 and abs(y) < 1 for f in world.frontiers for x, y in f.cells_xy)
+    assert all(zone.outside_m((x, y)) > 0 for f in world.frontiers for x, y in f.cells_xy)
+
+
+def test_a_wedged_robot_does_not_squeeze_out_into_a_zone():
+    """A ring right around the robot, open behind it, where a zone begins."""
+    world = on_the_floor()
+    x, y = axes(world.map)
+    ring = (np.hypot(x, y) > 0.24) & (np.hypot(x, y) < 0.6)
+    world.map.evidence[ring & ~((x < 0) & (np.abs(y) < 0.11))] = 20
+    world.map.changed()
+    world.pose = Pose(0.0, 0.0, math.pi)
+    out = []
+    for zones in ((), (Zone("", box(-2.0, -1.0, -0.35, 1.0)),)):
+        navigate.keep_out(world, zones)
+        with_frontiers(world, CFG)
+        out.append(WholeSteps(CFG)._unwedge(world, np.zeros((0, 2)), None))
+    assert out[0] is Action.MOVE_FORWARD
+    assert out[1] is not Action.MOVE_FORWARD

@@ -2,18 +2,24 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 from apartment import MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
-from open_floor import POSE, floor
+from open_floor import POSE, axes, floor
 
 from runtime import navigate
+from runtime.core import destination
 from runtime.core.destination import NEAR_M, Destination, into, is_within, left_area
 from runtime.core.distances.planner import look_around
+from runtime.core.exploration import with_frontiers
 from runtime.core.local_policy import GIVE_UP_AFTER
 from runtime.core.mapping.zones import Zone
-from runtime.core.types import Action, Pose, SearchState
-from runtime.core.world import Command, Mode, World
+from runtime.core.types import Action, Frontier, Pose, SearchState
+from runtime.core.world import Aim, AimKind, Command, Mode, World
 
 CFG, RADIUS_M = navigate.NavigateConfig(), 0.18
 
@@ -124,6 +130,38 @@ def test_into_an_area_any_place_of_it_will_do_the_nearest():
     assert gone is not None
     assert (gone.action, gone.ended) == (Action.STOP, SearchState.AREA_LEFT)
     assert gone.reason == "the robot is 0.4 m outside of the area of the search"
+
+
+def test_nothing_is_explored_from_where_no_way_can_lead_to_the_place():
+    """It lies in the midst of a ring that is known, on a floor that ends in the unknown."""
+    world = World.begin("chair", ("chair",), (), POSE, RADIUS_M, 0)
+    world.map = floor()
+    x, y = axes(world.map)
+    away = np.hypot(x - 1.5, y)
+    world.map.evidence[away < 0.8] = 0
+    world.map.evidence[(away > 0.6) & (away < 0.8)] = 20
+    world.map.changed()
+    with_frontiers(world, CFG)
+    assert any(math.isfinite(f.distance_m) for f in world.frontiers)
+    commands = [navigate.go_to(world, Destination("the pit", (1.5, 0.0)), CFG) for _ in range(3)]
+    assert [command.mode for command in commands] == [Mode.LOOK, Mode.LOOK, Mode.STOP]
+    assert commands[-1].ended is SearchState.UNREACHABLE
+
+
+def test_the_robot_does_not_turn_round_for_a_frontier_that_is_hardly_nearer_to_the_place():
+    world = World.begin("chair", ("chair",), (), POSE, RADIUS_M, 0)
+    world.map = floor()
+    left, right = (
+        Frontier(id, np.array([[0.0, y]]), (0.0, y), 1.0 + id / 10)
+        for id, y in ((1, 2.0), (2, -2.0))
+    )
+    world.frontiers, to = (left, right), Destination("far", (9.0, 0.0))
+    hope: Any = SimpleNamespace(of=lambda cells_xy: True)
+    assert destination._nearest(world, to, hope) is left
+    world.pursuit.aim = Aim(AimKind.FRONTIER, 2)
+    assert destination._nearest(world, to, hope) is right
+    world.frontiers = replace(left, distance_m=0.1), right
+    assert destination._nearest(world, to, hope) is world.frontiers[0]
 
 
 def test_an_aim_that_comes_no_nearer_is_given_up():

@@ -24,6 +24,7 @@ from runtime.loops.order import understand
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
+from runtime.robot.base import WELL
 from runtime.service.bounds import GoalBounds, read_zone
 from runtime.service.zones import Surroundings, Zones
 
@@ -242,9 +243,20 @@ def test_a_search_ends_where_it_is_not_known_any_more_where_zones_lie(tmp_path: 
     assert world is not None
     kept = world.map.zones.zones
     assert [zone.name for zone in kept] == ["the hall"]
-    frames[0] = None
+    frames[0], bench.base = None, replace(WELL, hand="sticks")
+    bench.frames(2)
+    assert bench.mode == "hand"
+    assert world.map.zones.zones == kept  # as long as nobody knows better
+    bench.base = WELL
     bench.frames()
     told = bench.result(id)
     assert (told["result"], told["cause"], told["code"]) == ("failed", "not_localised", 4714)
-    assert world.map.zones.zones == kept  # until it stands
     bench.close()
+
+
+def test_the_type_of_room_that_is_searched_is_known_to_the_core(bench: Bench):
+    bench.ask(area={"room": "bathroom"})
+    bench.frames()
+    assert bench.life.drive is not None
+    assert bench.life.drive.search.world is not None
+    assert bench.life.drive.search.world.explored.only_room == "bathroom"
