@@ -2,8 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, closing, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -41,8 +41,10 @@ from runtime.loops.goal_request import Terms
 from runtime.loops.goals import Custom
 from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
+from runtime.loops.places_desk import PlacesDesk
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
 from runtime.loops.realtime import RealTime
+from runtime.loops.remembering import HomeMemory
 from runtime.loops.ros_goals import RosGoals
 from runtime.loops.standing import RunStanding
 from runtime.loops.worker_thread import lower_priority
@@ -59,7 +61,7 @@ from runtime.robot.loopback import check_alone
 from runtime.service.goal_queue import GoalFile
 from runtime.service.notify import Systemd
 from runtime.service.telemetry import Telemetry
-from runtime.service.zones import zones_beside
+from runtime.service.zones import Zones, zones_beside
 from runtime.tracing.budgets import Budgets, read_budgets
 from runtime.tracing.stages import Stage
 from runtime.tracing.tracer import Tracer
@@ -212,17 +214,39 @@ def _drive(
             told = _told_to_prometheus(config.metrics.port, telemetry, tracer, clock)
             with told, loaded(load, MODELS_NICE, ending) as models, closing(RosGoals(bus)):
                 parts = bus, control, models, configure, clock, tracer, budgets, garbage
-                drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
-                custom, answers = _custom(terms, bus, config)
-                with closing(Drawings(*drawn, lambda: telemetry.newest.status)) as drawer:
-                    loop = RealTime(
-                        *parts, record, custom=custom, drawer=drawer, answers=answers,
-                        telemetry=telemetry,
-                    )  # fmt: skip
-                    garbage.begin()
-                    loop.run(systemd.served(ending, lambda: _standing(control)))
+                until = systemd.served(ending, lambda: _standing(control))
+                _serve(parts, config, terms, telemetry, record, until)
         finally:
             control.close()
+
+
+Parts = tuple[
+    Bus, ControlLoop, LoadedModels, Callable[[Sequence[str]], configuration.Config], SystemClock,
+    Tracer, Budgets, Garbage,
+]  # fmt: skip
+
+
+def _serve(
+    parts: Parts,
+    config: configuration.Config,
+    terms: Terms,
+    telemetry: Telemetry,
+    record: Record,
+    until: Callable[[], bool],
+) -> None:
+    bus, control, _, _, clock, _, _, garbage = parts
+    custom, answers = _custom(terms, bus, config)
+    drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
+    with (
+        closing(Drawings(*drawn, lambda: telemetry.newest.status)) as drawer,
+        _memory(custom, answers, bus, config, clock) as memory,
+    ):
+        loop = RealTime(
+            *parts, record, custom=custom, drawer=drawer, answers=answers, telemetry=telemetry,
+            memory=memory,
+        )  # fmt: skip
+        garbage.begin()
+        loop.run(until)
 
 
 def _custom(
@@ -234,6 +258,29 @@ def _custom(
     file = None if terms.harness else GoalFile(state_directory())
     custom = Custom(replace(terms, zones=zones), file, config.goal.after_restart)
     return custom, {"zones": lambda request: zones.answer(request.body)}
+
+
+@contextmanager
+def _memory(
+    custom: Custom,
+    answers: dict[str, Answering],
+    bus: Bus,
+    config: configuration.Config,
+    clock: SystemClock,
+) -> Iterator[HomeMemory | None]:
+    """What is known over restarts, and who answers what is asked of places. A harness, which has
+    many homes, must ask for it."""
+    zones, keep = custom.terms.zones, config.goal.keep_map
+    if custom.terms.harness and not keep:
+        yield None
+        return
+    assert isinstance(zones, Zones)
+    eyes = ", ".join(config.models.detectors)
+    memory = HomeMemory(state_directory(), keep, eyes, clock, bus.pose, lambda: len(zones) > 0)
+    zones.bind(memory.binding.transform, memory.place)
+    answers["places"] = PlacesDesk(memory, bus.origin_xy).answer
+    with closing(memory):
+        yield memory
 
 
 def _told_to_prometheus(

@@ -17,8 +17,9 @@ OUT = ROOT / "out" / "fuzz"
 SHARES = {  # of all inputs; what opens files is a hundred times as slow
     "messages": 0.15, "doctor": 0.02, "images": 0.08, "mavlink": 0.08, "requests": 0.12,
     "ros": 0.06, "configuration": 0.10, "scenes": 0.08, "manifest": 0.05, "vocabulary": 0.06,
-    "onnx": 0.08, "gguf": 0.07, "journals": 0.018, "goals": 0.01, "recordings": 0.005,
+    "onnx": 0.08, "gguf": 0.055, "journals": 0.018, "goals": 0.01, "recordings": 0.005,
     "sh3d": 0.005, "sh3d drawings": 0.005, "scores": 0.002, "spending": 0.002, "zones": 0.002,
+    "memories": 0.013, "places": 0.002,
     "embeddings": 0.001,
 }  # fmt: skip
 LONGEST_S = 1.0  # of computing, for one input

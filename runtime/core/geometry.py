@@ -29,6 +29,21 @@ def project(points: F64, intrinsics: Intrinsics) -> F64:
     )
 
 
+def placed(frame: Pose, pose: Pose) -> Pose:
+    """A pose in a frame, in what the frame's own pose is in."""
+    c, s = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    x_m = frame.x_m + c * pose.x_m - s * pose.y_m
+    y_m = frame.y_m + s * pose.x_m + c * pose.y_m
+    return Pose(x_m, y_m, wrap_angle(frame.yaw_rad + pose.yaw_rad))
+
+
+def seen_from(frame: Pose, pose: Pose) -> Pose:
+    """The way back: a pose in what the frame's own pose is in, in the frame."""
+    c, s = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
+    dx, dy = pose.x_m - frame.x_m, pose.y_m - frame.y_m
+    return Pose(c * dx + s * dy, c * dy - s * dx, wrap_angle(pose.yaw_rad - frame.yaw_rad))
+
+
 _OPTICAL_AXES = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 """x ahead, y to the left, z up, by x right, y down, z ahead."""
 

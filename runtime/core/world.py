@@ -287,9 +287,9 @@ class World:
             for at, low, side in ((pose.x_m, f.x0_m, width_m), (pose.y_m, f.y0_m, height_m))
         )
 
-    def grow(self, margin_m: float) -> None:
-        """Keep the grid larger than what the camera can see from here."""
-        padding = self.map.grow(self.pose.xy, margin_m)
+    def grow(self, margin_m: float, xy: F64 | None = None) -> None:
+        """Keep the grid larger than what the camera can see from here, or about another point."""
+        padding = self.map.grow(self.pose.xy if xy is None else xy, margin_m)
         if padding:
             self.semantic.grow(padding)
             explored = self.explored

@@ -305,8 +305,7 @@ class Drive:
         command = world.body.told(as_sent(command, means.control.sent()))
         report = search.stepped(world, command, means.models.rung())
         told = {"seconds": dict(search.seconds), "models": means.models.health()}
-        lacks = {"shed": means.shedding.in_words(), "unstamped": means.bus.unstamped()}
-        self.report = report | {"goal": search.goal.text, **lacks, **told}
+        self.report = report | {"goal": search.goal.text, **means.lacks(), **told}
         means.drawer.note(world, command)
         if command.ended is not None:
             end = self.way.concluded(command, command.ended)

@@ -122,8 +122,9 @@ class GoalLife:
             search = Search.begin(self._wiser(order), self._record)
             # Labels over the bus are of the newest image alone.
             means.detector.begin(newest_only=order.config.detector.source == "topic")
-        if order.config.goal.keep_map and before is not None and before.world is not None:
-            search.inherit(before.world, means.models)
+        world = before.world if before is not None and order.config.goal.keep_map else None
+        if world is not None and (means.memory is None or means.memory.holds(world)):
+            search.inherit(world, means.models)
         if not order.config.realtime.keep_stages:
             means.tracer.clear()
         means.bus.sweeps(order.config.navigate, order.config.camera)
@@ -289,6 +290,8 @@ class GoalLife:
                 told = end.told(search.order.id, search.goal.text, self._facts(drive))
             drive.tell(state, end.reason, always=True, result=told)
         finally:
+            if means.memory is not None:
+                means.memory.ended(search)
             search.billed(means.models)
             left = facts | {name: value for name, value in told.items() if name != "reason"}
             summary = search.end(end.reason, **left, **extra) | left

@@ -7,6 +7,7 @@ from runtime.clock import Clock
 from runtime.loops.drawings import Drawer
 from runtime.loops.order import SearchModels
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
+from runtime.loops.remembering import HomeMemory
 from runtime.loops.shedding import Shedding
 from runtime.robot.battery import Battery
 from runtime.service.telemetry import Telemetry
@@ -29,6 +30,13 @@ class Means:
     when_low: str  # what becomes of a search: see `BatteryConfig`
     drawer: Drawer
     telemetry: Telemetry
+    memory: HomeMemory | None = None  # over restarts
+
+    def lacks(self) -> dict[str, object]:
+        """What is done without, and how it stands with what was remembered."""
+        memory = self.memory.in_words() if self.memory is not None else "none"
+        unstamped = self.bus.unstamped()
+        return {"shed": self.shedding.in_words(), "unstamped": unstamped, "memory": memory}
 
     def spent_usd(self) -> float:
         """What a cloud has cost for the goal under way."""

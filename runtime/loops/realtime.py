@@ -24,6 +24,7 @@ from runtime.loops.means import Means
 from runtime.loops.order import SearchModels
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
 from runtime.loops.process import Garbage
+from runtime.loops.remembering import HomeMemory
 from runtime.loops.search import Search, seen
 from runtime.loops.shedding import Shedding
 from runtime.record import Record, unrecorded
@@ -62,7 +63,9 @@ class RealTime:
         drawer: Drawer | None = None,
         answers: Mapping[str, Answering] = NOTHING_ELSE,
         telemetry: Telemetry | None = None,
+        memory: HomeMemory | None = None,
     ) -> None:
+        self._memory = memory
         self._telemetry = telemetry = telemetry or Telemetry(clock)
         self._bus, self._control, self._models, self._clock = bus, control, models, clock
         self._seen_s = 0.0  # when the last frame was taken
@@ -75,7 +78,7 @@ class RealTime:
         low = configure(()).battery  # the robot's own, not a goal's
         means = Means(
             bus, control, models, clock, self._decisions, self._detector, tracer, self._shedding,
-            Battery(low), low.when_low, drawer or NoDrawings(), telemetry,
+            Battery(low), low.when_low, drawer or NoDrawings(), telemetry, memory,
         )  # fmt: skip
         self._goals = goals = GoalLife(means, configure, garbage, record, custom)
         ours: dict[str, Answering] = {
@@ -118,6 +121,8 @@ class RealTime:
             self._decisions.close()
 
     def _turn(self) -> None:
+        if self._memory is not None:
+            self._memory.turn()
         request = self._bus.request()
         if request is not None:
             self._answer(request)  # and on: requests without end hold up no frame
@@ -141,6 +146,8 @@ class RealTime:
             self._seen_s = self._clock.now_s()
             ends = goals.drive.see(obs, self._bus.delivered_s() or self._seen_s)
             goals.drive.note_overruns()
+            if self._memory is not None:
+                self._memory.saw(goals.drive.search, self._models)
         else:
             ends = goals.drive.over(self._clock.now_s())
         if ends is not None:
@@ -180,6 +187,7 @@ class RealTime:
             "streams": {t: vars(h) for t, h in health.items()},
             "stages": self._tracer.told(),
             "shed": self._shedding.told(),
+            "memory": self._memory.in_words() if self._memory is not None else "none",
             **self._telemetry.told(),
         }
 

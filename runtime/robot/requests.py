@@ -38,6 +38,7 @@ QUERIES: Final = {
     "resume": QueryKind(steers=True),
     "goal": QueryKind(waiting=4, steers=True),
     "why": QueryKind(),
+    "places": QueryKind(),
     "zones": QueryKind(),  # what a search makes of them is recorded with it
 }
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Final
 
-from runtime.core.geometry import wrap_angle
+from runtime.core.geometry import placed, seen_from, wrap_angle
 from runtime.core.types import Pose
 from runtime.errors import SensorError
 from runtime.robot.odometry import BaseOdometry
@@ -63,7 +63,7 @@ class ToldFrames:
             place = report.get(name)
             if isinstance(place, list | tuple):
                 x_m, y_m = float(place[0]) + origin[0], float(place[1]) + origin[1]
-                moved = _moved(here, Pose(x_m, y_m, float(place[2]) if len(place) > 2 else 0.0))
+                moved = placed(here, Pose(x_m, y_m, float(place[2]) if len(place) > 2 else 0.0))
                 on_map[name] = _listed(moved)[: len(place)]
         return told | {"map": on_map}
 
@@ -75,7 +75,7 @@ class ToldFrames:
         if frame == self._map:
             if self._blend is None:
                 raise SensorError(f"{frame}: nobody has told where the robot is on it")
-            return _moved(_moved_back(self._at(now_s)), pose)
+            return seen_from(self._at(now_s), pose)
         known = " or ".join(f'"{name}"' for name in (self._odometry.frame, self._map) if name)
         remedy = "" if self._map else "; a localisation's map is named by bus.map_frame"
         raise SensorError(f'frame_id: "{frame}": must be {known or "empty"}{remedy}')
@@ -86,21 +86,6 @@ class ToldFrames:
         start, end, since_s = self._blend
         share = max(0.0, min(1.0, (now_s - since_s) / SMOOTH_S))
         return interpolate(Stamped(0, start), Stamped(1_000_000, end), round(share * 1_000_000))
-
-
-def _moved(frame: Pose, pose: Pose) -> Pose:
-    """A pose in a frame, in what the frame's own pose is in."""
-    c, s = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
-    x_m = frame.x_m + c * pose.x_m - s * pose.y_m
-    y_m = frame.y_m + s * pose.x_m + c * pose.y_m
-    return Pose(x_m, y_m, wrap_angle(frame.yaw_rad + pose.yaw_rad))
-
-
-def _moved_back(frame: Pose) -> Pose:
-    """What a frame's own pose is in, in that frame."""
-    c, s = math.cos(frame.yaw_rad), math.sin(frame.yaw_rad)
-    x_m, y_m = -c * frame.x_m - s * frame.y_m, s * frame.x_m - c * frame.y_m
-    return Pose(x_m, y_m, -frame.yaw_rad)
 
 
 def _listed(pose: Pose) -> list[float]:

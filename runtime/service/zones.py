@@ -8,7 +8,7 @@ is taken, for the robot would drive where it must not.
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final, Protocol
 
@@ -53,7 +53,7 @@ class ZonedBus(Protocol):
     def origin_xy(self) -> tuple[float, float]: ...
 
 
-def zones_beside(bus: ZonedBus, kept: bool, binding: Binding | None = None) -> "Zones":
+def zones_beside(bus: ZonedBus, kept: bool) -> "Zones":
     """The zones of the robot on a bus, in the file that they are `kept` in."""
 
     def pose() -> Pose | None:
@@ -61,7 +61,7 @@ def zones_beside(bus: ZonedBus, kept: bool, binding: Binding | None = None) -> "
         return found[0].value if found is not None else None
 
     path = state_directory() / FILE if kept else None
-    return Zones(path, Surroundings(pose, bus.origin_xy, binding))
+    return Zones(path, Surroundings(pose, bus.origin_xy))
 
 
 class Zones:
@@ -73,6 +73,13 @@ class Zones:
         self._zones: dict[str, Zone] = {zone.name: zone for zone in kept}
         self._fresh = not self._zones  # of this process: they lie where they were drawn
         self._placed: tuple[Pose, tuple[Zone, ...]] | None = None
+
+    def __len__(self) -> int:
+        return len(self._zones)
+
+    def bind(self, binding: Binding, place: PlaceOf) -> None:
+        """A memory of where it is, and of places, is there: see `Surroundings`."""
+        self._around = replace(self._around, binding=binding, place=place)
 
     def now(self) -> tuple[Zone, ...]:
         """Where they lie on the map; none while nobody knows."""

@@ -38,6 +38,7 @@ from file_entries import (
     zones,
 )
 from image_entries import images, pictures
+from kept_entries import A_MEMORY, PLACE_QUERIES, SOME_PLACES, memory, places
 from places import TESTS
 from robot_entries import GOALS, HARNESS, QUERY_KINDS, ZONES, mavlink, messages, numbered, request
 from ros_entry import ros, seeds
@@ -56,6 +57,10 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
         [
             *(bytes((n,)) + json.dumps(body).encode() for n in ASKED for body in GOALS),
             *(bytes((QUERY_KINDS.index("zones"),)) + json.dumps(body).encode() for body in ZONES),
+            *(
+                bytes((QUERY_KINDS.index("places"),)) + json.dumps(b).encode()
+                for b in PLACE_QUERIES
+            ),
         ],
         request,
     ),
@@ -67,6 +72,8 @@ ENTRY_POINTS: dict[str, EntryPoint] = {
     "onnx": EntryPoint((an_onnx(),), onnx_head),
     "gguf": EntryPoint((a_gguf(),), gguf_head),
     "goals": EntryPoint((some_goals(),), goals),
+    "memories": EntryPoint((A_MEMORY,), memory),
+    "places": EntryPoint((SOME_PLACES,), places),
     "journals": EntryPoint((a_journal(),), journal),
     "recordings": EntryPoint((shortened(TESTS / "refs" / "lockstep.mcap"),), recording, True),
     "sh3d": EntryPoint((a_drawing(),), drawing, True),

@@ -10,6 +10,7 @@ from contextlib import redirect_stderr
 import numpy as np
 from answers import REFUSALS, refused, refused_in_a_line, scratch
 from goal_bench import Bench
+from kept_entries import asked_of_places
 from manual_clock import ManualClock
 from other_half import (
     battery_state,
@@ -205,6 +206,8 @@ def request(data: bytes) -> None:
             answer = WATCH.why(taken)
         if kind in ("pause", "resume", "result"):
             answer |= getattr(IDLE.life, kind)(taken)
+        if kind == "places":
+            answer = asked_of_places(taken)
         if kind == "zones":
             nowhere = Surroundings(lambda: Pose(0.0, 0.0, 0.0), lambda: (0.0, 0.0))
             answer = Zones(None, nowhere).answer(taken.body)

@@ -15,8 +15,10 @@ from runtime.core.geometry import (
     map_to_optical,
     mount_of,
     optical_to_base,
+    placed,
     project,
     rays,
+    seen_from,
     seen_from_m,
     wrap_angle,
 )
@@ -136,3 +138,11 @@ def test_how_far_away_a_thing_is_in_the_image():
     assert seen_from_m(lens, ahead, 0.9) == seen_from_m(lens, ahead, 1.5) == 0.0
     assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.4) < 0.5
     assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.4) == math.inf
+
+
+@given(POSES, POSES)
+def test_a_pose_in_a_frame_is_told_outside_of_it_and_back(frame: Pose, pose: Pose):
+    back = seen_from(frame, placed(frame, pose))
+    assert math.isclose(back.x_m, pose.x_m, abs_tol=1e-6)
+    assert math.isclose(back.y_m, pose.y_m, abs_tol=1e-6)
+    assert abs(wrap_angle(back.yaw_rad - pose.yaw_rad)) < 1e-9
