@@ -25,7 +25,7 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     frame, explored = world.map.frame, world.explored
     tight = explored.resort >= Resort.TIGHT
     world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, tight, world.survey)
-    explored.passages.note(frame, world.reach)
+    explored.passages.note(frame, world.reach, tight)
     parts = explored.boundary.update(world.map, explored.given_up)
     if explored.resort >= Resort.AFAR:
         edge = explored.boundary.edge

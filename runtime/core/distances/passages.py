@@ -56,14 +56,16 @@ class Passages:
         """Those that were looked at again in vain."""
         return [tried for tried in self.tried if tried.looks and not tried.is_open]
 
-    def note(self, frame: GridFrame, reach: Field) -> None:
-        """What can be reached now, of a map of that frame."""
+    def note(self, frame: GridFrame, reach: Field, tight: bool = False) -> None:
+        """What can be reached now, of a map of that frame. What is beyond a `tight` gap was never
+        open: it is let through when nothing else is left."""
         if self._frame != frame:
             before, opened = self._frame, np.zeros(frame.shape, bool)
             if before is not None:
                 opened[_window(frame, before)] = self._opened
             self._frame, self._opened = frame, opened
-        self._opened[_window(frame, reach.frame)] |= np.isfinite(reach.arrival_m)
+        if not tight:
+            self._opened[_window(frame, reach.frame)] |= np.isfinite(reach.arrival_m)
         for tried in self.tried:
             tried.is_open = math.isfinite(reach.at(*tried.xy))
 

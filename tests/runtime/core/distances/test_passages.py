@@ -48,6 +48,15 @@ def test_what_was_never_open_is_none():
     assert passages.closed(*seen(grid, passages)) == []
 
 
+def test_what_a_tight_gap_led_to_was_never_open():
+    grid, passages = floor(), Passages()
+    rooms(grid, True)
+    _, reach = look_around(grid, POSE, RADIUS_M)
+    passages.note(grid.frame, reach, tight=True)
+    rooms(grid, False)
+    assert passages.closed(*seen(grid, passages)) == []
+
+
 def test_it_holds_when_the_map_grows():
     grid, passages = floor(), Passages()
     rooms(grid, True)
