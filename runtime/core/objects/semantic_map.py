@@ -85,9 +85,10 @@ class SemanticMap:
             self._catalogue[1].note(instances)
 
     def forget(self, instance: Instance) -> None:
-        """It has gone. Where something went before, what seems to be there again stays known as
-        what it is not: else each far view would send the robot there."""
-        if any(math.dist(instance.xy, xy) <= AGAIN_M for xy in self.gone_xy):
+        """It has gone. What was rejected, or seems to be where something went before, stays known
+        as what it is not: else each far view would send the robot there."""
+        rejected = any(known.rejections for known in instance.evidence.values())
+        if rejected or any(math.dist(instance.xy, xy) <= AGAIN_M for xy in self.gone_xy):
             for name in instance.evidence:
                 reject(instance, name, GONE_LOG_ODDS)
             instance.seen_through = 0
