@@ -10,6 +10,7 @@ from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
 from runtime.core.objects import candidates, standpoints
+from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.verdict import (
     Reached,
@@ -61,12 +62,12 @@ def approach_target(
 
 def out_of_reach(world: World) -> Instance | None:
     """What is believed to be the goal and was never stood before, when nothing else is left to try:
-    the surest, or None."""
+    the surest, or None. What has gone since is none."""
     goal = world.goal
     beyond = [
         thing
         for thing in world.semantic.called(goal)
-        if thing.id in world.held_up or supported(thing, goal)
+        if (thing.id in world.held_up or supported(thing, goal)) and thing.seen_through < LOOKS
     ]
     return max(beyond, key=lambda thing: (thing.confidence_of(goal), -thing.id), default=None)
 

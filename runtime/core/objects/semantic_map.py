@@ -91,7 +91,6 @@ class SemanticMap:
         if rejected or any(math.dist(instance.xy, xy) <= AGAIN_M for xy in self.gone_xy):
             for name in instance.evidence:
                 reject(instance, name, GONE_LOG_ODDS)
-            instance.seen_through = 0
             self.learnt((instance,))
             return
         self.gone_xy = [*self.gone_xy, instance.xy][-GONE_KEPT:]
@@ -181,7 +180,7 @@ def place(
     semantic.learnt(semantic.instances[id] for id in (*names, *missed))
     for instance in seen_through((semantic.instances[id] for id in missed), obs, mount):
         instance.seen_through += 1
-        if instance.seen_through >= LOOKS:
+        if instance.seen_through == LOOKS:
             semantic.forget(instance)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline)
 

@@ -13,6 +13,7 @@ from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.distances.planner import look_around
 from runtime.core.local_policy import GIVE_UP_AFTER_S
 from runtime.core.motion.courses import ControlConfig
+from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import Reached, from_two_sides
 from runtime.core.settings import NavigateConfig
@@ -80,6 +81,9 @@ def test_what_is_believed_and_cannot_be_stood_before_is_out_of_reach():
     world.seen = look_around(world.map, POSE, RADIUS_M)
     assert approach_target(world, NavigateConfig()) is None
     assert out_of_reach(world) is sofa
+    sofa.seen_through = LOOKS
+    assert out_of_reach(world) is None
+    sofa.seen_through = 0
     sofa.evidence["sofa"].backing.clear()  # nothing of this search speaks for it
     assert out_of_reach(world) is None
 
