@@ -33,16 +33,19 @@ done
 
 # What stands in the way, all of it, a line each.
 needed() {
-  local wrong=0
+  local wrong=0 tag
   trouble() { say "$*"; wrong=1; }
   [ "$(id -u)" = 0 ] || trouble "only root may install: sudo $0"
   [ -d /run/systemd/system ] || trouble "systemd does not run here: it is what the service is for"
   [ -z "$rollback" ] || return "$wrong"
   [ -f "$wheel" ] || trouble "${wheel:-$wheels/rf_nav-*.whl}: no wheel; scripts/bundle makes one"
+  tag=$(python3 -c 'import sys; print("cp%d%d" % sys.version_info[:2])' 2>/dev/null || true)
   if ! python3 -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then
     trouble "python3 is missing or older than 3.11: apt-get install python3"
   elif ! python3 -c 'import ensurepip, venv' 2>/dev/null; then
     trouble "Python cannot make environments: apt-get install python3-venv"
+  elif [ -f "$wheel" ] && ! compgen -G "$wheels/numpy-*-$tag-*_$(uname -m).whl" >/dev/null; then
+    trouble "$wheels: is not for $tag on $(uname -m): run scripts/bundle where these are"
   fi
   ldconfig -p | grep -q 'libgomp\.so\.1 ' || trouble "libgomp.so.1 is missing: apt-get install libgomp1"
   return "$wrong"
