@@ -6,12 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from apartment import Apartment
 from fake_models import FakeModels
 from goal_bench import Bench
 from lockstep_double import begin, home, running
 
+from runtime.clock import SystemClock
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core.destination import NEAR_M
@@ -21,10 +23,14 @@ from runtime.errors import ConfigError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
+from runtime.loops.places_desk import PlacesDesk
+from runtime.loops.remembering import HomeMemory
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
 from runtime.robot.base import WELL
+from runtime.robot.requests import Request
+from runtime.robot.wire import Stamped
 from runtime.service.bounds import GoalBounds, read_zone
 from runtime.service.zones import Surroundings, Zones
 
@@ -260,3 +266,38 @@ def test_the_type_of_room_that_is_searched_is_known_to_the_core(bench: Bench):
     assert bench.life.drive is not None
     assert bench.life.drive.search.world is not None
     assert bench.life.drive.search.world.explored.only_room == "bathroom"
+
+
+class Process:
+    """What a restart begins anew: zones and memory of one folder, and an odometry of its own."""
+
+    def __init__(self, folder: Path, here: Pose) -> None:
+        clock = SystemClock()
+        around = Surroundings(lambda: here, lambda: (0.0, 0.0))
+        self.zones = Zones(folder / "zones.json", around)
+        odometry = lambda: (Stamped(0, here), clock.now_s())  # noqa: E731
+        others = lambda: len(self.zones) > 0  # noqa: E731
+        self.memory = HomeMemory(folder, False, "", clock, odometry, others)
+        self.zones.bind(self.memory.binding.transform, self.memory.place)
+
+    def places(self, **body: object) -> dict[str, object]:
+        desk = PlacesDesk(self.memory, lambda: (0.0, 0.0))
+        return dict(desk.answer(Request("places", body, None, "rfnav/places")))
+
+
+def test_after_a_restart_zones_lie_as_they_did_to_the_place_where_the_robot_is_said_to_be(
+    tmp_path: Path,
+):
+    before = Process(tmp_path, Pose(1.0, 0.0, 0.0))
+    assert before.places(name="dock")["accepted"]
+    ahead = [[2.0, -0.5], [3.0, -0.5], [3.0, 0.5], [2.0, 0.5]]  # a metre before the dock
+    assert before.zones.answer({"add": "stairs", "polygon": ahead})["accepted"]
+    before.memory.close()
+    after = Process(tmp_path, Pose(5.0, 5.0, math.pi / 2))
+    assert after.zones.unbound()
+    assert after.zones.now() == ()
+    assert after.places(i_am_at="dock")["accepted"]
+    assert after.zones.unbound() == ""
+    (stairs,) = after.zones.now()
+    assert np.allclose(stairs.corners_xy, [[5.5, 6.0], [5.5, 7.0], [4.5, 7.0], [4.5, 6.0]])
+    after.memory.close()
