@@ -8,15 +8,15 @@ from runtime.core.local_policy import local_policy
 from runtime.core.mapping.windows import Window
 from runtime.core.mapping.zones import Zone
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Mask
+from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
 
 TOUCH_M = 0.06  # more than this of the body's room lost, it is in the zone
 
 
 def leave(world: World, cfg: NavigateConfig) -> Command | None:
-    """The step out of the zones that the body is in, the nearest way; None where it is in none, or
-    where there is no way out."""
+    """The step out of the zones that the body is in, the nearest way; a stop where it comes no
+    nearer to that; None where it is in none, or where no way out is known."""
     zones, clear_m = world.map.zones, cfg.robot.radius_m + MARGIN_M
     openings = zones.openings(world.map.frame, world.pose, clear_m)
     deep = [opening for opening in openings if opening.lacks_m > TOUCH_M]
@@ -26,10 +26,11 @@ def leave(world: World, cfg: NavigateConfig) -> Command | None:
     if not len(out):
         return None
     field = world.plan.toward(world.terrain, out, world.pose)
-    if progress.stalled(world, Aim(AimKind.OUT, 0), field, cfg):
-        return None
-    action, course = local_policy(cfg).drive(world, field)
     why = " and ".join(_in_words(opening.zone) for opening in deep)
+    if progress.stalled(world, Aim(AimKind.OUT, 0), field, cfg):
+        why = f"the robot does not get {why}"
+        return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.UNREACHABLE)
+    action, course = local_policy(cfg).drive(world, field)
     return toward(field, world.pose, Command(action, Mode.LEAVE, None, why, course=course))
 
 

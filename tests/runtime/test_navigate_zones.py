@@ -13,9 +13,9 @@ from open_floor import POSE, RADIUS_M, SPOT, axes, bed, floor
 from runtime import navigate
 from runtime.core.distances.planner import look_around
 from runtime.core.exploration import with_frontiers
-from runtime.core.local_policy import WholeSteps
+from runtime.core.local_policy import GIVE_UP_AFTER, WholeSteps
 from runtime.core.mapping.zones import Zone
-from runtime.core.types import Action, Ballot, Brief, Pose
+from runtime.core.types import Action, Ballot, Brief, Pose, SearchState
 from runtime.core.world import Command, Mode, Resort, World
 
 NAMES, ROOMS, CFG = ("toilet",), ("kitchen", "bedroom", "hallway"), navigate.NavigateConfig()
@@ -239,3 +239,15 @@ def test_a_wedged_robot_does_not_squeeze_out_into_a_zone():
         out.append(WholeSteps(CFG)._unwedge(world, np.zeros((0, 2)), None))
     assert out[0] is Action.MOVE_FORWARD
     assert out[1] is not Action.MOVE_FORWARD
+
+
+def test_a_robot_that_does_not_get_out_of_a_zone_stops_and_says_so():
+    world = on_the_floor(Zone("a rug", box(-1.0, -1.0, 1.0, 1.0)))
+    with_frontiers(world, CFG)
+    for _ in range(2 * GIVE_UP_AFTER):  # its wheels slip
+        command = navigate.act(world, CFG)
+        if command.ended is not None:
+            break
+        assert command.mode is Mode.LEAVE
+    assert command.ended is SearchState.UNREACHABLE
+    assert command.reason == "the robot does not get out of a rug, which is kept out of"
