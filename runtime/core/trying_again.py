@@ -29,7 +29,8 @@ def look_again(world: World, cfg: NavigateConfig, wait: bool = False) -> Command
 
 
 def _due(world: World, wait: bool) -> tuple[ClosedWay, TriedWay] | None:
-    """The nearest that may be looked at now; the one that is being watched before all others."""
+    """Of those that may be looked at now the least looked at, the nearest of these; the one that is
+    being watched before all others."""
     passages, now_s = world.explored.passages, world.body.elapsed_s
     barred = world.map.zones.barred(world.map.frame)
     ways = passages.closed(world.terrain, world.reach, barred)
@@ -44,7 +45,7 @@ def _due(world: World, wait: bool) -> tuple[ClosedWay, TriedWay] | None:
         for pair in known
         if pair[1].looks < LOOKS and (wait or now_s - pair[1].last_s >= AGAIN_S)
     ]
-    return next(iter((*watched, *late)), None)
+    return next(iter((*watched, *sorted(late, key=lambda pair: pair[1].looks))), None)
 
 
 def _tried(passages: Passages, way: ClosedWay, before: list[TriedWay]) -> TriedWay | None:

@@ -131,6 +131,22 @@ def test_a_way_that_is_open_by_now_is_not_told_as_closed():
     assert world.explored.passages.still_closed == []
 
 
+def test_of_two_ways_the_less_looked_at_comes_first(monkeypatch: pytest.MonkeyPatch):
+    world = until("is open again")
+    passages = world.explored.passages
+    (way,) = passages.closed(world.terrain, world.reach, world.map.zones.barred(world.map.frame))
+    other = replace(way, xy=(9.0, 9.0))
+    monkeypatch.setattr(Passages, "closed", lambda *_: [way, other])
+    passages.tried = [TriedWay(1, way.xy, looks=1), TriedWay(2, other.xy)]
+    for looks, at in ((1, "(9.0, 9.0)"), (0, "(3.0, 1.8)")):
+        passages.tried[0].looks = looks
+        command = look_again(world, CFG)
+        assert command is not None
+        assert at in command.reason
+        for tried in passages.tried:
+            tried.since_s = None
+
+
 def test_only_what_was_looked_at_again_stays_closed():
     passages = Passages([TriedWay(1, (0.0, 0.0)), TriedWay(2, (1.0, 1.0), looks=1)])
     assert [way.id for way in passages.still_closed] == [2]
