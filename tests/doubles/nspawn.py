@@ -85,11 +85,19 @@ class Machine:
             return 0
         return int(words[0]) if words else 0
 
+    @property
+    def within(self) -> tuple[str, ...]:
+        """What goes before a command that is to run in it."""
+        return ("nsenter", "-t", str(self._init()), "-m", "-u", "-i", "-p", "-r", "-w")
+
+    def seen(self, path: str) -> Path:
+        """A path in it, from here."""
+        return Path(f"/proc/{self._init()}/root{path}")
+
     def run(self, *command: str, timeout: float = 240.0) -> subprocess.CompletedProcess[str]:
         """A command in it, as root, to its end."""
-        inside = ["nsenter", "-t", str(self._init()), "-m", "-u", "-i", "-p", "-r", "-w"]
         return subprocess.run(
-            [*inside, *command], capture_output=True, text=True, timeout=timeout, check=False,
+            [*self.within, *command], capture_output=True, text=True, timeout=timeout, check=False,
             env=ENVIRONMENT, stdin=subprocess.DEVNULL,
         )  # fmt: skip
 

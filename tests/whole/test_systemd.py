@@ -6,6 +6,7 @@ import json
 import os
 import re
 import subprocess
+import sys
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -28,11 +29,13 @@ UNITS = ("rf-nav.service", "rf-nav-guard.service")
 EXPOSED = 3.0  # at most, of 10
 STILL = Twist(0.0, 0.0)
 CONFIG = "/etc/rf-nav/robot.toml"
-OURS = """
+MINUTES = os.environ.get("RFNAV_SOAK_MINUTES", "3")
+BUS = """
 [bus]
 mode = "client"
 connect = ["{endpoint}"]
-
+"""
+OURS = f"""{BUS}
 [research]
 detector_source = "topic"
 detector_labels = ["chair"]
@@ -283,6 +286,24 @@ def test_keys_are_credentials_of_the_runtime_and_of_its_guard(life: Life, tmp_pa
     assert machine.run("systemctl", "restart", "rf-nav").returncode != 0
     told = r"bus\.tls\.ca: \S+rf-nav\.ca\.pem: No such file|cloud\.credential: must name a file"
     assert re.search(told, machine.journal())
+
+
+def test_troubles_every_20_s_are_outlived_with_a_result_for_every_goal(
+    life: Life, tmp_path: Path
+) -> None:
+    machine, port, state = life.machine, free_port(), "/var/lib/rf-nav"
+    machine.shell(f"cat >{CONFIG} <<'END'\n{BUS.format(endpoint=f'tcp/127.0.0.1:{port}')}END")
+    machine.shell(
+        f"systemctl stop rf-nav; cp -a {state} /kept; mount -t tmpfs -o size=400m state {state};"
+        f" cp -a /kept/. {state}; rm -r /kept; systemctl start --no-block rf-nav"
+    )
+    seen = machine.seen(state)
+    soak = ["--minutes", MINUTES, "--unit", "rf-nav.service", "--within", " ".join(machine.within)]
+    soak += ["--listen", f"tcp/127.0.0.1:{port}", "--state", str(seen), "--full-disk", str(seen)]
+    command = [sys.executable, "-m", "hil_sim", "soak", *soak, "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr + machine.journal()
+    machine.shell(f"systemctl stop rf-nav; umount -l {state}; systemctl reset-failed rf-nav")
 
 
 def test_given_up_it_rests_is_tried_again_and_who_stops_it_meanwhile_is_heeded(life: Life) -> None:
