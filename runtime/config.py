@@ -131,7 +131,11 @@ class DetectorConfig:
 class GoalConfig:
     """[goal]"""
 
-    keep_map: bool = key(False, "A new goal begins with the map and the objects of the one before.")
+    keep_map: bool = key(
+        False,
+        "A new goal begins with the map and the objects of those before; over restarts, too, where "
+        "the robot's own configuration has it, once it is known where it is.",
+    )
     after_restart: Literal["fail", "resume"] = key(
         "fail",
         'What becomes of goals that had not ended when the runtime did: "fail" reports them as '
