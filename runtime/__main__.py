@@ -276,7 +276,9 @@ def _memory(
         return
     assert isinstance(zones, Zones)
     eyes = ", ".join(config.models.detectors)
-    memory = HomeMemory(state_directory(), keep, eyes, clock, bus.pose, lambda: len(zones) > 0)
+    memory = HomeMemory(
+        state_directory(), keep, eyes, clock, bus.pose, lambda: len(zones) > 0, bus.charging
+    )
     zones.bind(memory.binding.transform, memory.place)
     answers["places"] = PlacesDesk(memory, bus.origin_xy).answer
     with closing(memory):

@@ -3,7 +3,7 @@ taken into a search when it is known where in it the robot is. Until then none o
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -46,6 +46,7 @@ LOOK_REST: Final = 4.0  # and in lengths of the last one
 MOVED_M, TURNED_RAD = 0.25, 0.4  # since the last attempt, to see something else
 FRESH_S: Final = 1.0  # what odometry told longer ago is not where the robot is
 SAME_PLACE_M, SAME_HEADING_RAD = 0.7, math.radians(20.0)  # what somebody says is no contradiction
+DOCK: Final = "dock"
 LOCATE, TURN, SAVE = "locate", "turn", "save"
 
 
@@ -71,7 +72,8 @@ class _Turned(NamedTuple):
 @dataclass
 class HomeMemory:
     """`folder`: the state's; `keep`: whether maps outlive the process; `looks`: whose embeddings it
-    has; `odometry`: the newest pose and when it arrived, monotonic. `others`: whether anything else
+    has; `odometry`: the newest pose and when it arrived, monotonic; `charging`: whether the battery
+    does. `others`: whether anything else
     is saved in the frame that is bound. The loop's thread owns it."""
 
     folder: Path
@@ -80,6 +82,7 @@ class HomeMemory:
     clock: Clock
     odometry: Callable[[], tuple[Stamped[Pose], float] | None]
     others: Callable[[], bool] = lambda: False
+    charging: Callable[[], bool] = lambda: False
     binding: Binding = field(init=False)
     places: NamedPlaces = field(init=False)
     _known: Keepsake | None = field(init=False, default=None)
@@ -91,6 +94,7 @@ class HomeMemory:
     _steady: SteadyOdometry = field(default_factory=SteadyOdometry)
     _off_s: float | None = None  # since when odometry is elsewhere
     _tried: tuple[float, Pose] = (-math.inf, ORIGIN)  # not before, and not from here
+    _charged: bool = False
     _kept_s: float = -math.inf
     _epoch: int = 0  # changes with what is believed of where it is
     lost: str = ""  # why what is known is not on disk
@@ -122,7 +126,7 @@ class HomeMemory:
     # -- the loop ------------------------------------------------------------------------------
 
     def turn(self) -> None:
-        """Watch odometry, at every turn of the loop."""
+        """Watch odometry and the dock, at every turn of the loop."""
         self._errands.take(SAVE)
         told = self.odometry()
         if told is None:
@@ -134,6 +138,17 @@ class HomeMemory:
             jumped, self._off_s = now_s - self._off_s >= STEADY_S, None
             if jumped:
                 self._unbind("odometry has jumped", jumped=True)
+        self._watch_dock()
+
+    def _watch_dock(self) -> None:
+        """A battery that begins to charge, while it is not known where the robot is, tells that it
+        is at the place called dock: as somebody would who says so."""
+        here, dock = self.here(), self.places.of(DOCK)
+        if here is None or dock is None or self.charging() == self._charged:
+            return
+        self._charged = not self._charged
+        if self._charged and self.binding.bound() is None:
+            self._say(Bound(placed(here, seen_from(dock, ORIGIN)), "the dock", self.clock.now_s()))
 
     def saw(self, search: Search, models: SearchModels) -> None:
         """A frame was surveyed: find where it is, take in what is known there, write down."""
@@ -190,7 +205,11 @@ class HomeMemory:
             if off_m <= SAME_PLACE_M and _apart_rad(expected, here) <= SAME_HEADING_RAD:
                 return
             self._unbind(f"it was said to be at {name!r}")
-        self._bind(Bound(transform, by, self.clock.now_s(), sure=self._known is None))
+        self._say(Bound(transform, by, self.clock.now_s()))
+
+    def _say(self, bound: Bound) -> None:
+        """What is said is checked, where there is a map to check it by."""
+        self._bind(replace(bound, sure=self._known is None))
 
     def forget(self) -> None:
         """What is saved is put aside; the frame of now is the one that things are saved in."""

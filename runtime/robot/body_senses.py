@@ -20,6 +20,7 @@ from runtime.robot.streams import StreamHealth, WireMessage
 from runtime.robot.wire_senses import HazardKind
 
 HAND_S: Final = 0.5  # after what a hand said last, as in `twist_mux` set-ups
+CHARGING_S: Final = 15.0  # for so long it is believed to charge; drivers tell every few seconds
 WATCH_S: Final = 0.15  # after what a cliff sensor said last, it does not watch any more
 TOLD_S: Final = 2.0  # how long a contact that is over is told of: many ticks
 SENSORS: Final = 64  # on one robot; more names are somebody's mistake
@@ -57,6 +58,7 @@ class BodySenses:
         self._cliffs: dict[str, tuple[float, float]] = {}  # by topic: bearing, when it spoke last
         self._hand: tuple[str, float] = ("", -math.inf)  # who spoke, and when
         self._charged = Charge()
+        self._charging_s = -math.inf  # when it said so last, if nothing else since
         self._of_hundred = False  # the battery tells percent, and not shares
 
     # -- in the bus's threads ------------------------------------------------------------------
@@ -104,6 +106,11 @@ class BodySenses:
         with self._lock:
             return self._charged.percent(self._clock.now_s())
 
+    def charging(self) -> bool:
+        """Whether the battery has said lately that it charges."""
+        with self._lock:
+            return self._clock.now_s() - self._charging_s <= CHARGING_S
+
     def health(self) -> dict[str, StreamHealth]:
         """By topic, of those on which something came."""
         with self._lock:
@@ -124,6 +131,8 @@ class BodySenses:
         told = wire_senses.decode_battery(payload, topic).value
         # The standard has 0 to 1, but many drivers tell percent: one that does is known by it.
         self._of_hundred |= told is not None and told > 1
+        charges = wire_senses.decode_charging(payload, topic)
+        self._charging_s = now_s if charges else -math.inf
         self._charged.tell(told if told is None or self._of_hundred else 100 * told, now_s)
         return wire_senses.BATTERY_STATE
 

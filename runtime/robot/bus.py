@@ -247,6 +247,10 @@ class Bus:
         """See `Base`."""
         return BaseCondition("", self._body.hand(), self._body.battery_percent())
 
+    def charging(self) -> bool:
+        """Whether the robot's battery charges; any thread may ask."""
+        return self._body.charging()
+
     def publish_feedback(self, feedback: Mapping[str, object]) -> None:
         told = self._streams.frames.told(feedback, self._clock.now_s())
         self._out.report("feedback", told)

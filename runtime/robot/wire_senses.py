@@ -30,6 +30,7 @@ wire.STORE.register(
     )
 )
 _T: Final = wire.STORE.types
+_CHARGING: Final = 1  # POWER_SUPPLY_STATUS_CHARGING
 _MAX_BEAMS: Final = 100_000  # more is damage
 _TWIST_BYTES: Final = 52  # of a Twist in CDR; a TwistStamped is longer by its header
 
@@ -134,6 +135,11 @@ def decode_battery(payload: bytes, topic: str) -> Stamped[float | None]:
     if not 0 <= told <= 100:
         raise SensorError(f"{topic}: percentage {told:g}: publish 0 to 1, or NaN when unknown")
     return Stamped(wire.header_stamp(message, topic), told)
+
+
+def decode_charging(payload: bytes, topic: str) -> bool:
+    """BatteryState -> whether it says that it charges."""
+    return int(wire.decode(payload, BATTERY_STATE, topic).power_supply_status) == _CHARGING
 
 
 def check_sticks(payload: bytes, topic: str) -> str:

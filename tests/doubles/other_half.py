@@ -140,12 +140,14 @@ def hazards(told: list[tuple[str, int]], stamp_ns: int) -> bytes:
     return _cdr(vector(_header(stamp_ns, "base_link"), found))
 
 
-def battery_state(share: float, stamp_ns: int) -> bytes:
+def battery_state(share: float, stamp_ns: int, charging: bool = False) -> bytes:
     """BatteryState of that percentage, its voltage known."""
     none, nan = np.zeros(0, np.float32), math.nan
     values = 14.8, 25.0, -0.5, nan, 2.6, 2.6, share
     kind = TYPES["sensor_msgs/msg/BatteryState"]
-    return _cdr(kind(_header(stamp_ns, ""), *values, 2, 1, 2, True, none, none, "", ""))
+    return _cdr(
+        kind(_header(stamp_ns, ""), *values, 1 if charging else 2, 1, 2, True, none, none, "", "")
+    )
 
 
 def stamped_twist(payload: bytes) -> tuple[int, float, float]:

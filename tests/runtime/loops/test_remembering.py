@@ -67,11 +67,12 @@ class Robot:
         self.clock, self.start, self.boxes = ManualClock(1000.0), start, boxes
         self.told: tuple[Pose, float] | None = (Pose(0.0, 0.0, 0.0), 1000.0)
         eyes = ", ".join(load(None).models.detectors)
-        self.zones = False
+        self.zones = self.charges = False
         self.memory = HomeMemory(
             folder, keep, eyes, self.clock,
             lambda: (Stamped(0, self.told[0]), self.told[1]) if self.told else None,
             lambda: self.zones,
+            lambda: self.charges,
         )  # fmt: skip
         self.models, self.folder = Reminded(Apartment.of(TWO_ROOMS, FIRST)), folder
         self.searches: list[Search] = []
@@ -132,7 +133,7 @@ class Robot:
         return self.memory.in_words()
 
 
-def first(folder: Path) -> Robot:
+def first(folder: Path, dock: Pose | None = None) -> Robot:
     """It has seen the whole home, with a mug in its right room, and knows a desk; it has ended."""
     robot = Robot(folder, FIRST)
     robot.sees(WHOLE, Pose(0.5, 0.0, 0.0))
@@ -144,6 +145,8 @@ def first(folder: Path) -> Robot:
                    EMBEDDING, 0.9, 1.0)  # fmt: skip
     robot.world.semantic.instances[1] = mug
     robot.memory.places.put("desk", seen_from(FIRST, Pose(1.0, 3.5, 1.0)))
+    if dock is not None:
+        robot.memory.places.put("dock", seen_from(FIRST, dock))
     robot.memory.saw(robot.search, robot.models)
     robot.memory.ended(robot.search)
     robot.memory.close()
@@ -269,6 +272,38 @@ def test_who_says_where_it_is_is_believed_and_then_checked(tmp_path: Path):
     there, true = placed(transform, desk), seen_from(SECOND, Pose(1.0, 3.5, 1.0))
     assert math.dist((there.x_m, there.y_m), (true.x_m, true.y_m)) < 0.12  # set right
     robot.until(lambda: bool(robot.world.semantic.instances))
+
+
+def test_at_the_dock_it_knows_where_it_is_once_it_charges(tmp_path: Path):
+    at = Pose(1.0, 3.5, 1.0)
+    robot = first(tmp_path, dock=at)
+    robot.memory.turn()
+    robot.charges = True
+    robot.memory.turn()
+    assert robot.words() == "none: it begins here"  # and knows it without
+    robot = Robot(tmp_path, SECOND)
+    here = seen_from(SECOND, at)
+    robot.told = None
+    robot.charges = True
+    robot.memory.turn()
+    assert robot.words().startswith("unbound: ")  # it has no odometry yet
+    robot.told = here, robot.clock.now_s()
+    robot.memory.turn()
+    assert robot.words() == "bound by the dock, not seen yet"
+    robot.sees(LEFT, here)
+    robot.until(lambda: robot.words() == "bound by the dock")
+
+
+def test_who_charges_elsewhere_is_not_at_the_dock_for_long(tmp_path: Path):
+    first(tmp_path, dock=Pose(7.0, 6.0, -1.0))
+    robot = Robot(tmp_path, SECOND)
+    robot.charges = True
+    robot.memory.turn()
+    assert robot.words() == "bound by the dock, not seen yet"
+    robot.sees(LEFT, Pose(0.0, 0.0, 0.0))
+    robot.until(lambda: robot.words().startswith("unbound: what is seen is not what is known"))
+    robot.memory.turn()
+    assert robot.words().startswith("unbound: ")  # it does not say so again and again
 
 
 def test_who_says_so_wrongly_is_not_believed_for_long(tmp_path: Path):

@@ -11,7 +11,7 @@ from runtime.core.motion.contact import NOTHING, Touch
 from runtime.core.motion.velocity_policy import FELT_S
 from runtime.robot import wire, wire_senses
 from runtime.robot.battery import UNSURE_S
-from runtime.robot.body_senses import HAND_S, SENSORS, TOLD_S, WATCH_S, BodySenses
+from runtime.robot.body_senses import CHARGING_S, HAND_S, SENSORS, TOLD_S, WATCH_S, BodySenses
 from runtime.robot.session import SensesConfig, TopicsConfig
 
 NAMES = TopicsConfig()
@@ -153,6 +153,19 @@ def test_a_battery_tells_shares_or_percent(told: list[float], percent: float | N
     for share in told:
         body.says("battery", battery_state(share, 1))
     assert body.battery_percent() == (None if percent is None else pytest.approx(percent))
+
+
+def test_a_battery_charges_as_long_as_it_says_so():
+    body = Body()
+    assert not body.charging()
+    body.says("battery", battery_state(0.5, 1, charging=True))
+    assert body.charging()
+    body.clock.advance(CHARGING_S + 0.1)
+    assert not body.charging()
+    body.says("battery", battery_state(math.nan, 2, charging=True))  # whatever is in it
+    assert body.charging()
+    body.says("battery", battery_state(0.5, 3))
+    assert not body.charging()
 
 
 def test_what_cannot_be_read_is_counted_and_not_recorded():
