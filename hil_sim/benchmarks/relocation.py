@@ -12,7 +12,8 @@ from tqdm import tqdm
 
 from hil_sim.benchmarks.relocation_drives import DrivenMap, HomeDrives, drives
 from runtime.core.geometry import placed, seen_from, wrap_angle
-from runtime.core.mapping.relocate import ANYWHERE, Relief, Settling, believed, match
+from runtime.core.mapping.relocate import ANYWHERE, Relief, believed, match
+from runtime.core.mapping.settling import Settling
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
 

@@ -18,14 +18,15 @@ from runtime.core.mapping.relocate import (
     SAID_WITHIN,
     Relief,
     Relocation,
-    Settling,
     believed,
+    knowable,
     match,
     refuted,
 )
+from runtime.core.mapping.settling import Settling
 from runtime.core.types import Pose
 from runtime.core.world import World
-from runtime.errors import SavedError
+from runtime.errors import ConfigError, SavedError
 from runtime.log import say
 from runtime.loops.errands import Errands
 from runtime.loops.order import SearchModels
@@ -184,9 +185,15 @@ class HomeMemory:
         return f"{self.binding.in_words()}; {self.lost}" if self.lost else self.binding.in_words()
 
     def place(self, name: str) -> Pose | None:
-        """Where it is in the map of now; None while nobody knows."""
+        """Where it is in the map of now; None for one that nobody has named. ConfigError while
+        nobody knows where the robot is."""
         transform, at = self.binding.transform(), self.places.of(name)
-        return placed(transform, at) if transform is not None and at is not None else None
+        if at is None:
+            return None
+        if transform is not None:
+            return placed(transform, at)
+        where = f"it is not known where the robot is ({self.binding.in_words()})"
+        raise ConfigError(f"place {name!r}: {where}: say where it stands (rfnav/places)")
 
     def here(self) -> Pose | None:
         """Where the robot is now, by its odometry; None where that is not known."""
@@ -232,8 +239,11 @@ class HomeMemory:
         return self.keep and search.config.goal.keep_map
 
     def _write(self, world: World, bound: Bound) -> None:
-        self._known = keepsake_of(world, seen_from(bound.transform, ORIGIN), self.looks)
-        self._into, self._kept_s = world.map, self.clock.now_s()
+        self._kept_s = self.clock.now_s()
+        known = keepsake_of(world, seen_from(bound.transform, ORIGIN), self.looks)
+        if not knowable(Relief(known.map)):
+            return
+        self._known, self._into = known, world.map
         self._errands.ask(SAVE, partial(self._save, self._known))
 
     def _save(self, known: Keepsake) -> None:

@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 import cv2
 import numpy as np
 
-from runtime.core.geometry import placed, seen_from, wrap_angle
+from runtime.core.geometry import wrap_angle
 from runtime.core.mapping.grid import RESOLUTION_M, MapCopy
 from runtime.core.types import F32, F64, Mask, Pose
 
@@ -63,6 +63,7 @@ ANYWHERE: Final = MatchLimits(0.92, 0.7, 8.0, 0.8)
 SAID: Final = MatchLimits(0.88, 0.5, 4.0, 0.9)
 """Of one that was said to be at a place."""
 SAID_WITHIN: Final = 1.5, math.radians(35.0)  # m and rad, of that place
+KNOWABLE_M: Final = 12.0  # of obstacles: some are never seen again
 REFUTED: Final = 0.6  # of `seen`, and of `agree`: with less it is not there
 
 
@@ -173,6 +174,11 @@ class _Coarse:
         counts = np.bincount(cells[:, 0] * self.size + cells[:, 1], minlength=self.size**2)
         image = counts.reshape(self.size, self.size).astype(np.float32)
         return np.asarray(cv2.dft(image * (weight / max(1, len(points_xy)))), np.float32)
+
+
+def knowable(known: Relief) -> bool:
+    """Whether there is enough on a map for it ever to be known again."""
+    return len(known.surface_xy) * RESOLUTION_M >= KNOWABLE_M
 
 
 def match(
@@ -320,28 +326,3 @@ def _shrunk(mask: Mask) -> F32:
     whole[: mask.shape[0], : mask.shape[1]] = mask
     blocks = whole.reshape(rows // COARSE, COARSE, cols // COARSE, COARSE)
     return np.asarray(blocks.mean(axis=(1, 3)), np.float32)
-
-
-SETTLED_M: Final = 1.0  # between two looks that tell the same
-SAME_PLACE_M, SAME_HEADING_RAD = 0.3, math.radians(6.0)
-
-
-@dataclass
-class Settling:
-    """A match is believed when a second one, from another place, tells the same."""
-
-    _first: tuple[Pose, Pose] | None = None  # where the robot was, here and on the known map
-
-    def settles(self, here: Pose, at: Pose) -> bool:
-        """Told of each match that is `believed`."""
-        if self._first is None:
-            self._first = here, at
-            return False
-        was, was_at = self._first
-        expected = placed(was_at, seen_from(was, here))
-        apart_m = math.dist((expected.x_m, expected.y_m), (at.x_m, at.y_m))
-        turned = abs(wrap_angle(expected.yaw_rad - at.yaw_rad))
-        if apart_m > SAME_PLACE_M or turned > SAME_HEADING_RAD:
-            self._first = here, at
-            return False
-        return math.dist((was.x_m, was.y_m), (here.x_m, here.y_m)) >= SETTLED_M

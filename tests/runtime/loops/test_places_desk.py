@@ -8,6 +8,7 @@ import pytest
 from manual_clock import ManualClock
 
 from runtime.core.types import Pose
+from runtime.errors import ConfigError
 from runtime.loops.places_desk import PlacesDesk
 from runtime.loops.remembering import HomeMemory
 from runtime.robot.requests import Request
@@ -58,6 +59,8 @@ def test_after_a_restart_places_are_nowhere_until_it_is_told_where_it_is(
     assert not refused["accepted"]
     assert "not known where the robot is (unbound: " in refused["error"]
     assert '{"i_am_at": NAME}' in refused["error"]
+    with pytest.raises(ConfigError, match=r"place 'desk': it is not known where the robot is"):
+        again.memory.place("desk")
     again.pose = Pose(0.0, 0.0, 0.5)
     told = again.ask(i_am_at="DESK")
     assert told["memory"] == "bound by 'DESK', where it was said to be"

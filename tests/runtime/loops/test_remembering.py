@@ -245,6 +245,15 @@ def test_what_a_restart_has_added_is_there_after_the_next(tmp_path: Path):
     assert math.hypot(there.x_m, there.y_m) < 0.15  # where the second began, and so does this
 
 
+def test_a_map_that_could_never_be_known_again_is_not_kept(tmp_path: Path):
+    robot = Robot(tmp_path, FIRST)
+    robot.sees((1.0, 3.0, 4.0, 4.6), Pose(0.0, 0.0, 0.0))
+    robot.memory.saw(robot.search, robot.models)
+    robot.memory.ended(robot.search)
+    robot.sees(LEFT, Pose(0.0, 0.0, 0.0))
+    robot.until((tmp_path / MEMORY_FILE).is_file)
+
+
 def test_every_so_often_it_is_written_down(tmp_path: Path):
     robot = Robot(tmp_path, FIRST)
     robot.sees(LEFT, Pose(0.0, 0.0, 0.0))

@@ -14,8 +14,8 @@ from runtime.core.mapping.relocate import (
     SAID_WITHIN,
     Relief,
     Relocation,
-    Settling,
     believed,
+    knowable,
     match,
     refuted,
 )
@@ -88,6 +88,11 @@ def test_where_nothing_is_seen_or_known_nothing_matches():
     assert match(Relief(unseen), Pose(0, 0, 0), KNOWN) is None
 
 
+def test_a_map_of_next_to_nothing_can_never_be_known_again():
+    assert knowable(KNOWN)
+    assert not knowable(Relief(mapped(ROOMS, (1.0, 3.0, 4.0, 4.6), FIRST)))
+
+
 def test_a_place_that_it_is_not_at_is_refuted():
     start = Pose(2.0, 6.0, 0.4)
     seen = Relief(mapped(OTHER_ROOMS, (0.0, 4.1, 7.0, 8.5), start))
@@ -108,25 +113,3 @@ def test_a_match_must_be_good_in_all(lacks: dict[str, float]):
     good = Relocation(FIRST, 0.92, 0.7, 8.0, 0.8)
     assert believed(good, ANYWHERE)
     assert not believed(good._replace(**lacks), ANYWHERE)
-
-
-def test_it_takes_a_second_look_from_elsewhere_that_tells_the_same():
-    frame = Pose(3.0, -1.0, 2.0)  # of now, on the known map
-
-    def at(here: Pose, aside: float = 0.0) -> tuple[Pose, Pose]:
-        true = placed(frame, here)
-        return here, Pose(true.x_m + aside, true.y_m, true.yaw_rad)
-
-    settling = Settling()
-    assert not settling.settles(*at(Pose(0, 0, 0)))
-    assert not settling.settles(*at(Pose(0.5, 0, 1.0)))  # too near to the first
-    assert not settling.settles(*at(Pose(2.0, 0, 1.0), aside=0.5))  # elsewhere: it begins anew
-    assert not settling.settles(*at(Pose(3.5, 0, 1.0)))  # and does not go with the last
-    assert settling.settles(*at(Pose(5.0, 0, 1.0), aside=0.2))
-
-
-def test_a_look_that_is_turned_tells_something_else():
-    settling = Settling()
-    assert not settling.settles(Pose(0, 0, 0), Pose(1, 1, 0))
-    assert not settling.settles(Pose(2, 0, 0), Pose(3, 1, 0.2))
-    assert settling.settles(Pose(4, 0, 0), placed(Pose(3, 1, 0.2), Pose(2, 0, 0)))
