@@ -40,7 +40,7 @@ class Service(Port):
         ...
 
     def starts(self) -> int:
-        """How often it was started, by whoever does."""
+        """How often it was started, as far as was looked."""
         ...
 
 
@@ -97,6 +97,7 @@ class Unit:
         self, name: str, within: Sequence[str] = (), full_disk: Path | None = None
     ) -> None:
         self._name, self._within, self.full_disk = name, tuple(within), full_disk
+        self._invocations: set[str] = set()
 
     def signal(self, number: signal.Signals) -> None:
         with suppress(HarnessError):  # it is not up
@@ -112,7 +113,8 @@ class Unit:
         return None
 
     def starts(self) -> int:
-        return int(self._shown("NRestarts")) + 1
+        self._invocations.add(self._shown("InvocationID"))
+        return len(self._invocations - {""})
 
     def _shown(self, what: str) -> str:
         return self._run("systemctl", "show", "--value", f"--property={what}", self._name).strip()
