@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final, NamedTuple
 
 from runtime.clock import Clock
-from runtime.core.geometry import GridFrame, placed, seen_from, wrap_angle
+from runtime.core.geometry import placed, seen_from, wrap_angle
 from runtime.core.keepsake import Keepsake, forget_looks, keepsake_of, turned_onto
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.relocate import (
@@ -47,6 +47,7 @@ LOOK_REST: Final = 4.0  # and in lengths of the last one
 MOVED_M, TURNED_RAD = 0.25, 0.4  # since the last attempt, to see something else
 FRESH_S: Final = 1.0  # what odometry told longer ago is not where the robot is
 SAME_PLACE_M, SAME_HEADING_RAD = 0.7, math.radians(20.0)  # what somebody says is no contradiction
+DOUBTS: Final = 3  # after so many looks what was said is not believed any more
 DOCK: Final = "dock"
 LOCATE, TURN, SAVE = "locate", "turn", "save"
 
@@ -96,6 +97,7 @@ class HomeMemory:
     _off_s: float | None = None  # since when odometry is elsewhere
     _tried: tuple[float, Pose] = (-math.inf, ORIGIN)  # not before, and not from here
     _charged: bool = False
+    _doubts: int = 0  # attempts that did not show it to be where it was said to be
     _kept_s: float = -math.inf
     _epoch: int = 0  # changes with what is believed of where it is
     lost: str = ""  # why what is known is not on disk
@@ -303,8 +305,10 @@ class HomeMemory:
             transform = placed(result.here, seen_from(there, ORIGIN))
             by = bound.by if bound else "the map, which is seen again"
             self._bind(Bound(transform, by, self.clock.now_s()))
-        elif bound is not None and refuted(found):
-            self._unbind(f"what is seen is not what is known of {bound.by}")
+        elif bound is not None:
+            self._doubts += 1
+            if refuted(found) or self._doubts == DOUBTS:
+                self._unbind(f"what is seen is not what is known of {bound.by}")
 
     def _take_in(self, search: Search, world: World, bound: Bound, models: SearchModels) -> None:
         turned = self._errands.take(TURN)
@@ -313,10 +317,10 @@ class HomeMemory:
             remember(search, turned.known, models)
             self._into = world.map
         elif not self._errands.busy(TURN):
-            assert self._known is not None
-            at = placed(bound.transform, self._known.on)
-            work = partial(_turned, self._epoch, self._known, at, world.map, world.map.frame)
-            self._errands.ask(TURN, work)
+            known, epoch, onto = self._known, self._epoch, world.map
+            assert known is not None
+            at, frame = placed(bound.transform, known.on), onto.frame
+            self._errands.ask(TURN, lambda: _Turned(epoch, onto, turned_onto(known, at, frame)))
 
     def _bind(self, bound: Bound) -> None:
         self.binding.bind(bound)
@@ -331,16 +335,10 @@ class HomeMemory:
         self._changed_mind()
 
     def _changed_mind(self) -> None:
+        self._doubts = 0
         self._settling, self._tried = Settling(), (-math.inf, ORIGIN)
         self._epoch += 1
         say(f"memory: {self.binding.in_words()}")
-
-
-def _turned(
-    epoch: int, known: Keepsake, at: Pose, onto: NavigationMap, frame: GridFrame
-) -> _Turned:
-    """In the errands' thread, which leaves the map alone."""
-    return _Turned(epoch, onto, turned_onto(known, at, frame))
 
 
 def _apart_rad(a: Pose, b: Pose) -> float:

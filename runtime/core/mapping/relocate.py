@@ -60,7 +60,7 @@ class MatchLimits(NamedTuple):
 
 ANYWHERE: Final = MatchLimits(0.92, 0.7, 8.0, 0.8)
 """Of a robot that may be anywhere: hil_sim/benchmarks/relocation.py has the trials behind it."""
-SAID: Final = MatchLimits(0.88, 0.5, 4.0, 0.9)
+SAID: Final = MatchLimits(0.9, 0.6, 8.0, 0.85)
 """Of one that was said to be at a place."""
 SAID_WITHIN: Final = 1.5, math.radians(35.0)  # m and rad, of that place
 KNOWABLE_M: Final = 12.0  # of obstacles: some are never seen again

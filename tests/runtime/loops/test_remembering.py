@@ -22,7 +22,7 @@ from runtime.core.world import World
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
-from runtime.loops.remembering import KEEP_S, MEMORY_FILE, HomeMemory
+from runtime.loops.remembering import DOUBTS, KEEP_S, MEMORY_FILE, HomeMemory
 from runtime.loops.search import Search
 from runtime.robot.wire import Stamped
 from runtime.service.binding import ORIGIN
@@ -324,6 +324,23 @@ def test_who_says_so_wrongly_is_not_believed_for_long(tmp_path: Path):
     robot.sees((0.0, 4.1, 7.0, 8.5), Pose(0.0, 0.0, 0.0))
     robot.until(lambda: robot.words().startswith("unbound: what is seen is not what is known"))
     assert not robot.world.semantic.instances
+
+
+def test_what_is_said_and_never_shows_is_not_believed_for_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    first(tmp_path)
+    neither = relocate.Relocation(ORIGIN, 0.8, 0.8, 20.0, 0.5)
+    monkeypatch.setattr("runtime.loops.remembering.match", lambda *_: neither)
+    robot = Robot(tmp_path, SECOND)
+    desk = robot.memory.places.of("desk")
+    assert desk is not None
+    robot.memory.said_at("desk", desk, ORIGIN)
+    for n in range(DOUBTS):
+        assert robot.words().endswith("not seen yet")
+        robot.sees(LEFT, Pose(0.4 * n, 0.0, 0.0))
+        robot.looks()
+    assert robot.words().startswith("unbound: what is seen is not what is known of 'desk'")
 
 
 def test_saying_again_what_is_known_changes_nothing_and_something_else_does(tmp_path: Path):
