@@ -89,7 +89,8 @@ def test_a_unit_is_told_by_systemctl_within_its_container(tmp_path: Path):
     """`within` is a script that writes down what it is asked, and answers as systemd does."""
     script, asked = tmp_path / "within", tmp_path / "asked"
     script.write_text(
-        f'#!/bin/sh\necho "$@" >> {asked}\ncase "$*" in *MainPID*) echo 7;; *InvocationID*) echo $(wc -l <{asked});; '
+        f'#!/bin/sh\necho "$@" >> {asked}\ncase "$*" in *MainPID*) echo 7;; '
+        f"*InvocationID*) echo $(wc -l <{asked});; "
         '*/proc/7/status) printf "Name:\\tx\\nVmRSS:\\t   2048 kB\\n";; *missing*) exit 5;; esac\n'
     )
     script.chmod(0o700)
