@@ -2,6 +2,8 @@
 where it is in a home that it remembers, and whether it ever believes to be where it is not."""
 
 import math
+import random
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -12,7 +14,14 @@ from tqdm import tqdm
 
 from hil_sim.benchmarks.relocation_drives import DrivenMap, HomeDrives, drives
 from runtime.core.geometry import placed, seen_from, wrap_angle
-from runtime.core.mapping.relocate import ANYWHERE, Relief, believed, match
+from runtime.core.mapping.relocate import (
+    ANYWHERE,
+    SAID,
+    SAID_WITHIN,
+    Relief,
+    believed,
+    match,
+)
 from runtime.core.mapping.settling import Settling
 from runtime.core.types import Pose
 from runtime.errors import RfNavError
@@ -92,14 +101,52 @@ def table(done: Iterable[RelocationTrial]) -> str:
     return "\n".join(lines)
 
 
+def said(homes: Sequence[str]) -> str:
+    """What becomes of a robot that is said to be somewhere, after its first look round: rightly, to
+    half a metre, or metres off, or in another home. In Markdown."""
+    rng, driven = random.Random("said"), [drives(home) for home in homes]
+    lines = ["| said | trials | believed rightly | not believed | believed wrongly |"]
+    lines.append("|---|---|---|---|---|")
+    for what, apart_m, turned_rad, further in (
+        ("rightly", (0.0, 0.5), 0.3, 0), ("wrongly", (2.0, 5.0), math.pi, 0),
+        ("in another home", (0.0, 5.0), math.pi, 1),
+    ):  # fmt: skip
+        count = Counter[str]()
+        for n, remembered in enumerate(driven):
+            known, first = Relief(remembered.remembered.looks[-1].map), remembered.remembered.start
+            for begun in driven[(n + further) % len(driven)].beginnings:
+                look, aside = begun.looks[EVERY - 1], rng.uniform(-math.pi, math.pi)
+                true, off_m = (
+                    seen_from(first, placed(begun.start, look.pose)),
+                    rng.uniform(*apart_m),
+                )
+                x_m, y_m = true.x_m + off_m * math.cos(aside), true.y_m + off_m * math.sin(aside)
+                yaw_rad = true.yaw_rad + rng.uniform(-turned_rad, turned_rad)
+                about = Pose(x_m, y_m, wrap_angle(yaw_rad)), *SAID_WITHIN
+                found = match(Relief(look.map), look.pose, known, about)
+                if found is None or not believed(found, SAID):
+                    count["not"] += 1
+                    continue
+                off = None if further else _off(found.at, look.pose, begun.start, first)
+                trial = RelocationTrial("", "", look.frames, off)
+                count["wrong" if trial.wrong else "right"] += 1
+        told = f"{count.total()} | {count['right']} | {count['not']} | {count['wrong']}"
+        lines.append(f"| {what} | {told} |")
+    return "\n".join(lines)
+
+
 @click.command()
 @click.argument("homes", nargs=-1)
-def main(homes: tuple[str, ...]) -> None:
+@click.option("--said", "by_word", is_flag=True, help="Where somebody says that the robot is.")
+def main(homes: tuple[str, ...], by_word: bool) -> None:
     """Trials in these HOMES, else in those that the table in docs/memory.md is of. Drives are made
     at the first call, which takes a minute a home."""
     cv2.setNumThreads(1)
     done = []
     try:
+        if by_word:
+            click.echo(said(homes or HOMES))
+            return
         for trial in trials(homes or HOMES):
             done.append(trial)
             if trial.frames is not None:
