@@ -71,6 +71,8 @@ def _goal(status: Status) -> Iterator[str]:
         yield f"queue    {', '.join(_waits(one) for one in waiting)}"
     if last := _table(status, "last"):
         yield f"last     {last.get('sentence') or last.get('result')}"
+    if (memory := str(status.get("memory", "none"))) != "none":
+        yield f"home     {memory}"
 
 
 def _waits(one: object) -> str:

@@ -52,6 +52,14 @@ def test_all_is_well_and_told():
     assert wrong(status(), NEEDED) == []
 
 
+def test_whether_the_home_is_known_is_told_where_one_is_remembered():
+    told = "unbound: nothing seen so far tells where it is"
+    assert f"home     {told}" in screen(status(memory=told), status(), NEEDED, BUDGETS)
+    assert not [
+        line for line in screen(status(memory="none"), status(), NEEDED, BUDGETS) if "home" in line
+    ]
+
+
 def test_what_is_wrong_comes_first():
     told = status(
         runtime={"state": "held", "cause": "odometry: no odometry for 3.0 s"},
