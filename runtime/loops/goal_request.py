@@ -96,6 +96,10 @@ class Terms:
             if name not in ASKED:
                 raise ConfigError(f"goal request: {name[:TOLD_CHARS]!r}: {unknown(name, ASKED)}")
         log_dir = self._log_dir(body) if "log_dir" in body else None
+        binds = {name: body[name] for name in BINDS if name in body}
+        afterwards = _afterwards(body)
+        if isinstance(afterwards, Mapping):
+            binds["afterwards"] = afterwards
         return GoalRequest(
             _texts(body),
             self._settings(body),
@@ -104,8 +108,8 @@ class Terms:
             _choice(body, "several", SEVERAL),
             _choice(body, "if_busy", IF_BUSY),
             GoalLimits.read(body.get("limits", {})),
-            _afterwards(body),
-            {name: body[name] for name in BINDS if name in body},
+            afterwards,
+            binds,
         )
 
     def _settings(self, body: Mapping[str, Any]) -> tuple[str, ...]:

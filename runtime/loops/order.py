@@ -79,7 +79,6 @@ class Order:
     limits: GoalLimits = NO_LIMITS
     returns: bool = False  # the robot is to go back to where it began
     bounds: GoalBounds = ANYWHERE
-    then_to: Destination | None = None  # where it is to go afterwards
 
     @property
     def named(self) -> str:
@@ -119,10 +118,6 @@ def understand(
     else:
         goal, panel = models.accept(request.texts[0], config)
     models.afford(request.limits.money_usd)
-    then_to = None
-    if isinstance(request.afterwards, Mapping):
-        then = {"go_to": request.afterwards["place"]}
-        then_to = terms.zones.bounds(then, models.rooms).to
     return Order(
         goal,
         config,
@@ -135,7 +130,6 @@ def understand(
         request.limits,
         request.afterwards == "return",
         bounds,
-        then_to,
     )
 
 

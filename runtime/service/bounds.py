@@ -25,11 +25,13 @@ PlaceOf = Callable[[str], Pose | None]
 @dataclass(frozen=True)
 class GoalBounds:
     """In the map frame. Of an `area` the robot is kept within; `room`: the type that is searched,
-    "" for all; `to`: where it goes to, and looks for nothing."""
+    "" for all; `to`: where it goes to, and looks for nothing; `then_to`: where it goes
+    afterwards."""
 
     area: Zone | None = None
     room: str = ""
     to: Destination | None = None
+    then_to: Destination | None = None
 
 
 ANYWHERE: Final = GoalBounds()
@@ -38,13 +40,17 @@ ANYWHERE: Final = GoalBounds()
 def read_bounds(
     body: Mapping[str, Any], rooms: Sequence[str], origin_xy: tuple[float, float], place: PlaceOf
 ) -> GoalBounds:
-    """What a goal request has of `BINDS`, told in odometry's frame, in which the map begins at
-    `origin_xy`; ConfigError says what is wrong with it."""
+    """What a goal request has of `BINDS`, and a place in its `afterwards`, told in odometry's frame,
+    in which the map begins at `origin_xy`; ConfigError says what is wrong with it."""
     area, room = None, ""
     if "area" in body:
         area, room = _area(body["area"], rooms, origin_xy, place)
-    to = _place(body["go_to"], origin_xy, place) if "go_to" in body else None
-    return GoalBounds(area, room, to)
+    to = _place(body["go_to"], "go_to", origin_xy, place) if "go_to" in body else None
+    then = body.get("afterwards")
+    then_to = None
+    if isinstance(then, Mapping):
+        then_to = _place(then["place"], "afterwards", origin_xy, place)
+    return GoalBounds(area, room, to, then_to)
 
 
 def read_zone(
@@ -85,12 +91,7 @@ def _area(
         if kind == "room":
             return None, _room(value, rooms)
         if kind == "place":
-            at = _at(named(value, "place"), place)
-            turns = (math.tau * n / SIDES for n in range(SIDES))
-            round_ = (
-                (at.x_m + ABOUT_M * math.cos(a), at.y_m + ABOUT_M * math.sin(a)) for a in turns
-            )
-            return Zone(AREA, tuple(round_), area=True), ""
+            return _round(_at(named(value, "place"), place)), ""
         raise ConfigError(unknown(str(kind)[:CHARS], ("polygon", "room", "place")))
     except ConfigError as error:
         raise ConfigError(f"goal request: area: {error}") from error
@@ -112,7 +113,9 @@ def _room(told: object, rooms: Sequence[str]) -> str:
     raise ConfigError(f"room: {name!r}: {unknown(name, rooms)}; there are {', '.join(rooms)}")
 
 
-def _place(told: object, origin_xy: tuple[float, float], place: PlaceOf) -> Destination:
+def _place(
+    told: object, what: str, origin_xy: tuple[float, float], place: PlaceOf
+) -> Destination:
     try:
         if isinstance(told, str):
             at = _at(named(told, "place"), place)
@@ -126,7 +129,7 @@ def _place(told: object, origin_xy: tuple[float, float], place: PlaceOf) -> Dest
         y_m = _number(told, "y_m", FAR_M, origin_xy[1])
         yaw_rad = _number(told, "yaw_rad", FULL_TURN_RAD) if "yaw_rad" in told else None
     except ConfigError as error:
-        raise ConfigError(f"goal request: go_to: {error}") from error
+        raise ConfigError(f"goal request: {what}: {error}") from error
     return Destination(f"({told['x_m']:.1f}, {told['y_m']:.1f})", (x_m, y_m), yaw_rad)
 
 

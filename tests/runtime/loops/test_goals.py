@@ -374,13 +374,29 @@ class Places(NoZones):
     """One place, and an area round where the robot begins."""
 
     def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
+        dock = Destination("dock", (5.0, 3.0))
         if "go_to" in body:
-            return GoalBounds(to=Destination("dock", (5.0, 3.0)))
+            return GoalBounds(to=dock)
+        then = body.get("afterwards")
+        if then is not None and then["place"] != "dock":
+            raise ConfigError("nobody has named it")
+        then_to = dock if then is not None else None
         if "area" in body:
             square = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
             corners = tuple((4.0 + x, 3.0 + y) for x, y in square)
-            return GoalBounds(area=Zone(AREA, corners, area=True))
-        return ANYWHERE
+            return GoalBounds(area=Zone(AREA, corners, area=True), then_to=then_to)
+        return replace(ANYWHERE, then_to=then_to)
+
+
+@pytest.mark.parametrize("if_busy", ["preempt", "queue"])
+def test_a_goal_that_is_to_end_nowhere_is_refused_before_the_models_hear_of_it(
+    made: Callable[..., Bench], if_busy: str
+):
+    bench = made(zones=Places())
+    bench.ask("bed")
+    refused = bench.ask("sofa", afterwards={"place": "docks"}, if_busy=if_busy)
+    assert (refused["code"], refused["error"]) == (4720, "nobody has named it")
+    assert (bench.models.asked, under_way(bench)) == (["bed"], "bed")  # and is looked for
 
 
 @pytest.mark.parametrize("area", [False, True])

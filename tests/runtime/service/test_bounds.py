@@ -50,6 +50,14 @@ def test_a_place_has_a_name_or_is_told():
     assert to.yaw_rad == 1.5
 
 
+def test_where_a_robot_goes_afterwards_has_a_name():
+    there = Destination("kitchen table", (2.0, 1.0), 0.5)
+    assert bound(afterwards={"place": "kitchen table"}) == GoalBounds(then_to=there)
+    assert bound(afterwards="return") == ANYWHERE
+    with pytest.raises(ConfigError, match="goal request: afterwards: place 'dock' is not known"):
+        bound(afterwards={"place": "dock"})
+
+
 def test_what_is_told_in_odometrys_frame_is_on_the_map():
     far = (5e5, 4e6)
     to = bound(far, go_to={"x_m": 500_001, "y_m": 4_000_002}).to
