@@ -11,6 +11,7 @@ import numpy as np
 from runtime import navigate
 from runtime.clock import Deadline
 from runtime.core.geometry import wrap_angle
+from runtime.core.inventory import searched, unreached
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
 from runtime.core.types import Ballot, Observation, SearchState
@@ -52,6 +53,7 @@ class Drive:
     paused: str = ""  # by whom
     first_s: float | None = None  # when its first frame arrived
     uncharged: bool = False  # it began before anybody knew what is in the battery
+    usd: float | None = None  # what it has cost, once the models are another goal's
 
     def see(self, obs: Observation, frame_s: float) -> GoalEnd | None:
         """One frame, that arrived at `frame_s`; how the search ends by it, or None."""
@@ -102,7 +104,7 @@ class Drive:
         """Feedback on the goal; with its result, when it has ended."""
         self.means.telemetry.does(reason)
         now_s = self.means.clock.now_s()
-        told: dict[str, object] = {"usd": self.means.spent_usd(), "paused": self.paused}
+        told: dict[str, object] = {"usd": self._spent_usd(), "paused": self.paused}
         self.feedback.tell(self.means.bus, state, reason, now_s, always, told | dict(result))
 
     def over(self, now_s: float) -> GoalEnd | None:
@@ -128,6 +130,18 @@ class Drive:
         """How long the search has taken."""
         return self.feedback.elapsed_s(self.means.clock.now_s())
 
+    def facts(self) -> dict[str, object]:
+        """What is told of the search with its result."""
+        world = self.search.world
+        facts: dict[str, object] = {
+            "elapsed_s": round(self.elapsed_s(), 1),
+            "driven_m": round(self.feedback.way_m(), 2),
+            "usd": self._spent_usd(),
+        }
+        if world is not None:
+            facts |= {"searched": searched(world), "unreached": unreached(world)}
+        return facts
+
     def note_halt(self) -> None:
         """Journal when the base was held since the last look."""
         halts = self.means.control.halts()
@@ -147,6 +161,9 @@ class Drive:
         means.detector.rest = means.shedding.rest
 
     # -- inside --------------------------------------------------------------------------------
+
+    def _spent_usd(self) -> float:
+        return self.means.spent_usd() if self.usd is None else self.usd
 
     def _is_astray(self, obs: Observation) -> bool:
         """Whether a frame is of somewhere that the map cannot reach; journaled when that begins."""

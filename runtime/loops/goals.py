@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
 from runtime.config import Config
-from runtime.core.inventory import searched, unreached
 from runtime.core.types import SearchState
 from runtime.errors import RfNavError, SavedError
 from runtime.experts.hindsight import Hindsight
@@ -26,7 +25,7 @@ from runtime.loops.process import Garbage
 from runtime.loops.search import Search
 from runtime.record import Record
 from runtime.robot.requests import ENDS, Request
-from runtime.service.goal_queue import WAITING, AskedGoal, GoalFile, GoalQueue, is_id
+from runtime.service.goal_queue import WAITING, AskedGoal, GoalFile, GoalQueue, is_id, new_id
 from runtime.service.outcomes import FailCause, GoalEnd, Refusal, refused
 from runtime.service.results import GoalResults
 
@@ -38,11 +37,12 @@ NOTHING_ON: Final = "no search is under way"
 @dataclass(frozen=True)
 class Custom:
     """What is usual with goals here. `file`: where they are kept for a restart, if anywhere;
-    `after_restart`: what becomes of those then."""
+    `after_restart`: what becomes of those then; `new_id`: what the next is called."""
 
     terms: Terms
     file: GoalFile | None = None
     after_restart: Literal["fail", "resume"] = "fail"
+    new_id: Callable[[], str] = new_id
 
 
 USUAL: Final = Custom(STRICT)
@@ -86,7 +86,8 @@ class GoalLife:
             return refused(Refusal.BUSY, "another goal is under way, and if_busy is refuse")
         queued = busy and asked.if_busy == "queue"
         asked_for = [
-            AskedGoal.new(goal.text, alone(body, goal.text, n)) for n, goal in enumerate(goals)
+            AskedGoal(self._new_id(), goal.text, alone(body, goal.text, n))
+            for n, goal in enumerate(goals)
         ]
         first, *then = asked_for
         if queued and not self._queue.room(len(asked_for)):
@@ -106,19 +107,26 @@ class GoalLife:
             told["then"] = [{"id": g.id, **name} for g, name in zip(then, names, strict=True)]
         return {"accepted": True, "id": first.id, "queued": place, **told}
 
+    def _new_id(self) -> str:
+        id = self._custom.new_id()
+        self._record("heard", {"name": "id", "value": id})
+        return id
+
     def _begin(
         self, goal: AskedGoal, then: Sequence[AskedGoal] = (), preempts: bool = False
     ) -> dict[str, object]:
         """Search for it from now on, perhaps in place of all that was asked for before; what is
-        told of that. RfNavError when it cannot be begun: then what is under way goes on."""
+        told of that. RfNavError when it cannot be begun: then what is under way goes on, unless
+        it is the journal that cannot be written."""
         means, before = self._means, self._before()
+        usd = means.spent_usd()  # what is accepted next has an account of its own
         charge = means.control.condition(forget=False).battery_percent
         with means.detector.paused():  # no look while the words change
             order = understand(
                 goal.body, means.models, self._configure, self._custom.terms, goal.id
             )
             if preempts:
-                self._give_way()
+                self._give_way(usd)
             search = Search.begin(self._wiser(order), self._record)
             # Labels over the bus are of the newest image alone.
             means.detector.begin(newest_only=order.config.detector.source == "topic")
@@ -142,8 +150,10 @@ class GoalLife:
         log_dir = str(order.log_dir) if order.log_dir else None
         return {"name": order.named, "how": order.goal.how, "log_dir": log_dir}
 
-    def _give_way(self) -> None:
-        """To a newer goal."""
+    def _give_way(self, usd: float) -> None:
+        """To a newer goal. `usd`: what the one under way has cost."""
+        if self.drive is not None:
+            self.drive.usd = usd
         self.end(GoalEnd(SearchState.PREEMPTED, "preempted"))
         for goal in self._queue.drop():
             self._file(goal, GoalEnd(SearchState.PREEMPTED, "preempted"))
@@ -287,7 +297,7 @@ class GoalLife:
             goal = {"goal": search.goal.text, "id": search.order.id}
             means.control.rest(state, {**drive.report, **goal, "reason": end.reason})
             if not goes_on:
-                told = end.told(search.order.id, search.goal.text, self._facts(drive))
+                told = end.told(search.order.id, search.goal.text, drive.facts())
             drive.tell(state, end.reason, always=True, result=told)
         finally:
             if means.memory is not None:
@@ -312,19 +322,6 @@ class GoalLife:
         for goal in () if goes_on else self._queue.drop():
             self._file(goal, end)
         self._results.close(f"{ENDS}: the goal goes on when it is started again")
-
-    def _facts(self, drive: Drive) -> dict[str, object]:
-        """What is told of a search with its result."""
-        search, now_s = drive.search, self._means.clock.now_s()
-        facts: dict[str, object] = {
-            "elapsed_s": round(drive.feedback.elapsed_s(now_s), 1),
-            "driven_m": round(drive.feedback.way_m(), 2),
-            "usd": self._means.spent_usd(),
-        }
-        if search.world is not None:
-            facts["searched"] = searched(search.world)
-            facts["unreached"] = unreached(search.world)
-        return facts
 
     def _file(self, goal: AskedGoal, end: GoalEnd) -> None:
         """A goal ends for which no search is under way."""

@@ -22,6 +22,7 @@ from runtime.replay.reflex_again import ReflexAgain
 from runtime.replay.script import Script, Turn
 from runtime.replay.stand_ins import Film, FilmBus, FilmClock, FilmDecisions, FilmLooks, FilmModels
 from runtime.service.bounds import ANYWHERE, GoalBounds
+from runtime.service.goal_queue import new_id
 from runtime.service.telemetry import Telemetry, untold
 from runtime.tracing.budgets import read_budgets
 from runtime.tracing.tracer import Tracer
@@ -153,7 +154,8 @@ def _in_real_time(
     account.control = FilmControl(film, configure(()), tracer, account.differences, reflex)
     loop = RealTime(
         bus, account.control, models, configure, clock, tracer, budgets, Garbage(clock),
-        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again), Custom(terms),
+        film.record, FilmDecisions(film), FilmLooks(film, looked, models.again),
+        Custom(terms, new_id=lambda: str(film.given("id") or new_id())),
         telemetry=Telemetry(clock, tell=untold),
     )  # fmt: skip
     loop.run(film.over)

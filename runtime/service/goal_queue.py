@@ -32,11 +32,6 @@ class AskedGoal:
     paused: bool = False
     begun: int = 0
 
-    @classmethod
-    def new(cls, text: str, body: Mapping[str, Any]) -> "AskedGoal":
-        """With an id of its own."""
-        return cls(secrets.token_hex(4), text, body)
-
 
 Keep = Callable[[tuple[AskedGoal, ...]], None]
 
@@ -136,6 +131,11 @@ def _goal(told: object) -> AskedGoal:
         } if is_id(id) and 0 <= begun < 1000:  # fmt: skip
             return AskedGoal(id, text, body, paused, begun)
     raise ValueError(f"{str(told)[:80]!r} is no goal")
+
+
+def new_id() -> str:
+    """A goal's, as no other has it."""
+    return secrets.token_hex(4)
 
 
 def is_id(value: object) -> bool:

@@ -344,6 +344,18 @@ def lines(log: Path, kind: str) -> list[dict]:
     return [line for line in read_journal(log / "decisions.jsonl") if line["kind"] == kind]
 
 
+def test_a_replay_knows_the_name_that_a_goal_was_cancelled_by(tmp_path: Path):
+    models = FakeModels(home(4.0, 3.0))
+    with recorded(models, tmp_path / "recorded", *PATIENT) as (robot, ended):
+        id = robot.ask("goal", {"goal": "toilet", "log_dir": str(tmp_path / "a")})["id"]
+        robot.until(lambda: moving(robot) or ended)
+        assert robot.ask("cancel", {"id": id})["ended"]
+        begin(robot, tmp_path / "b", "bed")
+        robot.until(lambda: moving(robot) or ended)
+        robot.ask("cancel")
+    assert not ended
+
+
 def test_a_hand_takes_over_in_mid_search_and_gives_back(tmp_path: Path):
     there = home()
     there.things = {"toilet": (7.4, 2.2, 0.3)}
