@@ -11,7 +11,6 @@ import numpy as np
 from runtime import navigate
 from runtime.clock import Deadline
 from runtime.core.geometry import wrap_angle
-from runtime.core.inventory import searched, unreached
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
 from runtime.core.types import Ballot, Observation, SearchState
@@ -51,6 +50,7 @@ class Drive:
     left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
     astray: str = ""  # why the newest frame is of nowhere on the map
     paused: str = ""  # by whom
+    paused_s: float = 0.0  # since when
     first_s: float | None = None  # when its first frame arrived
     uncharged: bool = False  # it began before anybody knew what is in the battery
     usd: float | None = None  # what it has cost, once the models are another goal's
@@ -110,8 +110,10 @@ class Drive:
     def over(self, now_s: float) -> GoalEnd | None:
         """How it ends by its limits, whether or not frames come; None while it does not. Its time
         is counted from its first frame on."""
-        if self.way.end is not None or self.led_s is not None or self.paused:
+        if self.led_s is not None or self.paused:
             return None
+        if self.way.end is not None:
+            return self.way.lost()
         since_s = self.feedback.began_s if self.first_s is None else self.first_s
         elapsed_s = now_s - since_s - self.feedback.led_s
         end = self.search.passed(elapsed_s, self.feedback.way_m())
@@ -119,11 +121,17 @@ class Drive:
 
     def pause(self, by: str) -> None:
         """Stand from now on, or with "" go on; what comes is mapped and looked at all the same."""
-        self.paused = by
+        now_s = self.means.clock.now_s()
+        if self.paused:  # until now, whether or not frames came
+            self.feedback.led_s += now_s - max(self.paused_s, self.led_s or 0.0)
+            self.led_s = now_s if self.led_s is not None else None
+            if not by and self.led_by == "paused":
+                self._given_back()
+        self.paused, self.paused_s = by, now_s
         if by:
             reason = f"paused by {by}"
             told = self.report | {"mode": "pause", "reason": reason, "paused": reason}
-            self.plan(None, self.means.clock.now_s(), told)
+            self.plan(None, now_s, told)
             self.tell(SearchState.SEARCHING, reason, always=True)
 
     def elapsed_s(self) -> float:
@@ -132,15 +140,7 @@ class Drive:
 
     def facts(self) -> dict[str, object]:
         """What is told of the search with its result."""
-        world = self.search.world
-        facts: dict[str, object] = {
-            "elapsed_s": round(self.elapsed_s(), 1),
-            "driven_m": round(self.feedback.way_m(), 2),
-            "usd": self._spent_usd(),
-        }
-        if world is not None:
-            facts |= {"searched": searched(world), "unreached": unreached(world)}
-        return facts
+        return self.feedback.facts(self.means.clock.now_s(), self._spent_usd())
 
     def note_halt(self) -> None:
         """Journal when the base was held since the last look."""

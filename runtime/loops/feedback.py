@@ -8,6 +8,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, Protocol
 
+from runtime.core.inventory import searched, unreached
 from runtime.core.types import SearchState
 from runtime.core.world import World
 from runtime.loops.search import Search
@@ -44,6 +45,18 @@ class Feedback:
     def elapsed_s(self, now_s: float) -> float:
         """How long the search has taken."""
         return now_s - self.began_s - self.led_s
+
+    def facts(self, now_s: float, usd: float) -> dict[str, object]:
+        """What is told of the search with its result; `usd`: what it has cost."""
+        facts: dict[str, object] = {
+            "elapsed_s": round(self.elapsed_s(now_s), 1),
+            "driven_m": round(self.way_m(), 2),
+            "usd": usd,
+        }
+        if self.search.world is not None:
+            facts["searched"] = searched(self.search.world)
+            facts["unreached"] = unreached(self.search.world)
+        return facts
 
     def tell(
         self,

@@ -46,11 +46,22 @@ class Leaving:
         """What a command that ends the search, or the way after it, makes of the goal."""
         if self.end is None:
             return self.ends(GoalEnd(ended, command.reason, at_xy=command.toward_xy))
-        to = self._to(self.end)
-        reason = command.reason if to is None else f"{self.end.reason}; {command.reason}"
-        at = to.name if to is not None else ""
-        there = ended is SearchState.ARRIVED
-        return replace(self.end, reason=reason, returned=there, returned_to=at)
+        reason = command.reason  # of a way back it says both
+        if self._to(self.end) is not None:
+            reason = f"{self.end.reason}; {reason}"
+        return self._stays(self.end, reason, ended is SearchState.ARRIVED)
+
+    def lost(self) -> GoalEnd | None:
+        """How it ends on its way, where nobody knows any more where it must not go."""
+        lost = self.search.whereabouts.lost(self.search.record)
+        if lost is None or self.end is None:
+            return None
+        return self._stays(self.end, f"{self.end.reason}; {lost.reason}", there=False)
+
+    def _stays(self, end: GoalEnd, reason: str, there: bool) -> GoalEnd:
+        """`there`: where it was to go."""
+        to = self._to(end)
+        return replace(end, reason=reason, returned=there, returned_to=to.name if to else "")
 
     def _to(self, end: GoalEnd) -> Destination | None:
         """Where to after such an end; None: back, if anywhere."""

@@ -299,6 +299,25 @@ def test_a_limit_of_time_ends_a_search_and_counts_no_hand_and_no_pause(bench: Be
     assert told["sentence"].startswith('"toilet" was not found in time; ')
 
 
+def test_a_pause_is_no_time_of_a_search_whether_or_not_frames_come(bench: Bench):
+    bench.ask(limits={"time_s": 3.0})
+    bench.frames(11)  # its first frame, and a second
+    drive = bench.life.drive
+    assert drive is not None
+    for seen in (0, 1):  # while it is paused
+        bench.request("pause")
+        bench.frames(seen)
+        bench.clock.advance(30.0)
+        bench.request("pause")
+        bench.frames(seen)
+        bench.clock.advance(30.0)
+        bench.request("resume")
+        assert drive.over(bench.clock.now_s()) is None
+    assert drive.over(bench.clock.now_s() + 1.8) is None
+    assert drive.elapsed_s() == pytest.approx(1.1, abs=0.15)
+    assert drive.over(bench.clock.now_s() + 2.1) is not None  # also where none come any more
+
+
 def test_a_limit_of_time_holds_without_a_single_frame(bench: Bench):
     bench.ask(limits={"time_s": 3.0})
     assert bench.life.drive is not None
@@ -577,6 +596,25 @@ class Lost(NoZones):
 
     def unbound(self) -> str:
         return self.where
+
+
+@pytest.mark.parametrize("to", ["return", {"place": "dock"}])
+def test_on_its_way_back_a_robot_stops_where_nobody_knows_any_more_where_zones_lie(
+    made: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch, to: object
+):
+    zones = Places()
+    bench = made(zones=zones)
+    id = bench.ask(afterwards=to)["id"]
+    bench.frames(12)
+    bench.stand(4.5, 3.0)
+    acts(monkeypatch, SearchState.FOUND, "found toilet 1")
+    bench.frames(2)
+    assert bench.life.drive is not None
+    monkeypatch.setattr(zones, "unbound", lambda: "odometry has jumped")
+    bench.frames()
+    told = bench.result(id)
+    assert (told["result"], told["returned"]) == ("found", False)
+    assert told["reason"] == "found toilet 1; odometry has jumped"
 
 
 def test_while_nobody_knows_where_the_robot_is_no_goal_is_taken_and_none_begun(
