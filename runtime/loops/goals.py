@@ -25,6 +25,7 @@ from runtime.loops.process import Garbage
 from runtime.loops.search import Search
 from runtime.record import Record
 from runtime.robot.requests import ENDS, Request
+from runtime.service.bounds import tells_where
 from runtime.service.goal_queue import WAITING, AskedGoal, GoalFile, GoalQueue, is_id, new_id
 from runtime.service.outcomes import FailCause, GoalEnd, Refusal, refused
 from runtime.service.results import GoalResults
@@ -164,16 +165,18 @@ class GoalLife:
         if self.drive is not None or not self._queue.waiting or self._custom.terms.zones.unbound():
             return
         while self.drive is None and (goal := self._queue.next()) is not None:
-            why = ""
+            charge = self._means.control.condition(forget=False).battery_percent
+            why, cause = self._means.battery.refuses(charge), FailCause.BATTERY
             try:
-                self._begin(goal)
+                if not why:
+                    self._begin(goal)
             except RfNavError as error:
-                why = str(error)
+                why, cause = str(error), FailCause.FAULT
             except Exception as error:  # noqa: BLE001 -- said, and it ends no more than the goal
-                why = f"internal error: {error!r}"
+                why, cause = f"internal error: {error!r}", FailCause.FAULT
                 say(f"goal: {why}\n{traceback.format_exc()}")
             if why:
-                self._file(goal, GoalEnd(SearchState.FAILED, why, FailCause.FAULT))
+                self._file(goal, GoalEnd(SearchState.FAILED, why, cause))
                 self._queue.ended()
 
     def restore(self) -> None:
@@ -184,15 +187,21 @@ class GoalLife:
             kept = custom.file.kept() if custom.file is not None else ()
         except SavedError as error:
             say(str(error))
-        resumed = [g for g in kept if custom.after_restart == "resume" and g.begun < TRIES]
-        self._queue.wait(resumed)
+        why = {goal.id: self._no_more(goal) for goal in kept}
+        self._queue.wait(goal for goal in kept if not why[goal.id])
         for goal in kept:
-            if goal in resumed:
-                continue
-            why = "the runtime was started anew, and goal.after_restart is fail"
-            if custom.after_restart == "resume":
-                why = f"{goal.begun} searches for it ended with the runtime"
-            self._file(goal, GoalEnd(SearchState.FAILED, why, FailCause.RESTART))
+            if why[goal.id]:
+                self._file(goal, GoalEnd(SearchState.FAILED, why[goal.id], FailCause.RESTART))
+
+    def _no_more(self, goal: AskedGoal) -> str:
+        """Why it does not go on after a restart."""
+        if self._custom.after_restart != "resume":
+            return "the runtime was started anew, and goal.after_restart is fail"
+        if goal.begun >= TRIES:
+            return f"{goal.begun} searches for it ended with the runtime"
+        if tells_where(goal.body):
+            return "the runtime was started anew, and where it was to be was told in metres of before"
+        return ""
 
     # -- while it lasts ------------------------------------------------------------------------
 

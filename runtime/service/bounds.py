@@ -79,6 +79,13 @@ def place_words(told: object) -> str:
     return f"go to {told}"[:CHARS] if isinstance(told, str) else "go to a place"
 
 
+def tells_where(body: Mapping[str, Any]) -> bool:
+    """Whether a goal request is bound by metres, which mean nothing in an odometry that began
+    since."""
+    area = body.get("area")
+    return isinstance(body.get("go_to"), dict) or (isinstance(area, dict) and "polygon" in area)
+
+
 def _area(
     told: object, rooms: Sequence[str], origin_xy: tuple[float, float], place: PlaceOf
 ) -> tuple[Zone | None, str]:

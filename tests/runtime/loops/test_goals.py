@@ -501,6 +501,23 @@ def test_a_low_battery_is_what_a_goal_fails_of_as_the_robot_is_configured(
     assert (refused["accepted"], refused["code"]) == (False, 4723)
 
 
+def test_a_goal_that_waited_is_not_begun_with_a_battery_that_is_too_low(
+    made: Callable[..., Bench],
+):
+    bench = made("battery.when_low=refuse")
+    bench.base = replace(bench.base, battery_percent=80.0)
+    bench.ask("bed")
+    id = bench.ask("sofa", if_busy="queue")["id"]
+    bench.frames(2)
+    bench.base = replace(bench.base, battery_percent=3.0)
+    bench.frames(60)
+    assert under_way(bench) == "bed"  # as its owner wishes
+    bench.request("cancel", id=bench.life.told()["id"])
+    bench.life.next()
+    told = bench.result(str(id))
+    assert (under_way(bench), told["cause"], told["code"]) == (None, "battery", 4710)
+
+
 # -- restarts --------------------------------------------------------------------------------------
 
 
@@ -541,6 +558,20 @@ def test_a_goal_that_the_runtime_always_ends_with_is_not_begun_for_ever(made: Ca
     told = bench.result(id)
     assert (told["result"], told["cause"], told["code"]) == ("failed", "restart", 4713)
     assert told["reason"] == f"{TRIES} searches for it ended with the runtime"
+
+
+def test_a_place_that_was_told_in_metres_is_not_gone_to_in_another_odometry(
+    made: Callable[..., Bench],
+):
+    bench = made(after_restart="resume", zones=Places())
+    ids = [bench.life.accept({"go_to": "dock"})["id"]]
+    ids += [bench.life.accept({"go_to": {"x_m": 5.0, "y_m": 3.0}, "if_busy": "queue"})["id"]]
+    bench.again()
+    bench.life.next()
+    assert (bench.life.told()["id"], queue(bench)) == (ids[0], [])
+    told = bench.result(str(ids[1]))
+    assert (told["cause"], told["code"]) == ("restart", 4713)
+    assert "metres" in told["reason"]
 
 
 def test_a_robot_that_was_paused_does_not_drive_off_after_a_restart(made: Callable[..., Bench]):

@@ -16,6 +16,7 @@ from runtime.service.bounds import (
     place_words,
     read_bounds,
     read_zone,
+    tells_where,
 )
 
 SQUARE = [[1.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0]]
@@ -115,3 +116,10 @@ def test_a_place_is_called_something_before_it_is_known():
 
 def test_a_polygon_may_be_closed():
     assert read_zone("a", [*SQUARE, SQUARE[0]]) == read_zone("a", SQUARE)
+
+
+def test_a_name_outlives_an_odometry_and_metres_do_not():
+    metres = {"go_to": {"x_m": 1.0, "y_m": 2.0}}, {"area": {"polygon": SQUARE}}
+    names = {"go_to": "dock"}, {"area": {"room": "kitchen"}}, {"area": {"place": "dock"}}, {}
+    assert [tells_where(body) for body in metres] == [True, True]
+    assert not any(map(tells_where, (*names, {"area": ["polygon"]})))
