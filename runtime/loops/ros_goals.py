@@ -176,20 +176,21 @@ class RosGoals:
         meant = {goal.id for goal in goals}
         with self._lock:
             ids = {id: sent.goal for id, sent in self._sent.items() if sent.goal.id in meant}
-        answered: list[str] = []
         ended: dict[bytes, ActionGoal] = {}
 
-        def told(id: str, answer: dict[str, Any]) -> None:
-            with self._lock:
-                answered.append(id)
-                if answer.get("ended"):
-                    ended[ids[id].id] = ids[id]
-                last = len(answered) == len(ids)
-            if last:
+        def ask() -> None:
+            """One after the other: no more cancels may wait at the desk than few. The last that was
+            asked for first, or it would begin when the one before it ends."""
+            if not ids:
                 ending(list(ended.values()))
-
-        if not ids:
-            ending(())
-        for id in ids:
+                return
+            id, goal = ids.popitem()
             asked = partial(dict[str, object], id=id, reason="cancelled by ROS")
-            self._bus.file("cancel", _Query(asked, partial(told, id)))
+            self._bus.file("cancel", _Query(asked, partial(told, goal)))
+
+        def told(goal: ActionGoal, answer: dict[str, Any]) -> None:
+            if answer.get("ended"):
+                ended[goal.id] = goal
+            ask()
+
+        ask()

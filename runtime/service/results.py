@@ -40,11 +40,12 @@ class GoalResults:
                 self._askers.append((wanted, asker))
 
     def wait(self, id: str, asker: Request) -> None:
-        """Answer it when that goal ends."""
-        if len(self._askers) >= ASKERS:
-            asker.refuse(f"busy: {ASKERS} wait for results already")
-        else:
-            self._askers.append((id, asker))
+        """Answer it when that goal ends. One too many takes the place of the one that has waited
+        longest, which most likely waits no more: nobody tells of a querier that has gone."""
+        self._askers.append((id, asker))
+        for _, oldest in self._askers[:-ASKERS]:
+            oldest.refuse(f"{ASKERS} others have asked for results since: ask again")
+        self._askers = self._askers[-ASKERS:]
 
     def close(self, why: str) -> None:
         """Nobody hears of a goal any more."""

@@ -36,11 +36,13 @@ def test_each_hears_of_its_own_goal_alone():
     assert len(other.answers) == 1
 
 
-def test_no_more_wait_than_are_kept():
+def test_no_more_wait_than_are_kept_and_who_has_gone_keeps_nobody_out():
     results = GoalResults()
     queries = [wait(results, "a") for _ in range(ASKERS + 1)]
-    assert [bool(query.answers) for query in queries] == [False] * ASKERS + [True]
-    assert "busy" in queries[-1].answers[0]["error"]
+    assert [bool(query.answers) for query in queries] == [True] + [False] * ASKERS
+    assert "ask again" in queries[0].answers[0]["error"]
+    results.file({"id": "a", "result": "found"})
+    assert queries[-1].answers == [{"id": "a", "result": "found"}]
 
 
 def test_the_newest_are_kept():
