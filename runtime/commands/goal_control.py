@@ -12,15 +12,17 @@ from runtime.commands.running import running
 from runtime.config import load
 from runtime.errors import SensorError
 from runtime.robot.json_text import parse_json
+from runtime.service.limits import MOST
 
 ANSWERED_S: Final = 60.0  # what is written at a search's end takes a while on a slow disk
+RESULT_S: Final = MOST["time_s"]  # answered when the goal ends
 
 
 def _asked(
     kind: str, body: dict[str, object], path: Path | None, settings: tuple[str, ...]
 ) -> dict[str, Any]:
     with running(load(path, settings).bus) as runtime:
-        return runtime.ask(kind, body, ANSWERED_S)
+        return runtime.ask(kind, body, RESULT_S if kind == "result" else ANSWERED_S)
 
 
 @click.command("cancel", epilog="Examples:  rfnav cancel   |   rfnav cancel 5f3a09c1")

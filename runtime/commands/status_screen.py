@@ -21,6 +21,8 @@ def wrong(status: Status, needed: Sequence[str]) -> list[str]:
     runtime, found = _table(status, "runtime"), []
     if runtime.get("state") in WRONG_STATES:
         found.append(_standing(runtime))
+    if why := status.get("refuses"):
+        found.append(f"no goal is taken: {why}")
     streams = _table(status, "streams")
     for topic in needed:
         if topic in streams and (what := _silent(streams[topic], status)):
@@ -133,6 +135,8 @@ def _stages(status: Status, budgets: Budgets) -> Iterator[str]:
 
 
 def _itself(status: Status) -> Iterator[str]:
+    if (known := status.get("memory", "none")) != "none":
+        yield f"knows    {known}"
     if "memory_mb" in status:
         yield f"memory   {status['memory_mb']:.0f} MB, up {_span(status.get('up_s', 0.0))}"
     if journal := status.get("journal"):

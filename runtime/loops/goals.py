@@ -250,6 +250,7 @@ class GoalLife:
             "goal": search.goal.text if search else None,
             "id": search.order.id if search else None,
             "paused": self.drive.paused if self.drive else "",
+            "refuses": self._custom.terms.zones.unbound(),
             "queue": self._queue.told(),
             "last": self._results.last,
             "decisions": latest.decisions if latest else 0,

@@ -2,6 +2,8 @@
 
 import json
 from collections.abc import Callable, Iterator
+from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -9,7 +11,9 @@ from click.testing import CliRunner, Result
 
 from hil_sim.driving.link import free_port
 from runtime.__main__ import cli
+from runtime.commands import goal_control
 from runtime.robot.session import BusConfig, open_session
+from runtime.service.limits import MOST
 
 Ask = Callable[..., Result]
 
@@ -63,6 +67,20 @@ def test_where_nothing_is_under_way_that_is_said(answered, words):
     answers.update(error="no search is under way")
     done = ask(*words)
     assert (done.stderr, done.exit_code) == ("rfnav: no search is under way\n", 1)
+
+
+def test_a_result_is_waited_for_as_long_as_a_goal_may_take(monkeypatch: pytest.MonkeyPatch):
+    waited: dict[str, float] = {}
+
+    def ask(kind: str, body: object, within_s: float) -> dict[str, Any]:
+        waited[kind] = within_s
+        return {}
+
+    runtime = nullcontext(SimpleNamespace(ask=ask))
+    monkeypatch.setattr(goal_control, "running", lambda config: runtime)
+    for kind in ("status", "result"):
+        CliRunner().invoke(cli, ["ask", kind])
+    assert waited == {"status": goal_control.ANSWERED_S, "result": MOST["time_s"]}
 
 
 def test_a_refusal_is_printed_and_is_a_failure(answered):

@@ -27,7 +27,7 @@ def status(**other: Any) -> dict[str, Any]:
         "streams": {"color": health(100, 9.9), "odom": health(200, 9.99), "scan": health(0, None)},
         "stages": {"survey": {"p50_ms": 12.1, "p99_ms": 30.24, "over": 2}, "odd": {}},
         "journal_lost": "", "journal": "/var/lib/rf-nav/decisions.jsonl", "now_s": 10.0,
-        "up_s": 7300.0, "memory_mb": 512.4,
+        "up_s": 7300.0, "memory_mb": 512.4, "refuses": "", "memory": "bound by the dock",
     } | other  # fmt: skip
 
 
@@ -46,6 +46,7 @@ def test_all_is_well_and_told():
         "stage, ms       p50      p99   budget   over",
         "  survey       12.1     30.2       45      2",
         "  odd           0.0      0.0               0",
+        "knows    bound by the dock",
         "memory   512 MB, up 2.0 h",
         "journal  /var/lib/rf-nav/decisions.jsonl",
     ]
@@ -65,12 +66,13 @@ def test_what_is_wrong_comes_first():
         runtime={"state": "held", "cause": "odometry: no odometry for 3.0 s"},
         streams={"color": health(0, None), "odom": health(9, 7.0)},
         models={"errors": ["it fell over\x1b[31m"], "cloud": {"error": "no network"}},
-        journal_lost="decisions.jsonl: cannot be written",
+        journal_lost="decisions.jsonl: cannot be written", refuses="zones: where are they?",
         halts={"odometry": 2, "plan": 1}, halt="no odometry for 3.0 s",
     )  # fmt: skip
     found = wrong(told, NEEDED)
     assert found == [
         "held: odometry: no odometry for 3.0 s",
+        "no goal is taken: zones: where are they?",
         "color: nothing has come",
         "odom: silent for 3 s",
         "model: it fell over [31m",

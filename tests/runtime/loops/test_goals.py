@@ -658,6 +658,7 @@ def test_while_nobody_knows_where_the_robot_is_no_goal_is_taken_and_none_begun(
     lost.where = "zones: nobody knows where they lie"
     refused = bench.ask()
     assert (refused["code"], refused["error"]) == (4724, lost.where)
+    assert bench.life.told()["refuses"] == lost.where
     bench.life.next()
     assert (under_way(bench), queue(bench)) == (None, ["bed"])
     lost.where = ""
