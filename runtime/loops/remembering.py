@@ -224,6 +224,8 @@ class HomeMemory:
         """What is saved is put aside; the frame of now is the one that things are saved in."""
         if self.others():
             raise ValueError("zones are saved in the same frame: remove them first")
+        if self._errands.busy(SAVE):  # or it would be there again
+            raise ValueError("what is known is being written: ask again")
         for path in (self.folder / MEMORY_FILE, self.places.path):
             if path.exists():
                 put_aside(path)

@@ -20,6 +20,7 @@ from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.types import Pose
 from runtime.core.world import World
 from runtime.journal import read_journal
+from runtime.loops import remembering
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
 from runtime.loops.remembering import DOUBTS, KEEP_S, MEMORY_FILE, HomeMemory
@@ -420,6 +421,29 @@ def test_forgetting_puts_aside_and_begins_here(tmp_path: Path):
     assert len(robot.memory.places) == 0
     assert (tmp_path / f"{MEMORY_FILE}.aside-1").is_file()
     assert (tmp_path / f"{PLACES_FILE}.aside-1").is_file()
+
+
+def test_what_is_being_written_is_not_forgotten_and_there_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    may_end, writes = threading.Event(), remembering.save
+
+    def slow(path: Path, raw: bytes) -> None:
+        may_end.wait(20.0)
+        writes(path, raw)
+
+    monkeypatch.setattr(remembering, "save", slow)
+    robot = Robot(tmp_path, FIRST)
+    robot.sees(WHOLE, Pose(0.5, 0.0, 0.0))
+    robot.memory.saw(robot.search, robot.models)
+    with pytest.raises(ValueError, match="ask again"):
+        robot.memory.forget()
+    may_end.set()
+    robot.until(lambda: not robot.memory._errands.busy(remembering.SAVE))
+    assert (tmp_path / MEMORY_FILE).is_file()
+    robot.memory.forget()
+    robot.memory.close()
+    assert not (tmp_path / MEMORY_FILE).exists()
 
 
 def test_what_cannot_be_read_is_told_and_put_aside(
