@@ -200,7 +200,9 @@ class GoalLife:
         if goal.begun >= TRIES:
             return f"{goal.begun} searches for it ended with the runtime"
         if tells_where(goal.body):
-            return "the runtime was started anew, and where it was to be was told in metres of before"
+            return (
+                "the runtime was started anew, and where it was to be was told in metres of before"
+            )
         return ""
 
     # -- while it lasts ------------------------------------------------------------------------
@@ -296,8 +298,7 @@ class GoalLife:
             return {}
         means, search, state = self._means, drive.search, end.state
         facts: dict[str, object] = {"halts": means.control.halts(), "state": state}
-        facts["frozen_frames"] = drive.frozen
-        facts["rehearsals"] = search.rehearsals
+        facts |= {"frozen_frames": drive.frozen, "rehearsals": search.rehearsals}
         facts["stages"], facts["shed"] = means.tracer.told(), means.shedding.told()
         if state is SearchState.FOUND and search.world is not None:
             experts = search.order.config.panel.experts

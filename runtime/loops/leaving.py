@@ -65,4 +65,6 @@ class Leaving:
 
     def _to(self, end: GoalEnd) -> Destination | None:
         """Where to after such an end; None: back, if anywhere."""
-        return self.search.order.bounds.then_to if end.cause is not FailCause.BATTERY else None
+        return (
+            self.search.whereabouts.bounds.then_to if end.cause is not FailCause.BATTERY else None
+        )

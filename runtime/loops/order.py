@@ -79,6 +79,7 @@ class Order:
     limits: GoalLimits = NO_LIMITS
     returns: bool = False  # the robot is to go back to where it began
     bounds: GoalBounds = ANYWHERE
+    binds: Mapping[str, Any] = field(default_factory=dict)  # what `bounds` were read from
 
     @property
     def named(self) -> str:
@@ -130,6 +131,7 @@ def understand(
         request.limits,
         request.afterwards == "return",
         bounds,
+        request.binds,
     )
 
 

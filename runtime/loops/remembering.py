@@ -75,8 +75,7 @@ class _Turned(NamedTuple):
 class HomeMemory:
     """`folder`: the state's; `keep`: whether maps outlive the process; `looks`: whose embeddings it
     has; `odometry`: the newest pose and when it arrived, monotonic; `charging`: whether the battery
-    does. `others`: whether anything else
-    is saved in the frame that is bound. The loop's thread owns it."""
+    does; `others`: whether anything else is saved in that frame. The loop's thread owns it."""
 
     folder: Path
     keep: bool
@@ -229,6 +228,8 @@ class HomeMemory:
         for path in (self.folder / MEMORY_FILE, self.places.path):
             if path.exists():
                 put_aside(path)
+        if self._into is self._now:  # what was known is in it
+            self._spoilt = self._now
         self._known, self.places, self._into = None, NamedPlaces(self.folder), None
         self.binding.begin()
         self._changed_mind()

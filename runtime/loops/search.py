@@ -79,7 +79,7 @@ class Search:
         if order.bounds != ANYWHERE:
             record("heard", {"name": "bounds", "value": order.bounds})
             journal.write("bounds", **vars(order.bounds))
-        whereabouts = Whereabouts(order.zones, order.bounds)
+        whereabouts = Whereabouts(order.zones, order.bounds, order.binds, order.rooms)
         return cls(order, journal, record=record, whereabouts=whereabouts)
 
     @property

@@ -12,9 +12,10 @@ from runtime.core.motion.courses import Spin
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, SearchState
 from runtime.core.world import Command, Mode, World
+from runtime.errors import ConfigError
 from runtime.journal import Journal
 from runtime.record import Record
-from runtime.service.bounds import ANYWHERE, GoalBounds
+from runtime.service.bounds import ANYWHERE, GoalBounds, names_place
 from runtime.service.outcomes import FailCause, GoalEnd
 
 WITHIN_M: Final = 0.5  # a place that is farther within an area is gone to without leaving it
@@ -32,6 +33,11 @@ class ZoneKeeper(Protocol):
     def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         """Where a goal binds the robot to, of those types of rooms; ConfigError."""
 
+    def moved(
+        self, before: GoalBounds, body: Mapping[str, Any], rooms: Sequence[str]
+    ) -> GoalBounds:
+        """The same again, where the saved map may lie elsewhere than `before`; ConfigError."""
+
 
 class NoZones:
     """Nobody draws any."""
@@ -45,14 +51,23 @@ class NoZones:
     def bounds(self, body: Mapping[str, Any], rooms: Sequence[str]) -> GoalBounds:
         return ANYWHERE
 
+    def moved(
+        self, before: GoalBounds, body: Mapping[str, Any], rooms: Sequence[str]
+    ) -> GoalBounds:
+        return before
+
 
 @dataclass
 class Whereabouts:
-    """A search's. One thread's, which owns the world. `entered`: the robot was in the area;
-    `drawn`: the zones that were on the map last."""
+    """A search's. One thread's, which owns the world. `bounds`: as the keeper makes them of
+    `binds`; `entered`: the robot was in the area; `drawn`: the zones that were on the map last;
+    `astray`: why nobody knows where it is to go."""
 
     keeper: ZoneKeeper = field(default_factory=NoZones)
     bounds: GoalBounds = ANYWHERE
+    binds: Mapping[str, Any] = field(default_factory=dict)
+    rooms: Sequence[str] = ()
+    astray: str = ""
     entered: bool = False
     drawn: tuple[Zone, ...] = ()
 
@@ -62,8 +77,9 @@ class Whereabouts:
         return self.bounds.to is None and (self.bounds.area is None or self.entered)
 
     def lost(self, record: Record) -> GoalEnd | None:
-        """How a search ends by now where it is not known any more where zones lie."""
-        why = self.keeper.unbound()
+        """How a search ends by now where it is not known any more where zones, or the places that
+        it is bound to, lie."""
+        why = self.keeper.unbound() or self.astray
         if not why:
             return None
         record("heard", {"name": "lost", "value": why})
@@ -77,6 +93,7 @@ class Whereabouts:
 
     def keep(self, world: World, journal: Journal, record: Record) -> None:
         """Have on the map what is kept out of now; what was, while nobody knows where that lies."""
+        self._follow(journal, record)
         area, lost = self.bounds.area, bool(self.keeper.unbound())
         drawn = self.drawn if lost else self.keeper.now()
         if drawn != self.drawn:
@@ -85,6 +102,22 @@ class Whereabouts:
             journal.write("zones", zones=drawn)
         world.explored.only_room = self.bounds.room
         navigate.keep_out(world, (*drawn, area) if area is not None and self.entered else drawn)
+
+    def _follow(self, journal: Journal, record: Record) -> None:
+        """Places lie on the saved map, wherever that is found to lie by now."""
+        if not names_place(self.binds):
+            return
+        try:
+            bounds, self.astray = self.keeper.moved(self.bounds, self.binds, self.rooms), ""
+        except ConfigError as error:
+            self.astray = str(error)
+            return
+        if self.bounds.area is None:
+            bounds = replace(bounds, area=None)  # it was let out
+        if bounds != self.bounds:
+            self.bounds = bounds
+            record("heard", {"name": "moved", "value": bounds})
+            journal.write("bounds", **vars(bounds))
 
     def act(self, world: World, cfg: NavigateConfig) -> Command:
         """What to do now."""

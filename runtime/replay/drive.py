@@ -137,6 +137,12 @@ class FilmZones:
         told = self._film.turn.heard["bounds"]
         return read(told[0], GoalBounds) if told else ANYWHERE
 
+    def moved(
+        self, before: GoalBounds, body: Mapping[str, Any], rooms: Sequence[str]
+    ) -> GoalBounds:
+        told = self._film.given("moved")
+        return read(told, GoalBounds) if told is not None else before
+
 
 def _in_real_time(
     film: Film,

@@ -40,8 +40,8 @@ ANYWHERE: Final = GoalBounds()
 def read_bounds(
     body: Mapping[str, Any], rooms: Sequence[str], origin_xy: tuple[float, float], place: PlaceOf
 ) -> GoalBounds:
-    """What a goal request has of `BINDS`, and a place in its `afterwards`, told in odometry's frame,
-    in which the map begins at `origin_xy`; ConfigError says what is wrong with it."""
+    """What a goal request has of `BINDS`, and a place in its `afterwards`, told in the frame of
+    odometry, in which the map begins at `origin_xy`; ConfigError says what is wrong with it."""
     area, room = None, ""
     if "area" in body:
         area, room = _area(body["area"], rooms, origin_xy, place)
@@ -86,6 +86,12 @@ def tells_where(body: Mapping[str, Any]) -> bool:
     return isinstance(body.get("go_to"), dict) or (isinstance(area, dict) and "polygon" in area)
 
 
+def names_place(binds: Mapping[str, Any]) -> bool:
+    """Whether it is a saved place that says where to."""
+    area, named = binds.get("area"), isinstance(binds.get("go_to"), str)
+    return named or "afterwards" in binds or (isinstance(area, dict) and "place" in area)
+
+
 def _area(
     told: object, rooms: Sequence[str], origin_xy: tuple[float, float], place: PlaceOf
 ) -> tuple[Zone | None, str]:
@@ -120,9 +126,7 @@ def _room(told: object, rooms: Sequence[str]) -> str:
     raise ConfigError(f"room: {name!r}: {unknown(name, rooms)}; there are {', '.join(rooms)}")
 
 
-def _place(
-    told: object, what: str, origin_xy: tuple[float, float], place: PlaceOf
-) -> Destination:
+def _place(told: object, what: str, origin_xy: tuple[float, float], place: PlaceOf) -> Destination:
     try:
         if isinstance(told, str):
             at = _at(named(told, "place"), place)

@@ -103,6 +103,12 @@ class Zones:
         """Where a goal binds the robot to; ConfigError."""
         return read_bounds(body, rooms, self._around.origin_xy(), self._around.place)
 
+    def moved(
+        self, before: GoalBounds, body: Mapping[str, Any], rooms: Sequence[str]
+    ) -> GoalBounds:
+        """The same again, where the saved map may lie elsewhere than `before`; ConfigError."""
+        return self.bounds(body, rooms)
+
     def answer(self, body: Mapping[str, Any]) -> dict[str, object]:
         """{"add": NAME, "polygon": [[x, y], ...]}, {"remove": NAME}, {"clear": true} or
         {"list": true}: all zones, as they are then; or what is wrong."""

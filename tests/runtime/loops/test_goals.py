@@ -133,9 +133,7 @@ def test_a_newer_goal_takes_the_place_of_all_before_it(bench: Bench):
     assert bench.models.finished == 0  # what its cloud has cost goes on to count
 
 
-def test_what_a_goal_has_cost_is_its_own_to_the_end(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch
-):
+def test_what_a_goal_has_cost_is_its_own_to_the_end(bench: Bench, monkeypatch: pytest.MonkeyPatch):
     def health() -> dict[str, Any]:
         return {"cloud": {"goal_usd": 0.25 if bench.models.asked == ["bed"] else 0.0}}
 

@@ -423,6 +423,19 @@ def test_forgetting_puts_aside_and_begins_here(tmp_path: Path):
     assert (tmp_path / f"{PLACES_FILE}.aside-1").is_file()
 
 
+def test_what_was_taken_in_before_it_was_forgotten_is_not_written_again(tmp_path: Path):
+    first(tmp_path)
+    robot = bound(tmp_path)
+    robot.until(lambda: bool(robot.world.semantic.instances))
+    robot.until(lambda: not robot.memory._errands.busy(remembering.SAVE))
+    robot.memory.forget()
+    assert not robot.memory.holds(robot.world)
+    robot.memory.saw(robot.search, robot.models)
+    robot.memory.ended(robot.search)
+    robot.memory.close()
+    assert not (tmp_path / MEMORY_FILE).exists()
+
+
 def test_what_is_being_written_is_not_forgotten_and_there_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

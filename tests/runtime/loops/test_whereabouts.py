@@ -17,7 +17,6 @@ from runtime.clock import SystemClock
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core.destination import NEAR_M
-from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, Pose, SearchState
 from runtime.errors import ConfigError
 from runtime.journal import read_journal
@@ -25,13 +24,14 @@ from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
 from runtime.loops.places_desk import PlacesDesk
 from runtime.loops.remembering import HomeMemory
+from runtime.loops.whereabouts import NoZones
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
 from runtime.robot.base import WELL
 from runtime.robot.requests import Request
 from runtime.robot.wire import Stamped
-from runtime.service.bounds import GoalBounds, read_zone
+from runtime.service.bounds import GoalBounds, read_bounds, read_zone
 from runtime.service.zones import Surroundings, Zones
 
 HALL = [[0.2, 0.2], [9.8, 0.2], [9.8, 1.45], [0.2, 1.45]]
@@ -81,10 +81,7 @@ def test_a_drive_with_zones_is_replayed_to_the_last_bit(tmp_path: Path):
     assert again.differences.compared["command"] >= 14
 
 
-class Unbound:
-    def now(self) -> tuple[Zone, ...]:
-        return ()
-
+class Unbound(NoZones):
     def bounds(self, body: object, rooms: object) -> GoalBounds:
         raise AssertionError("nothing is read that is refused")
 
@@ -143,6 +140,34 @@ def test_a_place_is_gone_to_and_nobody_votes_on_the_way(tmp_path: Path):
     assert not any(line["kind"] == "decision" for line in lines)
     goal = next(line for line in lines if line["kind"] == "goal")
     assert (goal["text"], goal["how"]) == ("go to (6.5, 3.3)", "a place: (6.5, 3.3)")
+
+
+def test_a_place_that_has_moved_is_replayed_with_its_goal(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    known = SavedMap()
+    there, doors = home(), [Pose(4.4, 3.3, 0.0), Pose(6.5, 3.3, 1.57)]
+    known.door = doors[0]
+    monkeypatch.setattr(
+        Zones, "bounds",
+        lambda zones, body, rooms: read_bounds(body, rooms, (0.0, 0.0), known.place),
+    )  # fmt: skip
+    with (
+        recording(load(None), RecordOptions(tmp_path / "r", 0.0, False), True, True) as record,
+        running(FakeModels(there), record=record) as (peer, ended),
+    ):
+        body = {"go_to": "door", "log_dir": str(tmp_path / "log")}
+        assert peer.ask("goal", body)["accepted"]
+        for step in range(16):
+            known.door = doors[step > 1]
+            action = peer.show(there)
+            assert action is not None, ended
+            there.apply(Action(action))
+        peer.ask("cancel", {"reason": "enough"})
+    assert there.pose.x_m > 4.6
+    (path,) = (tmp_path / "r").iterdir()
+    again = replay(Script.open(path))
+    assert again.equal, again.differences.found[0].in_words()
 
 
 def test_what_a_goal_was_bound_to_is_replayed_with_it(tmp_path: Path):
@@ -224,6 +249,71 @@ def test_what_cannot_be_gone_to_takes_nothing_from_the_goal_under_way(
     assert (refused["accepted"], refused["code"]) == (False, 4720)
     assert says in str(refused["error"])
     assert bench.life.told()["id"] == id
+
+
+class SavedMap:
+    """It has a door; where it lies is found out by and by."""
+
+    def __init__(self) -> None:
+        self.door: Pose | None = DOOR
+
+    def place(self, name: str) -> Pose | None:
+        if self.door is None:
+            raise ConfigError(f"place {name!r}: it is not known where the robot is")
+        return self.door
+
+
+@pytest.fixture
+def moving(tmp_path: Path) -> Iterator[tuple[Bench, SavedMap]]:
+    known = SavedMap()
+    around = Surroundings(lambda: None, lambda: (0.0, 0.0), place=known.place)
+    bench = Bench(tmp_path, zones=Zones(None, around))
+    yield bench, known
+    bench.close()
+
+
+def test_a_place_is_gone_to_where_it_is_found_to_lie_by_now(moving: tuple[Bench, SavedMap]):
+    bench, known = moving
+    id = bench.life.accept({"go_to": "door"})["id"]
+    bench.frames(2)
+    known.door = replace(DOOR, x_m=DOOR.x_m + 0.8, yaw_rad=0.0)
+    bench.stand(5.1, 3.1)
+    bench.frames()
+    told = bench.result(str(id))
+    assert (told["result"], told["at_xy"]) == ("arrived", [5.2, 3.2])
+    lines = list(read_journal(bench.folder / "search" / "decisions.jsonl"))
+    assert [line["to"]["xy"][0] for line in lines if line["kind"] == "bounds"] == [4.4, 5.2]
+
+
+@pytest.mark.parametrize("binds", [{"go_to": "door"}, {"goal": "bed", "area": {"place": "door"}}])
+def test_a_place_that_nobody_knows_the_way_to_any_more_is_not_arrived_at(
+    moving: tuple[Bench, SavedMap], binds: dict[str, Any]
+):
+    bench, known = moving
+    id = bench.life.accept(binds)["id"]
+    bench.frames(2)
+    known.door = None
+    bench.frames(2)
+    told = bench.result(str(id))
+    assert (told["result"], told["cause"], told["code"]) == ("failed", "not_localised", 4714)
+    assert told["reason"].endswith("it is not known where the robot is")
+
+
+def test_an_area_that_was_left_for_good_is_not_entered_again_by_its_place(
+    moving: tuple[Bench, SavedMap],
+):
+    bench, known = moving
+    bench.ask("bed", area={"place": "door"}, afterwards={"place": "door"})
+    bench.frames(2)
+    drive = bench.life.drive
+    assert drive is not None
+    drive.search.whereabouts.lets_out((20.0, 3.0))
+    known.door = replace(DOOR, x_m=DOOR.x_m + 0.8)
+    bench.frames()
+    bounds = drive.search.whereabouts.bounds
+    assert bounds.area is None
+    assert bounds.then_to is not None
+    assert bounds.then_to.xy[0] == DOOR.x_m + 0.8
 
 
 def test_a_place_may_wait_for_its_turn(bench: Bench):

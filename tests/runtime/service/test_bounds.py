@@ -13,6 +13,7 @@ from runtime.service.bounds import (
     ABOUT_M,
     ANYWHERE,
     GoalBounds,
+    names_place,
     place_words,
     read_bounds,
     read_zone,
@@ -123,3 +124,7 @@ def test_a_name_outlives_an_odometry_and_metres_do_not():
     names = {"go_to": "dock"}, {"area": {"room": "kitchen"}}, {"area": {"place": "dock"}}, {}
     assert [tells_where(body) for body in metres] == [True, True]
     assert not any(map(tells_where, (*names, {"area": ["polygon"]})))
+    then = {"afterwards": {"place": "dock"}}
+    assert [names_place(binds) for binds in (*names, *metres, then)] == [
+        True, False, True, False, False, False, True,
+    ]  # fmt: skip
