@@ -135,8 +135,6 @@ def _stages(status: Status, budgets: Budgets) -> Iterator[str]:
 
 
 def _itself(status: Status) -> Iterator[str]:
-    if (known := status.get("memory", "none")) != "none":
-        yield f"knows    {known}"
     if "memory_mb" in status:
         yield f"memory   {status['memory_mb']:.0f} MB, up {_span(status.get('up_s', 0.0))}"
     if journal := status.get("journal"):

@@ -46,7 +46,7 @@ def test_all_is_well_and_told():
         "stage, ms       p50      p99   budget   over",
         "  survey       12.1     30.2       45      2",
         "  odd           0.0      0.0               0",
-        "knows    bound by the dock",
+        "home     bound by the dock",
         "memory   512 MB, up 2.0 h",
         "journal  /var/lib/rf-nav/decisions.jsonl",
     ]
