@@ -37,6 +37,7 @@ def test_all_is_well_and_told():
         "state    searching",
         'goal     "a mug", 34 s, 12.3 m, 5 decisions',
         "does     look at mug 7 (0.61)",
+        "home     bound by the dock",
         "halts    none",
         "models   smollm2-135m answers; o2f local, r2f cloud",
         "stream                                         per s   age s    bad",
@@ -46,7 +47,6 @@ def test_all_is_well_and_told():
         "stage, ms       p50      p99   budget   over",
         "  survey       12.1     30.2       45      2",
         "  odd           0.0      0.0               0",
-        "home     bound by the dock",
         "memory   512 MB, up 2.0 h",
         "journal  /var/lib/rf-nav/decisions.jsonl",
     ]
