@@ -27,7 +27,7 @@ def status(**other: Any) -> dict[str, Any]:
         "streams": {"color": health(100, 9.9), "odom": health(200, 9.99), "scan": health(0, None)},
         "stages": {"survey": {"p50_ms": 12.1, "p99_ms": 30.24, "over": 2}, "odd": {}},
         "journal_lost": "", "journal": "/var/lib/rf-nav/decisions.jsonl", "now_s": 10.0,
-        "up_s": 7300.0, "memory_mb": 512.4, "refuses": "", "memory": "bound by the dock",
+        "up_s": 7300.0, "memory_mb": 512.4, "refuses": "",
     } | other  # fmt: skip
 
 
