@@ -279,7 +279,7 @@ def _memory(
     memory = HomeMemory(
         state_directory(), keep, eyes, clock, bus.pose, lambda: len(zones) > 0, bus.charging
     )
-    zones.bind(memory.binding.transform, memory.place)
+    zones.bind(memory.binding.transform, memory.place, memory.binding.sure)
     answers["places"] = PlacesDesk(memory, bus.origin_xy).answer
     with closing(memory):
         yield memory

@@ -164,6 +164,8 @@ def _result(runtime: Running, id: str, progress: "SoFar") -> dict[str, Any]:
     while True:
         try:
             told = runtime.ask("result", {"id": id, "wait": False})
+            if told.get("accepted") is False:  # it ends just now, or is busy
+                raise BusError(f"{runtime.where}: {told['error']}")
             away_s = None
         except BusError:
             away_s = time.monotonic() if away_s is None else away_s

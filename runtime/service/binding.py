@@ -44,6 +44,11 @@ class Binding:
         bound = self.bound()
         return bound.transform if bound else None
 
+    def sure(self) -> bool:
+        """Whether it is known, and what is seen agrees."""
+        bound = self.bound()
+        return bound is not None and bound.sure
+
     def bind(self, bound: Bound) -> None:
         with self._lock:
             self._bound, self._why = bound, ""

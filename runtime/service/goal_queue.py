@@ -5,6 +5,7 @@ import json
 import secrets
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Final
@@ -105,6 +106,8 @@ class GoalFile:
             save(self._path, text.encode())
         except SavedError as error:
             say(f"{error}: a restart will not know of {len(goals)} goals")
+            with suppress(OSError):
+                self._path.unlink()  # of before: those may have ended since
 
     def kept(self) -> tuple[AskedGoal, ...]:
         """Those of the process before that had not ended, the one under way first. SavedError."""

@@ -26,6 +26,7 @@ MOST_ZONES: Final = 64
 MOST_BYTES: Final = 1 << 20
 DOES: Final = ("add", "remove", "clear", "list")
 SAY_WHERE: Final = "(rfnav/status): say where it is (rfnav/places)"
+NOT_SEEN: Final = "where the robot was said to be is not seen to be so yet"
 HERE: Final = Pose(0.0, 0.0, 0.0)
 
 Binding = Callable[[], Pose | None]
@@ -36,13 +37,14 @@ Binding = Callable[[], Pose | None]
 class Surroundings:
     """What zones need of the robot: where it is in the map, and where in odometry's frame that
     begins. `binding`: None for no memory of where it is: what another process kept stays unbound.
-    `place`: by name, where it is in the map.
+    `place`: by name, where it is in the map; `sure`: whether what `binding` tells is seen to be so.
     """
 
     pose: Callable[[], Pose | None]
     origin_xy: Callable[[], tuple[float, float]]
     binding: Binding | None = None
     place: PlaceOf = lambda name: None
+    sure: Callable[[], bool] = lambda: True
 
 
 class ZonedBus(Protocol):
@@ -77,9 +79,9 @@ class Zones:
     def __len__(self) -> int:
         return len(self._zones)
 
-    def bind(self, binding: Binding, place: PlaceOf) -> None:
+    def bind(self, binding: Binding, place: PlaceOf, sure: Callable[[], bool]) -> None:
         """A memory of where it is, and of places, is there: see `Surroundings`."""
-        self._around = replace(self._around, binding=binding, place=place)
+        self._around = replace(self._around, binding=binding, place=place, sure=sure)
 
     def now(self) -> tuple[Zone, ...]:
         """Where they lie on the map; none while nobody knows."""
@@ -148,6 +150,8 @@ class Zones:
         at = self._frame()
         if self._lost or at is None:
             raise ConfigError(self._lost or f"it is not known where the robot is {SAY_WHERE}")
+        if not self._around.sure():  # or it would move when that is set right
+            raise ConfigError(f"{NOT_SEEN}: have it look round in a search, and draw it then")
         if name not in self._zones and len(self._zones) >= MOST_ZONES:
             raise ConfigError(f"{MOST_ZONES} zones are there, and no more can be: remove one")
         zone, here = read_zone(name, polygon, self._around.origin_xy()), self._around.pose()

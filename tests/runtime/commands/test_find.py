@@ -177,6 +177,17 @@ def test_a_service_that_is_away_is_waited_for_and_not_for_ever(
     assert "nobody answers: is the service started anew?" in done.stderr
 
 
+@pytest.mark.parametrize("why", ["rfnav ends", "busy: 16 result requests wait already"])
+def test_a_service_that_ends_just_now_is_waited_for(
+    service: Service, monkeypatch: pytest.MonkeyPatch, why: str
+):
+    monkeypatch.setattr(find, "EVERY_S", 0.01)
+    service.answers["goal"] = [TAKEN]
+    service.answers["result"] = [{"accepted": False, "error": why}, FOUND]
+    done = service.find("a mug")
+    assert (done.exit_code, done.stdout.splitlines()[-1]) == (0, FOUND["sentence"])
+
+
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True

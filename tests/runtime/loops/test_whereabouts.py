@@ -368,7 +368,8 @@ class Process:
         odometry = lambda: (Stamped(0, here), clock.now_s())  # noqa: E731
         others = lambda: len(self.zones) > 0  # noqa: E731
         self.memory = HomeMemory(folder, False, "", clock, odometry, others)
-        self.zones.bind(self.memory.binding.transform, self.memory.place)
+        binding = self.memory.binding
+        self.zones.bind(binding.transform, self.memory.place, binding.sure)
 
     def places(self, **body: object) -> dict[str, object]:
         desk = PlacesDesk(self.memory, lambda: (0.0, 0.0))

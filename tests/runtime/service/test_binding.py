@@ -29,4 +29,8 @@ def test_what_was_saved_is_unbound_until_somebody_tells():
 def test_what_was_only_said_is_told_as_such():
     binding = Binding(saved=True)
     binding.bind(Bound(AT, "the dock", 3.0, sure=False))
-    assert binding.in_words() == "bound by the dock, not seen yet"
+    assert (binding.sure(), binding.in_words()) == (False, "bound by the dock, not seen yet")
+    binding.bind(Bound(AT, "the dock", 3.0))
+    assert binding.sure()
+    binding.unbind("odometry has jumped")
+    assert not binding.sure()

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from full_disk import largest_file
 
 from runtime.errors import SavedError
 from runtime.service.goal_queue import (
@@ -71,6 +72,18 @@ def test_what_is_kept_comes_back(tmp_path: Path):
     assert GoalFile(tmp_path).kept() == kept
     file.keep(())
     assert file.kept() == ()
+
+
+def test_a_goal_that_has_ended_is_not_kept_by_a_disk_that_takes_nothing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    file = GoalFile(tmp_path)
+    file.keep(tuple(goals("a", "b")))
+    for left in (goals("b"), []):
+        with largest_file(0):
+            file.keep(tuple(left))
+        assert file.kept() == ()
+    assert "a restart will not know of 1 goals" in capsys.readouterr().err
 
 
 def test_ids_are_each_their_own():

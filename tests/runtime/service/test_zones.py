@@ -39,6 +39,17 @@ def test_a_zone_that_is_drawn_lies_on_the_map_at_once_until_it_is_removed():
     assert some.now() == ()
 
 
+def test_no_zone_is_drawn_where_it_would_be_moved_again():
+    some, seen = zones(None), [False]
+    some.bind(lambda: Pose(1.0, 2.0, 0.5), lambda name: None, lambda: seen[0])
+    refused = some.answer({"add": "stairs", "polygon": SQUARE})
+    assert not refused["accepted"]
+    assert "not seen to be so yet" in str(refused["error"])
+    assert some.answer({"list": True})["zones"] == []
+    seen[0] = True
+    assert some.answer({"add": "stairs", "polygon": SQUARE})["accepted"]
+
+
 @pytest.mark.parametrize(
     ("body", "says"),
     [
