@@ -102,7 +102,8 @@ def see_through(
     """Takes from the `evidence` (R, C) of cells with an obstacle that a depth image (H, W) m sees
     through, in place. `stood` (R, C): by a bit each the heights at which something was seen there.
     A cell is seen through where across all of it the image reads what is beyond it: at the lowest
-    height, or at three at which something stood, while at none of those it is blocked or hidden.
+    height, or at three at which something stood, while at none of those it is blocked or hidden,
+    and nothing is read in it at any height between: a table's top is flat.
     `grid` is its corner, the side of a cell and how many cells around the camera are looked at;
     `base` x, y, cosine and sine of the yaw; `camera` its place on the base, the turn from its frame
     to the base's, by rows, and fx, fy, cx, cy. Returns the window of what changed, None for

@@ -4,6 +4,7 @@
 #include <math.h>
 
 enum { BANDS = 8, FEET = 1 }; /* heights, each a bit of a cell; the lowest, just above the floor */
+enum { BETWEEN = 15 };        /* parts of what is between two heights, in which flat things are looked for */
 
 typedef union {
     Grid all[3];
@@ -57,25 +58,55 @@ static void look(const Grid *depth, const Numbers *n, const double at[3], uint8_
     sight->here |= here ? bit : 0;
 }
 
-static Sight sight_of(const Grid *depth, const Numbers *n, Py_ssize_t row, Py_ssize_t col)
+/* Where a height of a cell is, in the optical frame. */
+typedef struct {
+    double level[3], turn[3], foot_m; /* level and turn: what is added for each m of height */
+} Upright;
+
+static void at_height(const Upright *cell, double up_m, double at[3])
+{
+    for (int k = 0; k < 3; k++)
+        at[k] = cell->level[k] + cell->turn[k] * up_m;
+}
+
+static Upright upright_of(const Numbers *n, Py_ssize_t row, Py_ssize_t col)
 {
     const double dx = n->x0_m + ((double)col + 0.5) * n->cell_m - n->x_m;
     const double dy = n->y0_m + ((double)row + 0.5) * n->cell_m - n->y_m;
     const double ahead = n->cosine * dx + n->sine * dy - n->mount_m[0];
     const double aside = n->cosine * dy - n->sine * dx - n->mount_m[1];
-    const double *turn = n->turn;
-    double level[3];
-    for (int k = 0; k < 3; k++)
-        level[k] = turn[k] * ahead + turn[3 + k] * aside;
+    Upright cell = {.foot_m = n->lowest_m - n->mount_m[2]};
+    for (int k = 0; k < 3; k++) {
+        cell.level[k] = n->turn[k] * ahead + n->turn[3 + k] * aside;
+        cell.turn[k] = n->turn[6 + k];
+    }
+    return cell;
+}
+
+static Sight sight_of(const Grid *depth, const Numbers *n, const Upright *cell)
+{
     Sight sight = {0, 0, 0};
     for (int band = 0; band < BANDS; band++) {
-        const double up = n->lowest_m + band * n->apart_m - n->mount_m[2];
         double at[3];
-        for (int k = 0; k < 3; k++)
-            at[k] = level[k] + turn[6 + k] * up;
+        at_height(cell, cell->foot_m + band * n->apart_m, at);
         look(depth, n, at, (uint8_t)(1 << band), &sight);
     }
     return sight;
+}
+
+/* Whether anything is read in a cell between the heights: a table's top is flat. */
+static int holds(const Grid *depth, const Numbers *n, const Upright *cell)
+{
+    const double step_m = n->apart_m / BETWEEN;
+    for (int part = 0; part <= (BANDS - 1) * BETWEEN; part++) {
+        double at[3];
+        Sight sight = {0, 0, 0};
+        at_height(cell, cell->foot_m + part * step_m, at);
+        look(depth, n, at, 1, &sight);
+        if (sight.here)
+            return 1;
+    }
+    return 0;
 }
 
 static int count_of(unsigned bits)
@@ -86,8 +117,8 @@ static int count_of(unsigned bits)
     return count;
 }
 
-/* Books what a cell shows; whether its evidence is less. */
-static int weigh(int16_t *evidence, uint8_t *stood, Sight sight, const Numbers *n)
+/* Books what a cell shows at the heights; whether nothing is left of what stood there. */
+static int passed(uint8_t *stood, Sight sight)
 {
     enum { ENOUGH = 3 }; /* heights: what has stood there has gone, whatever is below the image */
     *stood |= sight.here;
@@ -95,7 +126,16 @@ static int weigh(int16_t *evidence, uint8_t *stood, Sight sight, const Numbers *
         *stood &= (uint8_t)~sight.passed;
         return 0;
     }
-    if (!(sight.passed & FEET) && count_of(sight.passed & *stood) < ENOUGH)
+    return (sight.passed & FEET) || count_of(sight.passed & *stood) >= ENOUGH;
+}
+
+/* The same of its evidence; whether that is less. */
+static int weigh(const Arrays *arrays, const Numbers *n, Py_ssize_t row, Py_ssize_t col)
+{
+    int16_t *evidence = GRID_ROW(arrays->evidence, int16_t, row) + col;
+    uint8_t *stood = GRID_ROW(arrays->stood, uint8_t, row) + col;
+    const Upright cell = upright_of(n, row, col);
+    if (!passed(stood, sight_of(&arrays->depth, n, &cell)) || holds(&arrays->depth, n, &cell))
         return 0;
     *evidence = (int16_t)(*evidence - (int)n->miss);
     *stood = *evidence > 0 ? *stood : 0;
@@ -114,12 +154,12 @@ static Box see_through(Arrays *arrays, const Numbers *n)
     const Py_ssize_t left = (Py_ssize_t)greater(0.0, lesser(cols, col - n->cells_around));
     const Py_ssize_t right = (Py_ssize_t)greater(0.0, lesser(cols, col + n->cells_around + 1.0));
     for (Py_ssize_t y = top; y < bottom; y++) {
-        int16_t *line = GRID_ROW(*evidence, int16_t, y);
+        const int16_t *line = GRID_ROW(*evidence, int16_t, y);
         uint8_t *stood = GRID_ROW(arrays->stood, uint8_t, y);
         for (Py_ssize_t x = left; x < right; x++) {
             if (line[x] <= 0)
                 stood[x] = 0;
-            else if (weigh(line + x, stood + x, sight_of(&arrays->depth, n, y, x), n))
+            else if (weigh(arrays, n, y, x))
                 box_join_row(&found, y, x, x + 1);
         }
     }

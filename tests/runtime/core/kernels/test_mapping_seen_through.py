@@ -15,6 +15,7 @@ CAMERA = Intrinsics(48.0, 48.0, 32.0, 24.0, 64, 48)
 MOUNTS = (Mount(), Mount(0.1, -0.05, 0.5, 0.02, 0.3, 0.1), Mount(z_m=0.3, yaw_rad=2.8))
 SHAPE, CELL_M, AROUND = (60, 70), 0.05, 25
 RULES = kernels.Through(1.2, 0.07, 0.15, 0.04, 0.02, 2)
+BETWEEN = 15  # places from one height to the next, at which nothing may be read either
 HOLES = (0.0, np.nan, np.inf, -np.inf, -1.0)
 
 
@@ -48,18 +49,21 @@ def by_python(evidence, stood, depth, corner, pose, mount):
         if evidence[r, c] <= 0:
             stood[r, c] = 0
             continue
-        heights = RULES.lowest_m + RULES.apart_m * np.arange(8)
+        heights = RULES.lowest_m + RULES.apart_m / BETWEEN * np.arange(7 * BETWEEN + 1)
         points = np.column_stack([
-            np.full(8, corner[0] + (c + 0.5) * CELL_M),
-            np.full(8, corner[1] + (r + 0.5) * CELL_M), heights,
+            np.full(len(heights), corner[0] + (c + 0.5) * CELL_M),
+            np.full(len(heights), corner[1] + (r + 0.5) * CELL_M), heights,
         ])  # fmt: skip
-        seen = [sight(depth, at) for at in map_to_optical(points, pose, mount)]
+        optical = map_to_optical(points, pose, mount)
+        seen = [sight(depth, at) for at in optical[::BETWEEN]]
         stands = {k for k in range(8) if stood[r, c] >> k & 1 or seen[k] == "here"}
         blocked = {k for k in range(8) if seen[k] in ("here", "hidden")}
         passed = {k for k in range(8) if seen[k] == "passed"}
         if blocked & (stands or set(range(8))):
             stands -= passed
-        elif 0 in passed or len(passed & stands) >= 3:
+        elif (0 in passed or len(passed & stands) >= 3) and not any(
+            sight(depth, at) == "here" for at in optical
+        ):
             evidence[r, c] -= RULES.miss
             stands = stands if evidence[r, c] > 0 else set()
         stood[r, c] = sum(1 << k for k in stands)

@@ -3,12 +3,16 @@
 The table of docs/realtime.md, "What has gone", is that of `test_what_has_gone_leaves`.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from boxes import CAMERA, HERE, MOUNT, Box, depth_of, seen, wall
 
 from runtime.core.mapping.grid import NavigationMap, integrate
+from runtime.core.mapping.seen_through import unlearn
 from runtime.core.mapping.solid_depth import solid
+from runtime.core.types import Intrinsics, Pose
 
 RADIUS_M, HEIGHT_M, DEPTH_M = 0.18, 1.0, 5.0
 STOOD = 6  # frames, after which evidence is all that it can be
@@ -130,3 +134,33 @@ def test_a_table_stays_though_floor_is_seen_under_it():
     grid, top = fresh(), Box(2.4, 0.0, (0.8, 1.0), 0.7, 0.73)
     before = look(grid, STOOD, wall(4.0), top)
     assert look(grid, 60, wall(4.0), top)[-1] >= 0.9 * before[-1]
+
+
+@pytest.mark.parametrize("low_m", [0.55, 0.7, 0.745])
+def test_a_thin_top_stays_for_a_robot_that_came_up_to_it_and_backs_away(low_m: float):
+    """Whatever lies between the heights at which a cell is looked at."""
+    grid, top = fresh(), Box(2.6, 0.0, (0.8, 1.0), low_m, low_m + 0.02)
+    there = np.concatenate([np.linspace(0.0, 1.7, 12), np.linspace(1.7, 0.2, 20)])
+    stood = []
+    for n, x_m in enumerate(there.tolist()):
+        boxes = wall(4.8 - x_m), replace(top, x_m=top.x_m - x_m)
+        obs = seen(solid(seen(depth_of(*boxes), n).depth_m))
+        obs = replace(obs, pose=Pose(x_m, 0.0, 0.0))
+        integrate(grid, obs, MOUNT, RADIUS_M, HEIGHT_M, DEPTH_M)
+        window = grid.frame.cells(np.array([[2.2, -0.5], [3.0, 0.5]]))
+        (t, left), (b, right) = window.tolist()
+        stood.append(int(grid.occupied[t:b, left:right].sum()))
+    assert stood[-1] >= 0.95 * max(stood)
+
+
+@pytest.mark.parametrize(("pixels", "gone"), [(1, True), (4, False)])
+def test_a_coarse_image_tells_nothing_of_what_is_far(pixels: int, gone: bool):
+    """A board's edge is thinner than its pixels."""
+    grid, obs = fresh(), seen(depth_of(wall(4.8)))
+    k = Intrinsics(388.0 / pixels, 388.0 / pixels, 320.0 / pixels, 240.0 / pixels,
+                   640 // pixels, 480 // pixels)  # fmt: skip
+    coarse = replace(obs, depth_m=obs.depth_m[::pixels, ::pixels], intrinsics=k)
+    cell = grid.frame.cell(2.5, 0.0)
+    grid.evidence[cell] = 20
+    unlearn(grid.evidence, grid.stood, grid.frame, coarse, MOUNT, DEPTH_M, 110, 2)
+    assert (grid.evidence[cell] < 20) == gone
