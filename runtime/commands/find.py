@@ -79,7 +79,8 @@ def find_command(
 
 @click.command(
     "go",
-    epilog='Examples:  rfnav go "kitchen table"   |   rfnav go 1.5,-2.0   |   rfnav go 1,0,3.14',
+    context_settings={"ignore_unknown_options": True},  # -1.0,2.5 is a place
+    epilog='Examples:  rfnav go "kitchen table"   |   rfnav go -1.5,2.0   |   rfnav go 1,0,3.14',
 )
 @click.argument("place")
 @with_options
@@ -197,7 +198,7 @@ class SoFar:
             return
         spent = f", {newest['usd']:.3f} USD" if newest.get("usd") else ""
         so_far = f"{newest['elapsed_s']:.0f} s, {newest['driven_m']:.1f} m{spent}"
-        left = f"{newest['frontiers']} frontiers left"
+        left = f"frontiers left: {newest['frontiers']}"
         self.say(str(newest["reason"] or newest["state"]), f"{so_far}, {left}")
 
     def say(self, what: str, so_far: str = "") -> None:

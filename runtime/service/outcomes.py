@@ -53,6 +53,8 @@ RESULTS: Final[Mapping[SearchState | FailCause, Listed]] = {
     FailCause.NOT_LOCALISED: Listed(4714, "the robot does not know where it is on the saved map"),
 }  # fmt: skip
 """How a goal that was taken ends; by its cause where it failed."""
+IN_THE_END: Final = (SearchState.NOT_FOUND, SearchState.UNREACHABLE)
+"""Only of these it is known where no way leads: others end while ways are still looked for."""
 REFUSALS: Final[Mapping[Refusal, Listed]] = {
     Refusal.REQUEST: Listed(4720, "the request, or its words, cannot be used"),
     Refusal.BUSY: Listed(4721, "another goal is under way, and this one was not to take its place"),
@@ -129,7 +131,7 @@ class GoalEnd:
             case SearchState.PREEMPTED:
                 return f'"{goal}" gave way to another goal'
             case SearchState.TIMED_OUT:
-                return f'"{goal}" was not found in time'
+                return f'"{goal}" ran out of time'
             case _:
                 return f'"{goal}": {self.state.replace("_", " ")}: {self.reason}'
 
@@ -140,7 +142,8 @@ class GoalEnd:
             rooms = ", ".join(f"{name} {m2:g}" for name, m2 in searched["rooms_m2"].items())
             floor = f"{searched['floor_m2']:g} m2 of floor were seen, {searched['near_m2']:g} of it"
             told.append(f"{floor} from near{f' ({rooms})' if rooms else ''}")
-        if in_vain and (shut := facts.get("unreached")):
+        searched_all = self.cause is None and self.state in IN_THE_END
+        if searched_all and (shut := facts.get("unreached")):
             places = ", ".join("({:.1f}, {:.1f})".format(*place["xy"]) for place in shut)
             told.append(f"no way led to {places}")
         if "elapsed_s" in facts:

@@ -69,7 +69,7 @@ def test_a_person_asks_pauses_goes_on_cancels_and_a_goal_outlives_the_service(tm
         timed = person.begin("find", "a red mug", "--limit-time", "3")
         out, progress = timed.communicate(timeout=60)
         assert timed.returncode == 1
-        assert re.search(r'^"a red mug" was not found in time; [\d.]+ m2 of floor', out, re.M), out
+        assert re.search(r'^"a red mug" ran out of time; [\d.]+ m2 of floor', out, re.M), out
         assert "s, " in progress
         assert stands(robot)
 

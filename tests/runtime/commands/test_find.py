@@ -62,7 +62,7 @@ def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[Service]:
 def test_how_it_was_understood_how_it_goes_and_what_came_of_it(service: Service):
     done = service.find("a mug")
     assert done.stdout == "a1: a mug: mug, of the list\na mug was found\n"
-    assert done.stderr == "drive to frontier 3 (12 s, 4.6 m, 5 frontiers left)\n"  # once
+    assert done.stderr == "drive to frontier 3 (12 s, 4.6 m, frontiers left: 5)\n"  # once
     assert done.exit_code == 0
     assert service.asked("goal") == [{"goal": "a mug", "limits": {}}]
     assert service.asked("result") == [{"id": "a1", "wait": False}] * 3
@@ -88,7 +88,7 @@ def test_what_is_asked_for_is_asked_on(service: Service):
     ("place", "told"),
     [
         ("kitchen table", "kitchen table"), ("table, kitchen", "table, kitchen"),
-        ("1.5,-2", {"x_m": 1.5, "y_m": -2.0}),
+        ("1.5,-2", {"x_m": 1.5, "y_m": -2.0}), ("-1.5,2", {"x_m": -1.5, "y_m": 2.0}),
         ("1,0,3.1", {"x_m": 1.0, "y_m": 0.0, "yaw_rad": 3.1}),
     ],
 )  # fmt: skip

@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 from hil_sim.driving.link import free_port
 from runtime.__main__ import cli
 from runtime.commands import goal_control
+from runtime.robot.requests import QUERIES
 from runtime.robot.session import BusConfig, open_session
 from runtime.service.limits import MOST
 
@@ -42,7 +43,8 @@ def answered() -> Iterator[tuple[Ask, list[tuple[str, dict[str, Any]]], dict[str
 @pytest.mark.parametrize(
     ("words", "kind", "body", "answer", "said"),
     [
-        (("cancel",), "cancel", {"reason": "rfnav cancel"}, {"sentence": "it was cancelled"},
+        (("cancel",), "cancel", {"reason": "rfnav cancel"},
+         {"ended": True, "sentence": "it was cancelled"},
          "it was cancelled"),
         (("cancel", "a1"), "cancel", {"reason": "rfnav cancel", "id": "a1"},
          {"ended": True, "cancelled": ["a1"]}, "cancelled: a1"),
@@ -89,6 +91,20 @@ def test_a_result_is_waited_for_as_long_as_a_goal_may_take(monkeypatch: pytest.M
     for kind in ("status", "result"):
         CliRunner().invoke(cli, ["ask", kind])
     assert waited == {"status": goal_control.ANSWERED_S, "result": MOST["time_s"]}
+
+
+def test_what_came_of_an_earlier_goal_is_no_cancel(answered):
+    ask, _, answers = answered
+    answers.update(ended=False, sentence="it was found")
+    done = ask("cancel")
+    assert (done.stdout, done.stderr) == ("", "rfnav: nothing is under way\n")
+    assert done.exit_code == 1
+
+
+def test_all_kinds_that_are_answered_are_told(answered):
+    ask, _, _ = answered
+    told = " ".join(ask("ask", "--help").output.split())
+    assert all(f" {kind}" in told for kind in QUERIES)
 
 
 def test_a_refusal_is_printed_and_is_a_failure(answered):

@@ -231,6 +231,8 @@ def test_a_cancel_by_name_takes_no_other_along_and_one_without_takes_all(bench: 
     assert answer is not None
     assert answer["id"] == third["id"]
     assert (under_way(bench), queue(bench)) == (None, [])
+    again, _ = bench.request("cancel")  # of which nothing comes
+    assert again == {**answer, "ended": False}
     assert {bench.result(goal["id"])["result"] for goal in (first, second, third)} == {"cancelled"}
 
 
@@ -294,7 +296,7 @@ def test_a_limit_of_time_ends_a_search_and_counts_no_hand_and_no_pause(bench: Be
     bench.frames(4)
     told = bench.result(id)
     assert (told["result"], told["code"]) == ("timed_out", 4705)
-    assert told["sentence"].startswith('"toilet" was not found in time; ')
+    assert told["sentence"].startswith('"toilet" ran out of time; ')
 
 
 def test_a_pause_is_no_time_of_a_search_whether_or_not_frames_come(bench: Bench):
