@@ -47,7 +47,8 @@ needed() {
   elif [ -f "$wheel" ] && ! compgen -G "$wheels/numpy-*-$tag-*_$(uname -m).whl" >/dev/null; then
     trouble "$wheels: is not for $tag on $(uname -m): run scripts/bundle where these are"
   fi
-  ldconfig -p | grep -q 'libgomp\.so\.1 ' || trouble "libgomp.so.1 is missing: apt-get install libgomp1"
+  # No pipe: `grep -q` would end before a long list does, which pipefail takes for a failure.
+  [[ "$(ldconfig -p)" == *"libgomp.so.1 "* ]] || trouble "libgomp.so.1 is missing: apt-get install libgomp1"
   return "$wrong"
 }
 
@@ -134,7 +135,7 @@ main() {
     switch "$previous"
     return
   fi
-  name=$(basename "$wheel" | cut -d- -f2)-$(sha256sum "$wheel" | cut -c1-8)
+  name=$(basename "$wheel" | cut -d- -f2)-$({ cat "$wheel"; ls "$wheels"; } | sha256sum | cut -c1-8)
   install -d "$opt"
   build "$opt/$name"
   furnish "$opt/$name"

@@ -17,7 +17,7 @@ main() {
   systemctl disable --quiet --now rf-nav.service 2>/dev/null || true
   systemctl stop --quiet rf-nav-again.service rf-nav-guard.service 2>/dev/null || true
   rm -f "$units"/rf-nav.service "$units"/rf-nav-guard.service "$units"/rf-nav-again.service
-  rmdir --ignore-fail-on-non-empty -p "$units" 2>/dev/null || true
+  rmdir --ignore-fail-on-non-empty "$units" "${units%/*}" 2>/dev/null || true
   rm -f /usr/local/bin/rfnav
   rm -rf /opt/rf-nav
   if [ -n "$purge" ]; then

@@ -1,5 +1,6 @@
 """scripts/deb: a package of what scripts/bundle has put together."""
 
+import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -19,13 +20,15 @@ def run(*command: object) -> subprocess.CompletedProcess[str]:
 def test_it_carries_the_bundle_and_installs_and_removes_by_its_scripts(tmp_path: Path) -> None:
     bundle, package, out = (tmp_path / name for name in ("bundle", "rf-nav.deb", "out"))
     (bundle / "wheels").mkdir(parents=True)
-    (bundle / "wheels" / "rf_nav-1.2.3-cp311-abi3-linux_x86_64.whl").write_bytes(b"wheel")
+    wheel = bundle / "wheels" / "rf_nav-1.2.3-cp311-abi3-linux_x86_64.whl"
+    wheel.write_bytes(b"wheel")
+    os.utime(wheel, (0, 1_800_000_000))
     for name in ("install.sh", "uninstall.sh"):
         shutil.copy(ROOT / "deploy" / name, bundle)
     done = run(SCRIPT, bundle, package)
     assert (done.returncode, done.stdout) == (0, ""), done.stderr
     assert run("dpkg-deb", "-f", package, "Package", "Version").stdout == (
-        "Package: rf-nav\nVersion: 1.2.3\n"
+        "Package: rf-nav\nVersion: 1.2.3+20270115080000\n"  # a later one upgrades it
     )
     assert run("dpkg-deb", "-R", package, out).returncode == 0
     assert (out / "usr/share/rf-nav/install.sh").stat().st_mode & 0o777 == 0o755

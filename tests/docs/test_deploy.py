@@ -1,5 +1,6 @@
 """What is deployed starts a robot, and never what a harness may do."""
 
+import os
 import shutil
 import subprocess
 import tomllib
@@ -57,3 +58,19 @@ def test_what_is_asked_wrongly_is_refused_in_a_line(script):
     done = subprocess.run([script, "--bogus"], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)
     assert "--bogus: unknown; it takes --" in done.stderr
+
+
+def test_a_library_is_found_in_a_list_that_is_long(tmp_path):
+    """As a desktop's is: longer than what a pipe holds."""
+    listed = tmp_path / "ldconfig"
+    others = "seq -f 'libother%g.so.1 (libc6,x86-64) => /usr/lib/libother.so.1' 5000"
+    listed.write_text(f"#!/bin/sh\necho 'libgomp.so.1 (libc6) => /usr/lib'\n{others}\n")
+    listed.chmod(0o755)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    command = [ROOT / "deploy" / "install.sh", "--wheels", tmp_path]
+    done = subprocess.run(
+        command, env={"PATH": path}, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2  # there is no wheel
+    assert "no wheel" in done.stderr
+    assert "libgomp" not in done.stderr
