@@ -9,7 +9,7 @@ from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
 
 WRONG_STATES: Final = ("fault", "stopped", "held", "degraded")
-ERROR_CHARS: Final = 160
+ERROR_CHARS: Final = 240
 LINE_CHARS: Final = 1000
 STREAM_COLUMNS, STAGE_COLUMNS = 44, 10
 Status = Mapping[str, Any]

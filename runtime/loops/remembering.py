@@ -34,7 +34,7 @@ from runtime.loops.recalling import remember
 from runtime.loops.search import Search
 from runtime.robot.steady import STEADY_S, SteadyOdometry
 from runtime.robot.wire import Stamped
-from runtime.service.binding import ORIGIN, Binding, Bound
+from runtime.service.binding import BEGUN_HERE, ORIGIN, Binding, Bound
 from runtime.service.memory_file import FILE_BYTES, packed, unpacked
 from runtime.service.places import NamedPlaces
 from runtime.service.saved import put_aside, save, saved
@@ -104,10 +104,12 @@ class HomeMemory:
     def __post_init__(self) -> None:
         self._errands = Errands(NICE)
         self.places = self._opened()
-        if self.keep:
-            self._known = self._remembered()
-        something = self._known is not None or len(self.places) > 0 or self.others()
-        self.binding = Binding(something)
+        self._known = self._remembered() if self.keep else None
+        self.binding = Binding(self._something())
+
+    def _something(self) -> bool:
+        """Whether anything is saved in the frame that is bound."""
+        return self._known is not None or len(self.places) > 0 or self.others()
 
     def _opened(self) -> NamedPlaces:
         try:
@@ -130,8 +132,9 @@ class HomeMemory:
     def turn(self) -> None:
         """Watch odometry and the dock, at every turn of the loop."""
         self._errands.take(SAVE)
-        told = self.odometry()
-        if told is None:
+        if self.binding.bound() is None and not self._something():  # all of it was removed
+            self._bind(BEGUN_HERE)
+        if (told := self.odometry()) is None:
             return
         now_s = told[1]
         if not self._steady.takes(told[0].value, now_s):
@@ -231,8 +234,7 @@ class HomeMemory:
         if self._into is self._now:  # what was known is in it
             self._spoilt = self._now
         self._known, self.places, self._into = None, NamedPlaces(self.folder), None
-        self.binding.begin()
-        self._changed_mind()
+        self._bind(BEGUN_HERE)
 
     def close(self) -> None:
         """What waits to be written is."""

@@ -3,6 +3,7 @@ restart begins a new odometry, and until somebody or something has told, nobody 
 
 import threading
 from dataclasses import dataclass
+from typing import Final
 
 from runtime.core.types import Pose
 
@@ -20,6 +21,10 @@ class Bound:
     sure: bool = True
 
 
+BEGUN_HERE: Final = Bound(ORIGIN, "", 0.0)
+"""The frame of now is the one that things are saved in."""
+
+
 class Binding:
     """Of one process; any thread may ask. Where nothing was saved the frame of now is the one that
     things are saved in."""
@@ -29,11 +34,7 @@ class Binding:
         self._bound: Bound | None = None
         self._why = "this odometry began with the process"
         if not saved:
-            self.begin()
-
-    def begin(self) -> None:
-        """The frame of now is the one that things are saved in."""
-        self.bind(Bound(ORIGIN, "", 0.0))
+            self.bind(BEGUN_HERE)
 
     def bound(self) -> Bound | None:
         with self._lock:

@@ -5,7 +5,9 @@ from typing import Any
 import pytest
 
 from runtime.commands.status_screen import screen, wrong
+from runtime.core.types import Pose
 from runtime.loops.standing import RunState
+from runtime.service.zones import Surroundings, Zones
 from runtime.tracing.budgets import Budgets, LoopBudget, StageBudget
 from runtime.tracing.stages import Stage
 
@@ -111,6 +113,14 @@ def test_without_a_search_and_with_what_waits_and_was():
     assert "money    0.0123 USD for this goal, 0.2000 today, 12 calls of gpt" in lines
     assert "models   smollm2-135m answers" in lines
     assert "memory   512 MB, up 30 s" in lines
+
+
+def test_why_no_goal_is_taken_is_told_with_the_remedy_which_is_at_its_end():
+    lost = Surroundings(lambda: None, lambda: (0.0, 0.0), binding=lambda: Pose(0.0, 0.0, 0.0))
+    zones = Zones(None, lost)
+    zones.answer({"add": "stairs", "polygon": [[0, 0], [1, 0], [1, 1]]})
+    zones.bind(lambda: None, lambda name: None)
+    assert wrong(status(refuses=zones.unbound()), NEEDED)[0].endswith("(rfnav/zones)")
 
 
 def test_of_a_loop_that_tells_little_little_is_shown():

@@ -459,6 +459,21 @@ def test_what_is_being_written_is_not_forgotten_and_there_again(
     assert not (tmp_path / MEMORY_FILE).exists()
 
 
+def test_once_all_that_was_saved_is_removed_it_begins_here(tmp_path: Path):
+    first(tmp_path)
+    (tmp_path / MEMORY_FILE).unlink()
+    robot = Robot(tmp_path, SECOND)
+    robot.memory.turn()
+    assert robot.words().startswith("unbound: ")  # the desk is in another frame
+    assert robot.memory.places.remove("desk")
+    robot.zones = True
+    robot.memory.turn()
+    assert robot.words().startswith("unbound: ")  # and so are zones
+    robot.zones = False
+    robot.memory.turn()
+    assert robot.words() == "none: it begins here"
+
+
 def test_what_cannot_be_read_is_told_and_put_aside(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ):

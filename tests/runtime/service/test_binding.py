@@ -1,7 +1,7 @@
 """Nothing that is saved is used before it is known where that is."""
 
 from runtime.core.types import Pose
-from runtime.service.binding import ORIGIN, Binding, Bound
+from runtime.service.binding import BEGUN_HERE, ORIGIN, Binding, Bound
 
 AT = Pose(1.0, 2.0, 0.5)
 
@@ -22,7 +22,7 @@ def test_what_was_saved_is_unbound_until_somebody_tells():
     binding.unbind("odometry has jumped")
     assert binding.bound() is None
     assert binding.in_words() == "unbound: odometry has jumped"
-    binding.begin()
+    binding.bind(BEGUN_HERE)
     assert binding.transform() == ORIGIN
 
 
