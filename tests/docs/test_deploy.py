@@ -68,9 +68,7 @@ def test_a_library_is_found_in_a_list_that_is_long(tmp_path):
     listed.chmod(0o755)
     path = f"{tmp_path}:{os.environ['PATH']}"
     command = [ROOT / "deploy" / "install.sh", "--wheels", tmp_path]
-    done = subprocess.run(
-        command, env={"PATH": path}, capture_output=True, text=True, check=False
-    )
+    done = subprocess.run(command, env={"PATH": path}, capture_output=True, text=True, check=False)
     assert done.returncode == 2  # there is no wheel
     assert "no wheel" in done.stderr
     assert "libgomp" not in done.stderr
