@@ -36,10 +36,8 @@ def cancel_command(id: str | None, path: Path | None, settings: tuple[str, ...])
     """
     body: dict[str, object] = {} if id is None else {"id": id}
     answer = _asked("cancel", {"reason": "rfnav cancel", **body}, path, settings)
-    if answer.get("before"):  # of a search that is over
-        answer = {"error": "no search is under way"}
-    if "error" in answer:
-        click.echo(f"rfnav: {answer['error']}", err=True)
+    if "error" in answer or not answer.get("ended"):
+        click.echo(f"rfnav: {answer.get('error', 'nothing is under way')}", err=True)
         sys.exit(1)
     click.echo(answer.get("sentence") or f"cancelled: {', '.join(answer.get('cancelled', ()))}")
 

@@ -71,14 +71,6 @@ def test_where_nothing_is_under_way_that_is_said(answered, words):
     assert (done.stderr, done.exit_code) == ("rfnav: no search is under way\n", 1)
 
 
-def test_what_ended_before_is_not_said_to_be_cancelled(answered):
-    ask, _, answers = answered
-    answers.update(ended=True, before=True, sentence='"a mug" was found')
-    done = ask("cancel")
-    assert (done.stdout, done.exit_code) == ("", 1)
-    assert done.stderr == "rfnav: no search is under way\n"
-
-
 def test_a_result_is_waited_for_as_long_as_a_goal_may_take(monkeypatch: pytest.MonkeyPatch):
     waited: dict[str, float] = {}
 

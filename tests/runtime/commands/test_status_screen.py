@@ -29,7 +29,7 @@ def status(**other: Any) -> dict[str, Any]:
         "streams": {"color": health(100, 9.9), "odom": health(200, 9.99), "scan": health(0, None)},
         "stages": {"survey": {"p50_ms": 12.1, "p99_ms": 30.24, "over": 2}, "odd": {}},
         "journal_lost": "", "journal": "/var/lib/rf-nav/decisions.jsonl", "now_s": 10.0,
-        "up_s": 7300.0, "memory_mb": 512.4, "refuses": "",
+        "up_s": 7300.0, "memory_mb": 512.4, "refuses": "", "memory": "bound by the dock",
     } | other  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def test_why_no_goal_is_taken_is_told_with_the_remedy_which_is_at_its_end():
     lost = Surroundings(lambda: None, lambda: (0.0, 0.0), binding=lambda: Pose(0.0, 0.0, 0.0))
     zones = Zones(None, lost)
     zones.answer({"add": "stairs", "polygon": [[0, 0], [1, 0], [1, 1]]})
-    zones.bind(lambda: None, lambda name: None)
+    zones.bind(lambda: None, lambda name: None, lambda: True)
     assert wrong(status(refuses=zones.unbound()), NEEDED)[0].endswith("(rfnav/zones)")
 
 
