@@ -65,7 +65,8 @@ def explore_toward(world: World, to: Destination, cfg: NavigateConfig) -> Comman
     there; where there is none, a stop."""
     hope = _hope(world, to, cfg)
     if not hope.place:
-        return _given_up(to, "something stands there, or it is kept out of")
+        shut = "something stands there, or it is kept out of"
+        return _given_up(to, shut if to.area is None else "the robot fits nowhere in it")
     while (frontier := _nearest(world, to, hope)) is not None:
         command = to_frontier(world, frontier, cfg)
         if command is not None:
@@ -159,7 +160,23 @@ def _hope(world: World, to: Destination, cfg: NavigateConfig) -> _Hope:
     _, parts = cv2.connectedComponents(fits.view(np.uint8), connectivity=4)
     there = _cells_of(to, frame, cfg)
     known = set(parts[there].tolist()) if there.any() else {int(parts[0, 0])}
+    if _is_kept_out(world, to) or (to.area is not None and not there.any() and _holds(frame, to)):
+        known = set()
     return _Hope(frame, np.asarray(parts, np.int32), frozenset(known - {0}))
+
+
+def _is_kept_out(world: World, to: Destination) -> bool:
+    """Whether a zone holds the whole of a place, be it on the map by now or not."""
+    if to.area is not None:
+        return False
+    outside_m = (zone.outside_m(to.xy) * (-1 if zone.area else 1) for zone in world.map.zones.zones)
+    return any(away_m <= -NEAR_M for away_m in outside_m)
+
+
+def _holds(frame: GridFrame, to: Destination) -> bool:
+    """Whether all of an area is on a part of the map."""
+    assert to.area is not None
+    return all(frame.contains(*frame.cell(*corner)) for corner in to.area.corners_xy)
 
 
 def _nearest(world: World, to: Destination, hope: _Hope) -> Frontier | None:

@@ -115,6 +115,27 @@ def test_a_place_in_a_zone_is_none_to_go_to():
     assert min(rug.outside_m((p.x_m, p.y_m)) for p in poses) >= RADIUS_M
 
 
+def test_a_place_in_a_zone_far_off_the_map_is_not_explored_toward():
+    far = Zone("far", ((20.0, 20.0), (22.0, 20.0), (22.0, 22.0), (20.0, 22.0)))
+    for at, kept_out in (((21.0, 21.0), True), ((20.1, 21.0), False)):
+        _, commands, _ = driven(home(), Destination("it", at), 20, None, far=far)
+        assert any("or it is kept out of" in c.reason for c in commands) == kept_out
+
+
+def test_a_place_outside_of_the_area_that_is_kept_to_is_kept_out_of():
+    area = Zone("", ((0.3, 2.2), (4.2, 2.2), (4.2, 4.4), (0.3, 4.4)), area=True)
+    _, commands, _ = driven(home(), Destination("it", (30.0, 3.0)), 20, None, area=area)
+    assert "or it is kept out of" in commands[-1].reason
+
+
+def test_an_area_that_no_robot_fits_into_is_told_without_exploring_all_else():
+    slit = Zone("", ((3.0, 3.0), (3.2, 3.0), (3.2, 4.0), (3.0, 4.0)), area=True)
+    _, commands, _ = driven(home(), into(slit))
+    assert commands[-1].ended is SearchState.UNREACHABLE
+    assert commands[-1].reason.endswith("cannot be reached: the robot fits nowhere in it")
+    assert not any(command.mode is Mode.FRONTIER for command in commands)
+
+
 def test_into_an_area_any_place_of_it_will_do_the_nearest():
     area = Zone("", ((3.0, 2.2), (4.2, 2.2), (4.2, 4.4), (3.0, 4.4)), area=True)
     there = home()
