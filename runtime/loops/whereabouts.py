@@ -11,7 +11,7 @@ from runtime.core.mapping.zones import Zone
 from runtime.core.motion.courses import Spin
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, SearchState
-from runtime.core.world import Command, Mode, World
+from runtime.core.world import Command, Mode, Resort, World
 from runtime.errors import ConfigError
 from runtime.journal import Journal
 from runtime.record import Record
@@ -128,6 +128,7 @@ class Whereabouts:
             if not is_within(world, area, cfg):
                 return navigate.go_to(world, into(area), cfg)
             self.entered = True  # its outside is on the map from the next frame on
+            world.explored.resort = Resort.NONE  # what was tried to get there was none of the search
             course = Spin(cfg.control.look_radps)
             return Command(Action.TURN_LEFT, Mode.LOOK, None, f"in {area.name}", course=course)
         return navigate.go_to(world, to, cfg) if to is not None else navigate.act(world, cfg)

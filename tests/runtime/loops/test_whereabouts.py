@@ -17,14 +17,17 @@ from runtime.clock import SystemClock
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core.destination import NEAR_M
+from runtime.core.mapping.zones import Zone
+from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose, SearchState
+from runtime.core.world import Resort, World
 from runtime.errors import ConfigError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
 from runtime.loops.places_desk import PlacesDesk
 from runtime.loops.remembering import HomeMemory
-from runtime.loops.whereabouts import NoZones
+from runtime.loops.whereabouts import NoZones, Whereabouts
 from runtime.record import Record, unrecorded
 from runtime.replay.drive import replay
 from runtime.replay.script import Script
@@ -214,6 +217,15 @@ def test_in_real_time_a_place_is_arrived_at(bench: Bench):
     told = bench.result(id)
     assert (told["result"], told["code"], told["goal"]) == ("arrived", 0, "go to door")
     assert told["sentence"].startswith('"go to door": the robot has arrived at (4.4, 3.2); it took')
+
+
+def test_what_was_tried_to_get_into_the_area_is_none_of_the_search():
+    world = World.begin("toilet", ("toilet",), (), Pose(0.0, 0.0, 0.0), RADIUS_M, 0)
+    area = read_zone("", [[-1, -1], [1, -1], [1, 1], [-1, 1]], area=True)
+    world.explored.resort = Resort.TIGHT
+    command = Whereabouts(bounds=GoalBounds(area)).act(world, NavigateConfig())
+    assert command.reason.startswith("in ")
+    assert world.explored.resort is Resort.NONE
 
 
 def test_in_real_time_a_robot_that_is_pushed_out_of_its_area_ends_its_search(bench: Bench):
