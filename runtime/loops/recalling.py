@@ -1,5 +1,7 @@
 """What was seen before a restart, taken into a search that has begun without it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from runtime.core.exploration import with_frontiers
@@ -21,6 +23,8 @@ def remember(search: Search, known: Keepsake, models: SearchModels) -> None:
     likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
     renamed = set(recall(apart, goal, names, likeness))
     met = meet_again(world.semantic, tuple(apart.instances.values()))
+    hint = world.explored.hint
+    world.explored.hint = replace(hint, before=hint.before | {thing.id for thing in met})
     with_frontiers(world, search.config.navigate)
     told = [
         {"id": new.id, "xy": new.xy, "p": round(new.confidence_of(goal), 4)}

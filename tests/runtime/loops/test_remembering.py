@@ -205,6 +205,14 @@ def test_until_then_nothing_of_it_is_used_nor_written_over(tmp_path: Path):
     assert (tmp_path / MEMORY_FILE).read_bytes() == before
 
 
+def test_what_is_remembered_was_seen_by_an_earlier_search(tmp_path: Path):
+    """Where the goal was said to be near it, it is looked at again."""
+    first(tmp_path)
+    robot = bound(tmp_path)
+    robot.until(lambda: bool(robot.world.semantic.instances))
+    assert robot.world.explored.hint.before == frozenset(robot.world.semantic.instances)
+
+
 def test_in_another_home_nothing_is_ever_used(tmp_path: Path):
     first(tmp_path)
     robot = Robot(tmp_path, Pose(3.0, 2.5, 1.0), OTHER_ROOMS)
