@@ -287,7 +287,7 @@ class GoalLife:
         if dropped:
             return {"ended": True, "cancelled": [goal.id for goal in dropped]}
         if id is None and self._last is not None:
-            return {**self._last[1], "ended": False}
+            return self._last[1] | {"ended": False}
         return {"ended": False, "error": NOTHING_ON if id is None else _unknown(id)}
 
     def end(self, end: GoalEnd, goes_on: bool = False, **extra: object) -> dict[str, object]:

@@ -119,7 +119,7 @@ def test_why_no_goal_is_taken_is_told_with_the_remedy_which_is_at_its_end():
     lost = Surroundings(lambda: None, lambda: (0.0, 0.0), binding=lambda: Pose(0.0, 0.0, 0.0))
     zones = Zones(None, lost)
     zones.answer({"add": "stairs", "polygon": [[0, 0], [1, 0], [1, 1]]})
-    zones.bind(lambda: None, lambda name: None, lambda: True)
+    zones.bind(lambda: None, lambda name: None, lambda: False)
     assert wrong(status(refuses=zones.unbound()), NEEDED)[0].endswith("(rfnav/zones)")
 
 
