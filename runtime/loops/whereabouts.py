@@ -128,7 +128,7 @@ class Whereabouts:
             if not is_within(world, area, cfg):
                 return navigate.go_to(world, into(area), cfg)
             self.entered = True  # its outside is on the map from the next frame on
-            world.explored.resort = Resort.NONE  # what was tried to get there was none of the search
+            world.explored.resort = Resort.NONE  # what was tried to get there is none of it
             course = Spin(cfg.control.look_radps)
             return Command(Action.TURN_LEFT, Mode.LOOK, None, f"in {area.name}", course=course)
         return navigate.go_to(world, to, cfg) if to is not None else navigate.act(world, cfg)

@@ -17,7 +17,6 @@ from runtime.clock import SystemClock
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core.destination import NEAR_M
-from runtime.core.mapping.zones import Zone
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose, SearchState
 from runtime.core.world import Resort, World
