@@ -35,9 +35,9 @@ from runtime.loops.search import Search
 from runtime.robot.steady import STEADY_S, SteadyOdometry
 from runtime.robot.wire import Stamped
 from runtime.service.binding import BEGUN_HERE, ORIGIN, Binding, Bound
-from runtime.service.memory_file import FILE_BYTES, packed, unpacked
+from runtime.service.memory_file import packed, remembered
 from runtime.service.places import NamedPlaces
-from runtime.service.saved import put_aside, save, saved
+from runtime.service.saved import put_aside, save
 
 MEMORY_FILE: Final = "memory.zip"
 NICE: Final = 12
@@ -119,11 +119,7 @@ class HomeMemory:
             return NamedPlaces(self.folder)  # what could not be read was put aside
 
     def _remembered(self) -> Keepsake | None:
-        try:
-            known = saved(self.folder / MEMORY_FILE, unpacked, FILE_BYTES)
-        except SavedError as error:
-            say(f"memory: {error}")
-            return None
+        known = remembered(self.folder / MEMORY_FILE)
         same = known is None or known.looks == self.looks
         return known if known is None or same else forget_looks(known)
 

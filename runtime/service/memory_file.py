@@ -6,7 +6,9 @@ import json
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
@@ -21,8 +23,10 @@ from runtime.core.mapping.laser_layer import MOST
 from runtime.core.objects.instances import LOG_ODDS_MAX, Evidence, Instance
 from runtime.core.types import F32, Pose
 from runtime.core.world import MOST_SIDE_M
-from runtime.errors import SensorError
+from runtime.errors import SavedError, SensorError
+from runtime.log import say
 from runtime.robot.json_text import parse_json
+from runtime.service.saved import put_aside, saved
 
 VERSION: Final = 1
 _UNREADABLE: Final = (
@@ -71,6 +75,19 @@ def packed(known: Keepsake) -> bytes:
         for name, array in arrays.items():
             archive.writestr(name, np.ascontiguousarray(array).tobytes())
     return file.getvalue()
+
+
+def remembered(path: Path) -> Keepsake | None:
+    """What the file holds; None where there is none, and for one that cannot be used: that is said,
+    and put aside, for another takes its place."""
+    try:
+        return saved(path, unpacked, FILE_BYTES)
+    except SavedError as error:
+        say(f"memory: {error}")
+    if path.exists():  # it could not even be read
+        with suppress(SavedError):
+            put_aside(path)
+    return None
 
 
 def unpacked(raw: bytes) -> Keepsake:

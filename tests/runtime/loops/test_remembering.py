@@ -494,6 +494,16 @@ def test_what_cannot_be_read_is_told_and_put_aside(
     assert robot.words() == "none: it begins here"
 
 
+def test_what_cannot_even_be_read_is_not_written_over(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    (tmp_path / MEMORY_FILE).mkdir()
+    first(tmp_path)
+    assert "cannot be read" in capsys.readouterr().err
+    assert (tmp_path / f"{MEMORY_FILE}.aside-1").is_dir()
+    assert (tmp_path / MEMORY_FILE).is_file()
+
+
 def test_embeddings_of_other_models_are_not_compared(tmp_path: Path):
     first(tmp_path)
     memory = HomeMemory(tmp_path, True, "other eyes", ManualClock(), lambda: None)
