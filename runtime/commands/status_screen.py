@@ -110,8 +110,9 @@ def _streams(status: Status, before: Status) -> Iterator[str]:
     yield f"{'stream':{STREAM_COLUMNS}}{'per s':>8}{'age s':>8}{'bad':>7}"
     for topic, health in streams.items():
         age_s = _age_s(health, status)
-        then = earlier.get(topic, health)
-        rate = _rate(health.get("received", 0) - then.get("received", 0), status, before)
+        rate = "?"
+        if then := earlier.get(topic):
+            rate = _rate(health.get("received", 0) - then.get("received", 0), status, before)
         age = "never" if age_s is None else f"{age_s:.1f}"
         bad = health.get("bad", 0)
         yield f"  {topic:{STREAM_COLUMNS - 2}}{rate:>8}{age:>8}{bad:>7}"

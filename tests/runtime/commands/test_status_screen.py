@@ -34,7 +34,8 @@ def status(**other: Any) -> dict[str, Any]:
 
 
 def test_all_is_well_and_told():
-    before = status(now_s=9.0, streams={"color": health(90, 8.9), "odom": health(180, 8.9)})
+    streams = {"color": health(90, 8.9), "odom": health(180, 8.9), "scan": health(0, None)}
+    before = status(now_s=9.0, streams=streams)
     assert screen(status(), before, NEEDED, BUDGETS) == [
         "state    searching",
         'goal     "a mug", 34 s, 12.3 m, 5 decisions',
@@ -121,6 +122,11 @@ def test_why_no_goal_is_taken_is_told_with_the_remedy_which_is_at_its_end():
     zones.answer({"add": "stairs", "polygon": [[0, 0], [1, 0], [1, 1]]})
     zones.bind(lambda: None, lambda name: None, lambda: False)
     assert wrong(status(refuses=zones.unbound()), NEEDED)[0].endswith("(rfnav/zones)")
+
+
+def test_how_many_come_a_second_is_not_told_of_one_answer():
+    lines = screen(status(), {}, NEEDED, BUDGETS)
+    assert "  color                                            ?     0.1      0" in lines
 
 
 def test_of_a_loop_that_tells_little_little_is_shown():
