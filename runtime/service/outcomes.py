@@ -132,6 +132,9 @@ class GoalEnd:
                 return f'"{goal}" gave way to another goal'
             case SearchState.TIMED_OUT:
                 return f'"{goal}" ran out of time'
+            case SearchState.CANCELLED:
+                why = "" if self.reason == "cancelled" else f": {self.reason}"
+                return f'"{goal}" was cancelled{why}'
             case _:
                 return f'"{goal}": {self.state.replace("_", " ")}: {self.reason}'
 

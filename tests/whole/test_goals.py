@@ -95,7 +95,7 @@ def test_a_person_asks_pauses_goes_on_cancels_and_a_goal_outlives_the_service(tm
         assert "cancelled" in person.types("cancel")
         out, _ = waiting.communicate(timeout=60)
         assert waiting.returncode == 1
-        assert '"a lamp": cancelled: rfnav cancel' in out
+        assert '"a lamp" was cancelled: rfnav cancel' in out
         assert person.types("pause", status=1) == ""
         robot.until(lambda: stands(robot))
         child.terminate()

@@ -76,7 +76,7 @@ def test_a_goal_has_an_id_by_which_its_result_is_waited_for(bench: Bench):
     (told,), (again,) = asked.answers, also.answers
     assert told == again
     assert (told["result"], told["code"], told["reason"]) == ("cancelled", 4703, "enough")
-    assert told["sentence"].startswith('"toilet": cancelled: enough; ')
+    assert told["sentence"].startswith('"toilet" was cancelled: enough; ')
     assert summary is not None
     assert {**summary, **told} == summary | {"reason": "enough"}
     assert summary["ended"]
