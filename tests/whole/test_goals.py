@@ -89,7 +89,7 @@ def test_a_person_asks_pauses_goes_on_cancels_and_a_goal_outlives_the_service(tm
         robot.until(lambda: moves(robot), 60.0)
         assert person.status()["id"] == first
         waiting = person.begin("find", "a lamp", "--queue")
-        assert '"bed": cancelled' in person.types("cancel", first)
+        assert '"bed" was cancelled' in person.types("cancel", first)
         robot.until(lambda: robot.feedback[-1]["id"] == second)
         robot.until(lambda: len(person.status()["queue"]) == 1)
         assert "cancelled" in person.types("cancel")
