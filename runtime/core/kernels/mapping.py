@@ -88,6 +88,7 @@ class Through(NamedTuple):
     margin_m: float  # beyond the cell all that is read has to be, by so much
     slack: float  # and so much a m away
     miss: int  # less evidence, by a frame
+    flat_m: float  # from so near, of a cell in which nothing stood at any of those heights
 
 
 def see_through(

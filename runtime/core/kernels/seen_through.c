@@ -15,7 +15,7 @@ typedef union {
 
 /* In the order in which Python gives them. */
 typedef union {
-    double all[30];
+    double all[31];
     struct {
         double x0_m, y0_m, cell_m, cells_around; /* the grid's corner */
         double x_m, y_m, cosine, sine;           /* of the base */
@@ -23,6 +23,7 @@ typedef union {
         double fx, fy, cx, cy;
         double max_depth_m, lowest_m, apart_m; /* heights: the first, and between two */
         double margin_m, slack, miss;
+        double flat_m; /* what stood at no height is looked for from so near */
     };
 } Numbers;
 
@@ -94,10 +95,15 @@ static Sight sight_of(const Grid *depth, const Numbers *n, const Upright *cell)
     return sight;
 }
 
-/* Whether anything is read in a cell between the heights: a table's top is flat. */
-static int holds(const Grid *depth, const Numbers *n, const Upright *cell)
+/* Whether something may be in a cell between the heights: a table's top is flat, and from afar may
+ * be thinner than a pixel. */
+static int may_hold(const Grid *depth, const Numbers *n, const Upright *cell, int stood)
 {
     const double step_m = n->apart_m / BETWEEN;
+    double foot[3];
+    at_height(cell, cell->foot_m, foot);
+    if (!stood && foot[2] > n->flat_m)
+        return 1;
     for (int part = 0; part <= (BANDS - 1) * BETWEEN; part++) {
         double at[3];
         Sight sight = {0, 0, 0};
@@ -135,7 +141,9 @@ static int weigh(const Arrays *arrays, const Numbers *n, Py_ssize_t row, Py_ssiz
     int16_t *evidence = GRID_ROW(arrays->evidence, int16_t, row) + col;
     uint8_t *stood = GRID_ROW(arrays->stood, uint8_t, row) + col;
     const Upright cell = upright_of(n, row, col);
-    if (!passed(stood, sight_of(&arrays->depth, n, &cell)) || holds(&arrays->depth, n, &cell))
+    if (!passed(stood, sight_of(&arrays->depth, n, &cell)))
+        return 0;
+    if (may_hold(&arrays->depth, n, &cell, *stood))
         return 0;
     *evidence = (int16_t)(*evidence - (int)n->miss);
     *stood = *evidence > 0 ? *stood : 0;
@@ -168,7 +176,7 @@ static Box see_through(Arrays *arrays, const Numbers *n)
 
 static const char *problem_of(const Numbers *n)
 {
-    for (int k = 0; k < 30; k++)
+    for (int k = 0; k < 31; k++)
         if (!(fabs(n->all[k]) < 1e9))
             return "view: a number that is none of a camera's";
     if (!(n->cell_m > 0.0 && n->cells_around >= 0.0 && n->miss >= 0.0 && n->miss < 1e4))
@@ -179,7 +187,7 @@ static const char *problem_of(const Numbers *n)
 PyObject *kernel_see_through(PyObject *Py_UNUSED(module), PyObject *const *args, Py_ssize_t count)
 {
     static const GridSpec specs[] = {{'h', 1, "evidence"}, {'B', 1, "stood"}, {'f', 0, "depth_m"}};
-    enum { ARRAYS = 3, NUMBERS = 30 };
+    enum { ARRAYS = 3, NUMBERS = 31 };
     Arrays arrays;
     Numbers numbers;
     Box changed = NO_BOX;

@@ -19,7 +19,7 @@ LOWEST_M: Final = 0.07  # a ray that passes so low over a cell shows that floor 
 APART_M: Final = 0.15  # heights at which a cell is looked at; what is less high has only the lowest
 MARGIN_M: Final = 0.04  # beyond a cell's middle, what is read there is beyond the cell
 SLACK: Final = 0.02  # and so much a metre away, for depth errs
-PIXEL_M: Final = 0.0125  # from where a pixel is as wide nothing tells that something thin has gone
+PIXEL_M: Final = 0.0125  # of a pixel's width; from farther off flat things may be thinner
 
 
 def unlearn(
@@ -35,13 +35,13 @@ def unlearn(
     """Take `miss` from the evidence (R, C) of what an image sees through, in place; `stood` (R, C)
     is kept from image to image. The window of what changed, None for nothing."""
     pose, k = obs.pose, obs.intrinsics
-    as_far_m = min(max_depth_m, PIXEL_M * min(k.fx, k.fy))
+    flat_m = PIXEL_M * min(k.fx, k.fy)
     changed = kernels.see_through(
         evidence, stood, np.ascontiguousarray(obs.depth_m),
         (frame.x0_m, frame.y0_m, frame.resolution_m, cells_around),
         (pose.x_m, pose.y_m, float(np.cos(pose.yaw_rad)), float(np.sin(pose.yaw_rad))),
         (mount.x_m, mount.y_m, mount.z_m, *optical_to_base(mount).ravel().tolist(),
          k.fx, k.fy, k.cx, k.cy),
-        kernels.Through(as_far_m, LOWEST_M, APART_M, MARGIN_M, SLACK, miss),
+        kernels.Through(max_depth_m, LOWEST_M, APART_M, MARGIN_M, SLACK, miss, flat_m),
     )  # fmt: skip
     return between(changed) if changed else None

@@ -14,7 +14,7 @@ from runtime.core.types import Intrinsics, Mount, Pose
 CAMERA = Intrinsics(48.0, 48.0, 32.0, 24.0, 64, 48)
 MOUNTS = (Mount(), Mount(0.1, -0.05, 0.5, 0.02, 0.3, 0.1), Mount(z_m=0.3, yaw_rad=2.8))
 SHAPE, CELL_M, AROUND = (60, 70), 0.05, 25
-RULES = kernels.Through(1.2, 0.07, 0.15, 0.04, 0.02, 2)
+RULES = kernels.Through(1.2, 0.07, 0.15, 0.04, 0.02, 2, 0.8)
 BETWEEN = 15  # places from one height to the next, at which nothing may be read either
 HOLES = (0.0, np.nan, np.inf, -np.inf, -1.0)
 
@@ -61,8 +61,10 @@ def by_python(evidence, stood, depth, corner, pose, mount):
         passed = {k for k in range(8) if seen[k] == "passed"}
         if blocked & (stands or set(range(8))):
             stands -= passed
-        elif (0 in passed or len(passed & stands) >= 3) and not any(
-            sight(depth, at) == "here" for at in optical
+        elif (
+            (0 in passed or len(passed & stands) >= 3)
+            and (stands or optical[0, 2] <= RULES.flat_m)
+            and not any(sight(depth, at) == "here" for at in optical)
         ):
             evidence[r, c] -= RULES.miss
             stands = stands if evidence[r, c] > 0 else set()

@@ -153,14 +153,16 @@ def test_a_thin_top_stays_for_a_robot_that_came_up_to_it_and_backs_away(low_m: f
     assert stood[-1] >= 0.95 * max(stood)
 
 
-@pytest.mark.parametrize(("pixels", "gone"), [(1, True), (4, False)])
-def test_a_coarse_image_tells_nothing_of_what_is_far(pixels: int, gone: bool):
+@pytest.mark.parametrize(
+    ("pixels", "stood", "gone"), [(1, 0, True), (4, 0, False), (4, 0b111, True)]
+)
+def test_a_coarse_image_tells_nothing_of_flat_things_far_away(pixels: int, stood: int, gone: bool):
     """A board's edge is thinner than its pixels."""
     grid, obs = fresh(), seen(depth_of(wall(4.8)))
     k = Intrinsics(388.0 / pixels, 388.0 / pixels, 320.0 / pixels, 240.0 / pixels,
                    640 // pixels, 480 // pixels)  # fmt: skip
     coarse = replace(obs, depth_m=obs.depth_m[::pixels, ::pixels], intrinsics=k)
     cell = grid.frame.cell(2.5, 0.0)
-    grid.evidence[cell] = 20
+    grid.evidence[cell], grid.stood[cell] = 20, stood
     unlearn(grid.evidence, grid.stood, grid.frame, coarse, MOUNT, DEPTH_M, 110, 2)
     assert (grid.evidence[cell] < 20) == gone
