@@ -82,7 +82,7 @@ def integrate(
 class Through(NamedTuple):
     """What tells that a cell is seen through. Heights are above the floor."""
 
-    max_depth_m: float  # cells farther off are not looked at
+    max_depth_m: float  # cells farther off are not looked at, and what is read beyond is nothing
     lowest_m: float  # of eight heights at which a cell is looked at
     apart_m: float  # one from the next
     margin_m: float  # beyond the cell all that is read has to be, by so much

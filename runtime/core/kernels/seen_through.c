@@ -21,7 +21,7 @@ typedef union {
         double x_m, y_m, cosine, sine;           /* of the base */
         double mount_m[3], turn[9];              /* from the optical to the base frame, by rows */
         double fx, fy, cx, cy;
-        double max_depth_m, lowest_m, apart_m; /* heights: the first, and between two */
+        double max_depth_m, lowest_m, apart_m; /* what is read beyond is none; heights: first, between */
         double margin_m, slack, miss;
         double flat_m; /* what stood at no height is looked for from so near */
     };
@@ -49,7 +49,7 @@ static void look(const Grid *depth, const Numbers *n, const double at[3], uint8_
     int known = 1, blocked = 0, here = 0;
     for (Py_ssize_t col = (Py_ssize_t)(u - half); col <= last; col++) {
         const double read = (double)row[col];
-        const int valid = read > 0.0 && read < INFINITY;
+        const int valid = read > 0.0 && read <= n->max_depth_m;
         known &= valid;
         blocked |= valid && read < least;
         here |= valid && read < least && read >= nearest;

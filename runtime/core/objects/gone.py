@@ -13,6 +13,9 @@ LOOKS: Final = (
     4  # that see through its place, and none that sees it between, after which it is gone
 )
 NEAR_M: Final = 3.0  # from so near
+READ_M: Final = (
+    6.0  # what is told to be farther is none: some cameras so tell what they cannot read
+)
 BEYOND_M: Final = 0.3  # farther than the thing all has to be that is read there
 SHARE: Final = 0.9  # of what is read
 LEAST: Final = 0.5  # of the points looked at that tell anything
@@ -53,5 +56,5 @@ def _beyond_m(points: F64, obs: Observation, mount: Mount) -> F64:
     height, width = obs.depth_m.shape
     inside = (col >= 0) & (col < width) & (row >= 0) & (row < height)
     at, read = at[inside], obs.depth_m[row[inside], col[inside]]
-    beyond[at] = np.where((read > 0) & np.isfinite(read), read - optical[at, 2], np.nan)
+    beyond[at] = np.where((read > 0) & (read <= READ_M), read - optical[at, 2], np.nan)
     return beyond

@@ -14,9 +14,9 @@ from runtime.core.types import Intrinsics, Mount, Pose
 CAMERA = Intrinsics(48.0, 48.0, 32.0, 24.0, 64, 48)
 MOUNTS = (Mount(), Mount(0.1, -0.05, 0.5, 0.02, 0.3, 0.1), Mount(z_m=0.3, yaw_rad=2.8))
 SHAPE, CELL_M, AROUND = (60, 70), 0.05, 25
-RULES = kernels.Through(1.2, 0.07, 0.15, 0.04, 0.02, 2, 0.8)
+RULES = kernels.Through(3.0, 0.07, 0.15, 0.04, 0.02, 2, 0.8)
 BETWEEN = 15  # places from one height to the next, at which nothing may be read either
-HOLES = (0.0, np.nan, np.inf, -np.inf, -1.0)
+HOLES = (0.0, np.nan, np.inf, -np.inf, -1.0, 3.01, 65.535)
 
 
 def sight(depth: np.ndarray, at: np.ndarray) -> str:
@@ -32,7 +32,7 @@ def sight(depth: np.ndarray, at: np.ndarray) -> str:
         return "out"
     slack = RULES.margin_m + RULES.slack * away
     read = depth[row, left : right + 1].astype(np.float64)
-    known = read[(read > 0) & np.isfinite(read)]
+    known = read[(read > 0) & (read <= RULES.max_depth_m)]
     if (known < away + slack).any():
         here = (known >= away - slack) & (known < away + slack)
         return "here" if here.any() else "hidden"

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from boxes import CAMERA, HERE, MOUNT, Box, depth_of, seen, wall
 
 from runtime.core.mapping.grid import NavigationMap
@@ -81,6 +82,15 @@ def test_what_is_hidden_stays():
 def test_nothing_is_told_where_nothing_is_read():
     semantic, grid = known()
     look(semantic, grid, seen(depth_of(wall(4.5, glass=True), wall(2.4, glass=True))), 5 * LOOKS)
+    assert semantic.instances
+
+
+@pytest.mark.parametrize("value", [65.535, 1e30, np.inf, np.nan, -1.0])
+def test_nothing_is_told_by_what_is_no_distance(value: float):
+    """A black screen gives no depth, for which some cameras tell the most that they can."""
+    semantic, grid = known()
+    obs = seen(np.full_like(depth_of(WALL), value))
+    look(semantic, grid, obs, 3 * LOOKS)
     assert semantic.instances
 
 
