@@ -1,6 +1,7 @@
 """What a search leaves that later ones may know, in another odometry frame, too: the map, the
 objects, the views. It is taken into a world where that has not seen for itself; what is remembered
-of a cell one look overrules, and a remembered object is looked at again."""
+of a cell one look overrules, but for what was bumped into, and a remembered object is looked at
+again."""
 
 import math
 from collections.abc import Sequence
