@@ -9,6 +9,10 @@ class ConfigError(RfNavError):
     """A configuration file, key or command-line value that cannot be used."""
 
 
+class NotLocalisedError(ConfigError):
+    """What is asked for lies on a saved map, and nobody knows where the robot is on that."""
+
+
 class ModelError(RfNavError):
     """A model file that is missing, damaged or of another contract."""
 

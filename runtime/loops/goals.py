@@ -27,7 +27,7 @@ from runtime.record import Record
 from runtime.robot.requests import ENDS, Request
 from runtime.service.bounds import tells_where
 from runtime.service.goal_queue import WAITING, AskedGoal, GoalFile, GoalQueue, is_id, new_id
-from runtime.service.outcomes import FailCause, GoalEnd, Refusal, refused
+from runtime.service.outcomes import FailCause, GoalEnd, Refusal, failed_for, refused, refused_for
 from runtime.service.results import GoalResults
 
 TRIES: Final = 3  # searches for one goal, restarts between them
@@ -81,7 +81,7 @@ class GoalLife:
             self._custom.terms.zones.bounds(asked.binds, self._means.models.rooms)
             goals = hear_all(asked, self._means.models, self._configure, self._record)
         except RfNavError as error:
-            return refused(Refusal.REQUEST, str(error))
+            return refused_for(error)
         busy = self.drive is not None or bool(self._queue.waiting)
         if busy and asked.if_busy == "refuse":
             return refused(Refusal.BUSY, "another goal is under way, and if_busy is refuse")
@@ -102,7 +102,7 @@ class GoalLife:
             try:
                 told, place = self._begin(first, then, preempts=True), 0
             except RfNavError as error:
-                return refused(Refusal.REQUEST, str(error))
+                return refused_for(error)
         if then:
             names = [{"name": goal.name, "how": goal.how} for goal in goals[1:]]
             told["then"] = [{"id": g.id, **name} for g, name in zip(then, names, strict=True)]
@@ -171,7 +171,7 @@ class GoalLife:
                 if not why:
                     self._begin(goal)
             except RfNavError as error:
-                why, cause = str(error), FailCause.FAULT
+                why, cause = str(error), failed_for(error)
             except Exception as error:  # noqa: BLE001 -- said, and it ends no more than the goal
                 why, cause = f"internal error: {error!r}", FailCause.FAULT
                 say(f"goal: {why}\n{traceback.format_exc()}")

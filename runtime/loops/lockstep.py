@@ -21,7 +21,7 @@ from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, seen
 from runtime.record import Record, unrecorded
 from runtime.service.limits import NO_LIMITS
-from runtime.service.outcomes import GoalEnd, Refusal, refused
+from runtime.service.outcomes import GoalEnd, refused_for
 
 LABELS_S = 10.0  # to the labels of an image, in lockstep
 
@@ -97,7 +97,7 @@ class Lockstep:
                 search.inherit(self._last.world, self._models)
             self._search = search
         except RfNavError as error:
-            return refused(Refusal.REQUEST, str(error))
+            return refused_for(error)
         self._bus.flush()
         return {"accepted": True, "name": order.named, "how": order.goal.how}
 

@@ -10,7 +10,7 @@ from runtime.core.destination import Destination
 from runtime.core.goal_phrase import in_turn
 from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Detections
-from runtime.errors import ConfigError
+from runtime.errors import ConfigError, NotLocalisedError
 from runtime.experts.panel import Panel
 from runtime.loops.goal_request import GoalRequest, Terms
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
@@ -103,7 +103,7 @@ def understand(
     is wrong."""
     request = terms.read(body)
     if unbound := terms.zones.unbound():
-        raise ConfigError(unbound)
+        raise NotLocalisedError(unbound)
     config = configure(request.settings)
     robot, camera = configure(()).camera, config.camera
     if camera.by_tf != robot.by_tf:

@@ -26,7 +26,7 @@ from runtime.core.mapping.relocate import (
 from runtime.core.mapping.settling import Settling
 from runtime.core.types import Pose
 from runtime.core.world import World
-from runtime.errors import ConfigError, SavedError
+from runtime.errors import NotLocalisedError, SavedError
 from runtime.log import say
 from runtime.loops.errands import Errands
 from runtime.loops.order import SearchModels
@@ -185,15 +185,15 @@ class HomeMemory:
         return f"{self.binding.in_words()}; {self.lost}" if self.lost else self.binding.in_words()
 
     def place(self, name: str) -> Pose | None:
-        """Where it is in the map of now; None for one that nobody has named. ConfigError while
-        nobody knows where the robot is."""
+        """Where it is in the map of now; None for one that nobody has named. NotLocalisedError
+        while nobody knows where the robot is."""
         transform, at = self.binding.transform(), self.places.of(name)
         if at is None:
             return None
         if transform is not None:
             return placed(transform, at)
         where = f"it is not known where the robot is ({self.binding.in_words()})"
-        raise ConfigError(f"place {name!r}: {where}: say where it stands (rfnav/places)")
+        raise NotLocalisedError(f"place {name!r}: {where}: say where it stands (rfnav/places)")
 
     def here(self) -> Pose | None:
         """Where the robot is now, by its odometry; None where that is not known."""

@@ -150,7 +150,7 @@ class Requests:
             except SensorError as error:
                 waiting.refuse(str(error))
                 continue
-            if kind == "cancel" and "id" not in request.body:
+            if kind == "cancel" and request.body.get("id") is None:
                 self._drop(before)
             return request
 

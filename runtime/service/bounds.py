@@ -107,7 +107,7 @@ def _area(
             return _round(_at(named(value, "place"), place)), ""
         raise ConfigError(unknown(str(kind)[:CHARS], ("polygon", "room", "place")))
     except ConfigError as error:
-        raise ConfigError(f"goal request: area: {error}") from error
+        raise type(error)(f"goal request: area: {error}") from error
 
 
 def _round(at: Pose) -> Zone:
@@ -140,7 +140,7 @@ def _place(told: object, what: str, origin_xy: tuple[float, float], place: Place
         y_m = _number(told, "y_m", FAR_M, origin_xy[1])
         yaw_rad = _number(told, "yaw_rad", FULL_TURN_RAD) if "yaw_rad" in told else None
     except ConfigError as error:
-        raise ConfigError(f"goal request: {what}: {error}") from error
+        raise type(error)(f"goal request: {what}: {error}") from error
     return Destination(f"({told['x_m']:.1f}, {told['y_m']:.1f})", (x_m, y_m), yaw_rad)
 
 

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any, Final
 
 from runtime.core.types import SearchState
+from runtime.errors import NotLocalisedError, RfNavError
 
 
 class FailCause(StrEnum):
@@ -67,6 +68,17 @@ REFUSALS: Final[Mapping[Refusal, Listed]] = {
 def refused(refusal: Refusal, error: str) -> dict[str, object]:
     """The answer to a goal that is not taken."""
     return {"accepted": False, "code": REFUSALS[refusal].code, "error": error}
+
+
+def refused_for(error: RfNavError) -> dict[str, object]:
+    """The same, of what was found wrong with it."""
+    lost = isinstance(error, NotLocalisedError)
+    return refused(Refusal.NOT_LOCALISED if lost else Refusal.REQUEST, str(error))
+
+
+def failed_for(error: RfNavError) -> FailCause:
+    """What a goal that was taken fails of, where that is found when its turn comes."""
+    return FailCause.NOT_LOCALISED if isinstance(error, NotLocalisedError) else FailCause.FAULT
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from runtime.core.destination import NEAR_M
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose, SearchState
 from runtime.core.world import Resort, World
-from runtime.errors import ConfigError
+from runtime.errors import ConfigError, NotLocalisedError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
 from runtime.loops.order import understand
@@ -270,7 +270,7 @@ class SavedMap:
 
     def place(self, name: str) -> Pose | None:
         if self.door is None:
-            raise ConfigError(f"place {name!r}: it is not known where the robot is")
+            raise NotLocalisedError(f"place {name!r}: it is not known where the robot is")
         return self.door
 
 
@@ -308,6 +308,22 @@ def test_a_place_that_nobody_knows_the_way_to_any_more_is_not_arrived_at(
     told = bench.result(str(id))
     assert (told["result"], told["cause"], told["code"]) == ("failed", "not_localised", 4714)
     assert told["reason"].endswith("it is not known where the robot is")
+
+
+def test_a_place_that_nobody_knows_the_way_to_yet_is_refused_as_such_and_fails_as_such(
+    moving: tuple[Bench, SavedMap],
+):
+    bench, known = moving
+    bench.ask("bed")
+    id = bench.life.accept({"go_to": "door", "if_busy": "queue"})["id"]
+    known.door = None
+    for binds in ({"go_to": "door"}, {"goal": "sofa", "area": {"place": "door"}}):
+        refused = bench.life.accept(binds)
+        assert (refused["accepted"], refused["code"]) == (False, 4724)
+    bench.request("cancel", id=bench.life.told()["id"])
+    bench.life.next()
+    told = bench.result(str(id))
+    assert (told["cause"], told["code"]) == ("not_localised", 4714)
 
 
 def test_an_area_that_was_left_for_good_is_not_entered_again_by_its_place(

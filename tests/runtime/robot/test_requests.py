@@ -4,6 +4,8 @@ import json
 import threading
 from typing import Any
 
+import pytest
+
 from runtime.robot.requests import CANCELLED, ENDS, QUERIES, Request, Requests
 
 
@@ -54,10 +56,11 @@ def test_cancel_overtakes_status_and_status_overtakes_goals():
     assert requests.take() is None
 
 
-def test_goals_that_came_before_a_cancel_go_with_it():
+@pytest.mark.parametrize("payload", [b"{}", b'{"id":null}', b"all of it"])
+def test_goals_that_came_before_a_cancel_go_with_it(payload: bytes):
     requests = waiting()
     goals = [file(requests, "goal", b'{"goal":"bed"}') for _ in range(3)]
-    file(requests, "cancel")
+    file(requests, "cancel", payload)
     later = taken(requests)
     assert later.kind == "cancel"
     for goal in goals:
