@@ -149,7 +149,8 @@ class Zones:
     def _add(self, name: str, polygon: object) -> str:
         at = self._frame()
         if self._lost or at is None:
-            raise ConfigError(self._lost or f"it is not known where the robot is {SAY_WHERE}")
+            lost = f"it is not known where the robot is {SAY_WHERE}"
+            raise ConfigError(self.unbound() or f"{lost}, or begin a search: it looks round")
         if not self._around.sure():  # or it would move when that is set right
             raise ConfigError(f"{NOT_SEEN}: have it look round in a search, and draw it then")
         if name not in self._zones and len(self._zones) >= MOST_ZONES:

@@ -132,12 +132,14 @@ def test_one_is_not_drawn_where_nobody_knows_but_goals_are_taken_as_long_as_ther
     assert some.unbound() == ""
     answer = some.answer({"add": "rug", "polygon": SQUARE})
     assert "it is not known where the robot is" in str(answer["error"])
+    assert str(answer["error"]).endswith("(rfnav/places), or begin a search: it looks round")
 
 
 def test_without_a_memory_they_can_be_removed_and_drawn_again(tmp_path: Path):
     zones(tmp_path).answer({"add": "stairs", "polygon": SQUARE})
     again = zones(tmp_path)
     assert again.unbound()
+    assert again.unbound() in str(again.answer({"add": "rug", "polygon": SQUARE})["error"])
     again.answer({"remove": "stairs"})
     assert again.unbound() == ""
     again.answer({"add": "stairs", "polygon": SQUARE})
