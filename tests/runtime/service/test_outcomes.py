@@ -52,7 +52,8 @@ def test_a_refusal_tells_its_number():
          '"a mug": unreachable: mug 3 was seen at (1.0, 0.0), and no way leads there; 38.2 m2'),
         (GoalEnd(SearchState.CANCELLED, "cancelled"), '"a mug" was cancelled; 38.2 m2'),
         (GoalEnd(SearchState.CANCELLED, "enough"), '"a mug" was cancelled: enough; 38.2 m2 of '
-         "floor were seen, 30 of it from near (kitchen 12, bedroom 9.5); it took 3.2 min and 21.3 m"),
+         "floor were seen, 30 of it from near (kitchen 12, bedroom 9.5); it took 3.2 min "
+         "and 21.3 m"),
         (GoalEnd(SearchState.PREEMPTED, "preempted"), '"a mug" gave way to another goal; 38.2'),
         (GoalEnd(SearchState.TIMED_OUT, "60 s have passed"), '"a mug" ran out of time; 38.2'),
         (GoalEnd(SearchState.AREA_LEFT, "it is outside"), '"a mug": area left: it is outside; 38'),
