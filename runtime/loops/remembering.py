@@ -99,13 +99,16 @@ class HomeMemory:
     _doubts: int = 0  # attempts that did not show it to be where it was said to be
     _kept_s: float = -math.inf
     _epoch: int = 0  # changes with what is believed of where it is
+    _file: Path = field(init=False)
+    _older: bool = False  # a map is on disk, and the frame of now is not its
     lost: str = ""  # why what is known is not on disk
 
     def __post_init__(self) -> None:
-        self._errands = Errands(NICE)
+        self._errands, self._file = Errands(NICE), self.folder / MEMORY_FILE
         self.places = self._opened()
         self._known = self._remembered() if self.keep else None
         self.binding = Binding(self._something())
+        self._older = not self.keep and not self._something() and self._file.exists()
 
     def _something(self) -> bool:
         """Whether anything is saved in the frame that is bound."""
@@ -119,15 +122,17 @@ class HomeMemory:
             return NamedPlaces(self.folder)  # what could not be read was put aside
 
     def _remembered(self) -> Keepsake | None:
-        known = remembered(self.folder / MEMORY_FILE)
-        same = known is None or known.looks == self.looks
-        return known if known is None or same else forget_looks(known)
+        known = remembered(self._file)
+        return known if known is None or known.looks == self.looks else forget_looks(known)
 
     # -- the loop ------------------------------------------------------------------------------
 
     def turn(self) -> None:
         """Watch odometry and the dock, at every turn of the loop."""
         self._errands.take(SAVE)
+        if self._older and self._something():  # places beside it would be taken for its own
+            self._older = False
+            say(f"{MEMORY_FILE}: of another frame than what is saved now: {put_aside(self._file)}")
         if self.binding.bound() is None and not self._something():  # all of it was removed
             self._bind(BEGUN_HERE)
         if (told := self.odometry()) is None:
@@ -224,9 +229,8 @@ class HomeMemory:
             raise ValueError("zones are saved in the same frame: remove them first")
         if self._errands.busy(SAVE):  # or it would be there again
             raise ValueError("what is known is being written: ask again")
-        for path in (self.folder / MEMORY_FILE, self.places.path):
-            if path.exists():
-                put_aside(path)
+        for path in filter(Path.exists, (self._file, self.places.path)):
+            put_aside(path)
         if self._into is self._now:  # what was known is in it
             self._spoilt = self._now
         self._known, self.places, self._into = None, NamedPlaces(self.folder), None
@@ -252,7 +256,7 @@ class HomeMemory:
     def _save(self, known: Keepsake) -> None:
         """In the errands' thread."""
         try:
-            save(self.folder / MEMORY_FILE, packed(known))
+            save(self._file, packed(known))
             self.lost = ""
         except SavedError as error:
             if not self.lost:

@@ -517,9 +517,38 @@ def test_a_disk_that_takes_nothing_is_told_of_once(
 ):
     robot = Robot(tmp_path, FIRST)
     robot.sees(LEFT, Pose(0.0, 0.0, 0.0))
-    robot.memory.folder = tmp_path / "file" / "below"
+    robot.memory._file = tmp_path / "file" / "below" / MEMORY_FILE
     (tmp_path / "file").touch()
     robot.until(lambda: "cannot be written" in robot.words())
     robot.memory.ended(robot.search)
     robot.memory.close()
     assert capsys.readouterr().err.count("cannot be written") == 1
+
+
+def test_a_map_that_is_not_used_is_put_aside_before_places_are_saved_in_another_frame(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    first = Robot(tmp_path, FIRST)
+    first.sees(WHOLE, Pose(1.0, 0.0, 0.0))
+    first.memory.ended(first.search)
+    first.memory.close()
+    kept = (tmp_path / MEMORY_FILE).read_bytes()
+    second = Robot(tmp_path, SECOND, keep=False)
+    second.memory.turn()
+    assert (tmp_path / MEMORY_FILE).read_bytes() == kept
+    second.memory.places.put("sofa", ORIGIN)
+    second.memory.turn()
+    assert not (tmp_path / MEMORY_FILE).exists()
+    assert (tmp_path / f"{MEMORY_FILE}.aside-1").read_bytes() == kept
+    assert f"{MEMORY_FILE}: of another frame than what is saved now" in capsys.readouterr().err
+
+
+def test_a_map_that_is_not_used_stays_beside_the_places_of_its_frame(tmp_path: Path):
+    first = Robot(tmp_path, FIRST)
+    first.sees(WHOLE, Pose(1.0, 0.0, 0.0))
+    first.memory.places.put("sofa", ORIGIN)
+    first.memory.ended(first.search)
+    first.memory.close()
+    second = Robot(tmp_path, SECOND, keep=False)
+    second.memory.turn()
+    assert (tmp_path / MEMORY_FILE).exists()
