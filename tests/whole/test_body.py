@@ -136,6 +136,6 @@ def test_with_a_low_battery_it_goes_back_to_where_it_began(tmp_path: Path):
     assert summary["reason"].startswith("battery: 8 % is left, battery.low_percent is 15; ")
     assert not summary["success"]
     end = told(out, "end")[-1]
-    assert end["state"] == "cancelled"
+    assert (end["state"], end["cause"]) == ("failed", "battery")
     steps = told(out, "step")
     assert sum(v**2 for v in steps[-1]["pose"][:2]) < 0.5**2
