@@ -9,7 +9,7 @@ from typing import Final
 
 from hil_sim.driving.installed_service import Service, beside
 from hil_sim.driving.living_robot import LivingRobot
-from hil_sim.driving.soak_plan import PROCESS, STANDS, Trouble
+from hil_sim.driving.soak_plan import PROCESS, STANDS, TURNS, Trouble
 from hil_sim.simulation.robot import Robot
 
 STOPS_WITHIN_S: Final = 1.6
@@ -71,7 +71,8 @@ class Watch:
         felt = self.felt[-1]
         if now_s - felt.trouble.at_s <= self._lasts_s(felt.trouble):
             felt.collisions += new
-            felt.note(now_s, moves)
+            drives = abs(robot.twist.v_mps) > CREEPS_MPS
+            felt.note(now_s, drives if felt.trouble.name in TURNS else moves)
 
     def missed(self) -> tuple[Suffered, ...]:
         return tuple(felt for felt in self.felt if felt.missed)

@@ -23,6 +23,8 @@ STANDS: Final = (
     "kill", "freeze", "restart",
 )  # fmt: skip
 """While these last, the base must stand."""
+TURNS: Final = ("depth-blank",)
+"""In these it may turn: what is nearer than a camera sees gives no depth either."""
 
 
 @dataclass(frozen=True)

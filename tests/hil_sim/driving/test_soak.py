@@ -46,6 +46,13 @@ def test_what_shows_in_motion_alone_may_be_moved_in_again_but_not_for_long():
     assert watched(*seen[:3], (13.0, MOVING)).missed()
 
 
+def test_without_depth_it_may_turn_and_not_drive():
+    blank, turning = (Trouble("depth-blank", 10.0, 5.0),), replace(STANDING, twist=Twist(0.0, 0.8))
+    assert not watched((10.0, turning), (14.0, turning), troubles=blank).missed()
+    assert watched((10.0, MOVING), (14.0, MOVING), troubles=blank).missed()
+    assert watched((10.0, turning), (14.0, turning)).missed()
+
+
 def test_it_may_move_when_the_trouble_is_over_or_does_not_forbid_it():
     assert not watched((10.0, STANDING), (15.1, MOVING)).missed()
     person = (Trouble("person", 10.0, 5.0),)
