@@ -11,7 +11,7 @@ from typing import Protocol, TypeVar
 from runtime.core import destination, homeward, progress
 from runtime.core.approach import approach_target, out_of_reach
 from runtime.core.destination import Destination
-from runtime.core.exploration import explore, with_frontiers
+from runtime.core.exploration import explore, try_resort, with_frontiers
 from runtime.core.hinted import look_where_said
 from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
@@ -251,13 +251,7 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     resort = explored.resort.next()
     if resort is None:
         return look_again(world, cfg, wait=True) or _nothing_left(world)
-    explored.resort = resort
-    if resort is Resort.RETRY:
-        explored.given_up[:] = False
-        world.map.reopen()
-    with_frontiers(world, cfg)
-    course = Spin(cfg.control.look_radps)
-    return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
+    return try_resort(world, resort, cfg)
 
 
 def _nothing_left(world: World) -> Command:

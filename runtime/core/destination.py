@@ -10,13 +10,13 @@ import numpy as np
 from runtime.core import progress
 from runtime.core.distances.planner import RESORT_SLACK_M
 from runtime.core.distances.terrain import MARGIN_M
-from runtime.core.exploration import to_frontier, with_frontiers
+from runtime.core.exploration import to_frontier, try_resort, with_frontiers
 from runtime.core.geometry import GridFrame
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping.grid import RESOLUTION_M
 from runtime.core.mapping.windows import disc_window, part_frame
 from runtime.core.mapping.zones import Zone, room_within
-from runtime.core.motion.courses import Spin, Toward
+from runtime.core.motion.courses import Toward
 from runtime.core.settings import NavigateConfig
 from runtime.core.trying_again import look_again
 from runtime.core.types import F64, I32, Action, Frontier, Mask, SearchState
@@ -197,18 +197,11 @@ def _nearest(world: World, to: Destination, hope: _Hope) -> Frontier | None:
 def _other_resort(world: World, to: Destination, cfg: NavigateConfig) -> Command:
     """What was given up is tried again, then tight gaps, then ways that were open before; then the
     place is given up."""
-    explored = world.explored
-    resort = explored.resort.next()
+    resort = world.explored.resort.next()
     if resort is None or resort > Resort.TIGHT:
         why = "no way leads there, and nothing is left to explore"
         return look_again(world, cfg, wait=True) or _given_up(to, why)
-    explored.resort = resort
-    if resort is Resort.RETRY:
-        explored.given_up[:] = False
-        world.map.reopen()
-    with_frontiers(world, cfg)
-    course = Spin(cfg.control.look_radps)
-    return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
+    return try_resort(world, resort, cfg)
 
 
 def _given_up(to: Destination, why: str) -> Command:

@@ -8,9 +8,9 @@ from runtime.core import progress
 from runtime.core.distances import planner
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, frontiers
-from runtime.core.motion.courses import Toward
+from runtime.core.motion.courses import Spin, Toward
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Frontier
+from runtime.core.types import Action, Frontier
 from runtime.core.voting import consensus
 from runtime.core.voting.brief import ROOM_RANGE_M
 from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward, with_distances
@@ -54,6 +54,17 @@ def _in_room(world: World, room: str) -> tuple[Frontier, ...]:
     mine = rooms[semantic.room_names.index(room)]
     cells = np.count_nonzero((mine > 0) & (mine >= rooms.max(axis=0)) & world.map.free)
     return kept if cells * frame.resolution_m**2 >= SEEN_M2 else world.frontiers
+
+
+def try_resort(world: World, resort: Resort, cfg: NavigateConfig) -> Command:
+    """Take one of the last resorts, and look round for what it brings."""
+    world.explored.resort = resort
+    if resort is Resort.RETRY:
+        world.explored.given_up[:] = False
+        world.map.reopen()
+    with_frontiers(world, cfg)
+    course = Spin(cfg.control.look_radps)
+    return Command(Action.TURN_LEFT, Mode.LOOK, None, resort.reason, course=course)
 
 
 def explore(world: World, cfg: NavigateConfig) -> Command | None:
