@@ -54,7 +54,7 @@ class BenchDetector:
         told = true_labels(scene, pose, frame.segmentation, frame.depth_m)
         true = read_labels(told, self.names, self.models.rooms)
         seen = self.models.detect(frame.rgb)
-        return replace(true, rooms=seen.rooms, scene=seen.scene)
+        return replace(true, rooms=seen.rooms, scene=seen.scene, features=seen.features)
 
     def identity(self) -> str:
         """Changes with the detector's weights."""

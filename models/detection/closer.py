@@ -37,6 +37,7 @@ def joined_views(view: DetectorView, near: DetectorView, window: Window) -> Dete
         np.concatenate((view.objectness, near.objectness[kept])),
         np.concatenate((view.regions, near.regions[kept])),
         view.scene,
+        view.features,
     )
 
 
@@ -48,7 +49,7 @@ def joined(found: RawDetections, near: RawDetections, window: Window) -> RawDete
     labels = np.concatenate((found.labels, near.labels[kept]))
     best = select(boxes, scores, labels, across=1.0)
     both = unembedded(boxes[best], scores[best], labels[best])
-    return both._replace(rooms=found.rooms, scene=found.scene)
+    return both._replace(rooms=found.rooms, scene=found.scene, features=found.features)
 
 
 def _shift(window: Window) -> Floats:

@@ -23,13 +23,16 @@ NOTHING: tuple[Floats, Floats, NDArray[np.int32]] = (
 """Boxes, scores and labels of none."""
 
 
+NO_FEATURES: Floats = np.zeros((0, 0, 0), np.float32)
+
+
 class RawDetections(NamedTuple):
     """One frame's detections, best first, and what room it shows.
 
     `boxes_px` (N, 4) x0, y0, x1, y1 in image px; `scores` (N,) in 0..1; `labels` (N,) index into
     the classes; `embeddings` (N, D) unit rows in the text encoder's space, or (N, 0); `rooms`
     (R,) probabilities in the order given, or (0,); `scene` (D,) the whole image's unit row, or
-    (0,).
+    (0,); `features` (C, h, w) what the backbone has of each part of the image, or (0, 0, 0).
     """
 
     boxes_px: Floats
@@ -38,6 +41,7 @@ class RawDetections(NamedTuple):
     embeddings: Floats
     rooms: Floats
     scene: Floats
+    features: Floats = NO_FEATURES
 
 
 class Detector(Protocol):

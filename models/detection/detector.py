@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from models.detection.boxes import letterbox
 from models.detection.calibration import calibrated, read_constants, sigmoid, softmax
 from models.detection.clip import ClipDetector
+from models.detection.detections import NO_FEATURES, Floats, checked, likeliest, select
 from models.detection.detections import Detector as Detector
-from models.detection.detections import Floats, checked, likeliest, select
 from models.detection.detections import RawDetections as RawDetections
 from models.detection.fixed_list import FixedListDetector
 from models.detection.grounding import GroundingDetector
@@ -31,6 +31,8 @@ MODEL_FILE = "model.onnx"
 TEXTS_FILE, TOWER_FILE, TOKENIZER_FILE = "texts.npz", "text.onnx", "tokenizer.json"
 """An imported detector's files."""
 OUTPUTS = ("boxes", "objectness", "embeddings", "scene")
+FEATURES = "features"
+"""An output more, of files that models.train.features has made."""
 NO_VOCABULARY = "the detector has no vocabulary; set one before the first frame"
 
 Kind = Literal["auto", "rfnav", "prompted", "yolo", "clip", "grounding"]
@@ -112,13 +114,15 @@ class DetectorView(NamedTuple):
     """What the network makes of a frame, before any word: K candidates.
 
     `boxes_px` (K, 4) image px; `objectness` (K,) in 0..1; `regions` (K, D) and `scene` (D,) unit
-    rows in the text encoder's space.
+    rows in the text encoder's space; `features` (C, h, w) what the backbone has of each part of
+    the image, bars of the letterbox and all, or (0, 0, 0) for a file that does not tell.
     """
 
     boxes_px: Floats
     objectness: Floats
     regions: Floats
     scene: Floats
+    features: Floats = NO_FEATURES
 
 
 class OpenDetector:
@@ -170,12 +174,13 @@ class OpenDetector:
         image, fit = letterbox(checked(rgb), *self.size)
         feed = np.ascontiguousarray(image.transpose(2, 0, 1)[None], np.float32)
         outputs = run(self._session, {self._input.name: feed}, self._path)
-        if len(outputs) != 4:
+        if len(outputs) not in (len(OUTPUTS), len(OUTPUTS) + 1):
             raise ModelFileError(
-                f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}"
+                f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}, and perhaps "
+                f"{FEATURES}"
             )
-        boxes, objectness, regions, scene = (out[0] for out in outputs)
-        return DetectorView(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, scene)
+        boxes, objectness, regions, *of_image = (out[0] for out in outputs)
+        return DetectorView(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, *of_image)
 
     def name(self, view: DetectorView) -> RawDetections:
         """Compare a view with the vocabulary."""
@@ -192,7 +197,7 @@ class OpenDetector:
         kept = select(view.boxes_px[place], scores, labels, across=1.0)
         boxes, regions = view.boxes_px[place[kept]], view.regions[place[kept]]
         return RawDetections(
-            boxes, scores[kept], labels[kept], regions, self.room(view), view.scene
+            boxes, scores[kept], labels[kept], regions, self.room(view), view.scene, view.features
         )
 
     def room(self, view: DetectorView) -> Floats:
@@ -230,7 +235,7 @@ def _direction(session: onnxruntime.InferenceSession, path: Path) -> Floats | No
         row = np.array(json.loads(written), np.float32)
     except (ValueError, TypeError):
         row = np.zeros(0, np.float32)
-    width = session.get_outputs()[-1].shape[-1]
+    width = next(o for o in session.get_outputs() if o.name == OUTPUTS[-1]).shape[-1]
     if row.shape != (width + 1,) or not np.isfinite(row).all():
         raise ModelFileError(
             f"{path}: {PHOTOGRAPHS} in its metadata is no list of {width + 1} numbers; make it "

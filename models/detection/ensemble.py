@@ -155,7 +155,9 @@ class DetectorEnsemble:
         domain = self.domain.believed
         one, places = fused(found, names, np.stack(knows), domain, self._weights)
         regions = _regions(places, at, said, view)
-        return one._replace(embeddings=regions, rooms=said.rooms, scene=said.scene)
+        return one._replace(
+            embeddings=regions, rooms=said.rooms, scene=said.scene, features=said.features
+        )
 
     def _whose_turn(self) -> list[str]:
         """Those of this domain, and others that have a word for what those have none for; in

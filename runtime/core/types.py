@@ -110,6 +110,9 @@ class Detections:
     """(D,) unit embedding of the whole image in the text encoder's space, or (0,)."""
     depths_m: F32 = field(default_factory=lambda: np.zeros(0, np.float32))
     """(N,) depth of each object's own pixels where the detector knows it, else (0,)."""
+    features: F32 = field(default_factory=lambda: np.zeros((0, 0, 0), np.float32))
+    """(C, h, w) what the detector's backbone has of each part of the image, letterboxed and
+    centred to w : h, or (0, 0, 0)."""
 
 
 @dataclass

@@ -83,6 +83,7 @@ class SeekingDetector:
             raw.embeddings[keep],
             raw.rooms,
             raw.scene,
+            features=raw.features,
         )
 
     def likeness(self, embeddings: F32) -> F64:
