@@ -9,6 +9,11 @@ import click
 from runtime.errors import RfNavError
 
 COMMANDS = {
+    "beyond": (
+        "hil_sim.commands.beyond",
+        "beyond_command",
+        "What is seen toward frontiers, and what truly lies behind them.",
+    ),
     "decisions": (
         "hil_sim.commands.decisions",
         "decisions_command",

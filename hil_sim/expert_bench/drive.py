@@ -20,12 +20,22 @@ from hil_sim.ground_truth.witness import to_scene
 from hil_sim.scenes.format import Scene, SceneError
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
+from hil_sim.simulation.camera import Frame
 from hil_sim.simulation.protocol import HM3D
 from hil_sim.simulation.robot import Robot, act
 from runtime import navigate
 from runtime.core.objects.instances import Evidence
 from runtime.core.objects.semantic_map import SemanticMap
-from runtime.core.types import Action, Ballot, Decision, Frontier, Observation, Pose
+from runtime.core.types import (
+    Action,
+    Ballot,
+    Brief,
+    Decision,
+    Detections,
+    Frontier,
+    Observation,
+    Pose,
+)
 from runtime.core.world import World
 from runtime.navigate import NavigateConfig
 
@@ -39,6 +49,7 @@ NOTHING = "nothing"
 ASTRAY_M = 0.5
 """A frontier this far from true free space still counts as lying in it."""
 ORIGIN = Pose(0.0, 0.0, 0.0)
+Watch = Callable[[Observation, Detections, Pose, Frame], None]
 
 
 @dataclass(frozen=True)
@@ -55,6 +66,10 @@ class Stop:
         """Sorted by id."""
         found = (f for f in self.known.frontiers if math.isfinite(f.distance_m))
         return tuple(sorted(found, key=lambda f: f.id))
+
+    def told(self, cfg: NavigateConfig) -> Brief:
+        """What the experts would be told."""
+        return navigate.snapshot(self.known, self.why, cfg).brief
 
 
 def drive_home(
@@ -126,9 +141,10 @@ def stops(
     space: "FreeSpace",
     detector: BenchDetector,
     plan: BankPlan,
+    watch: Watch = lambda obs, seen, at, frame: None,
 ) -> Iterator[Stop]:
     """One drive: to the closest frontier or to a random one, as the seed has it. Yields where
-    there is a choice, some steps apart."""
+    there is a choice, some steps apart. `watch` sees every frame, and where it was truly taken."""
     rng = random.Random(f"questions/{plan.seed}/{home}/{number}")
     start, cfg = start_in(space, rng), detector.config.navigate
     robot, camera, known, asked, last = Robot(start), camera_of(HM3D), None, 0, -plan.apart
@@ -142,6 +158,7 @@ def stops(
             known = World.begin(NOTHING, detector.names, detector.models.rooms, odometry,
                                 cfg.robot.radius_m)  # fmt: skip
         seen = detector.see(world.scene, at, frame)
+        watch(obs, seen, at, frame)
         navigate.perceive(known, obs, seen, detector.config.camera, cfg)
         why = navigate.due(known, cfg)
         if why:

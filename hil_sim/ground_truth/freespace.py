@@ -193,7 +193,7 @@ def success_cells(
     """
     good = np.zeros(space.free.shape, bool)
     for index in instances(space.scene, goal):
-        near = space.free & (_distance_to(space, boxes[index]) <= SUCCESS_RANGE_M)
+        near = space.free & (distance_to(space, boxes[index]) <= SUCCESS_RANGE_M)
         middle = boxes[index].mean(axis=0)
         known: dict[tuple[int, int], bool] = {}
         for row, col in np.argwhere(near & ~good):
@@ -223,7 +223,7 @@ def instances(scene: Scene, goal: str) -> list[int]:
     return found
 
 
-def _distance_to(space: FreeSpace, footprint: Points) -> NDArray[np.float64]:
+def distance_to(space: FreeSpace, footprint: Points) -> NDArray[np.float64]:
     """(H, W) metres from each cell's middle to a footprint (4, 2)."""
     rows, cols = np.indices(space.free.shape)
     points = np.stack([cols.ravel(), rows.ravel()], axis=1) + 0.5

@@ -120,21 +120,30 @@ def best_views(
 def _best_view(
     frames: Sequence[Keyframe], poses: F64, cells_xy: F64, grid: NavigationMap | MapCopy
 ) -> KeyframeView:
+    found = best_frames(poses, cells_xy, grid, 1)
+    return (
+        KeyframeView(frames[found[0]].embedding, _marked(frames[found[0]], cells_xy))
+        if found
+        else KeyframeView()
+    )
+
+
+def best_frames(
+    poses: F64, cells_xy: F64, grid: NavigationMap | MapCopy, most: int
+) -> tuple[int, ...]:
+    """Of poses (N, 3) m, m, rad, those that show most of a frontier's cells (M, 2) m, the best
+    first, `most` of them; () when nothing shows any."""
     cells = cells_xy[np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)]
     worth = _worth(poses, cells)
     ranked = np.argsort(-worth.sum(axis=1), kind="stable")[:TRIED]
-    best, found = 0.0, -1
+    found: list[tuple[float, int]] = []  # how much is shown, less; the best first
     for n in ranked:
-        if worth[n].sum() <= best:
+        if worth[n].sum() <= (-found[most - 1][0] if len(found) >= most else 0.0):
             break
         shown = float(worth[n][_clear(grid, poses[n, :2], cells)].sum())
-        if shown > best:
-            best, found = shown, int(n)
-    return (
-        KeyframeView()
-        if found < 0
-        else KeyframeView(frames[found].embedding, _marked(frames[found], cells_xy))
-    )
+        if shown > 0.0:
+            found = sorted([*found, (-shown, int(n))], key=lambda f: f[0])[:most]
+    return tuple(n for _, n in found)
 
 
 def _worth(poses: F64, cells: F64) -> F64:

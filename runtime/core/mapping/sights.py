@@ -4,11 +4,14 @@ in the grid that the detector's backbone has them in, letterboxed and centred.""
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.types import F32, Intrinsics
+from runtime.core.geometry import map_to_optical, project
+from runtime.core.types import F32, F64, Intrinsics, Mount, Pose
 
 Index = NDArray[np.intp]
 FAR_M = 10.0
 """Depth beyond it says no more."""
+NEAREST_M = 0.05
+"""What stands nearer, or behind, is told at the image's edge."""
 STEP = 4
 """Every so many-th row and column of the depth image is looked at."""
 
@@ -31,6 +34,18 @@ def sight_depth(depth_m: F32, rows: int, cols: int) -> F32:
     mean = np.bincount(part, metres, count) / np.maximum(valid, 1)
     planes = np.stack((mean, valid / np.maximum(size, 1)))
     return planes.reshape(2, rows, cols).astype(np.float32)
+
+
+def way_of(
+    cells_xy: F64, pose: Pose, mount: Mount, k: Intrinsics, rows: int, cols: int
+) -> tuple[float, float]:
+    """Cells (N, 2) m of the map, a keyframe's pose and camera -> where their middle stands in it:
+    column of the letterboxed image, 0 left to 1 right; how far on the floor, m."""
+    x, y = cells_xy.mean(axis=0)
+    at = map_to_optical(np.array([[x, y, mount.z_m]]), pose, mount)
+    at[:, 2] = np.maximum(at[:, 2], NEAREST_M)
+    u_px = float(project(at, k)[0, 0])
+    return column_of(u_px, k, rows, cols), float(np.hypot(x - pose.x_m, y - pose.y_m))
 
 
 def column_of(u_px: float, k: Intrinsics, rows: int, cols: int) -> float:

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.mapping.keyframes import Keyframe, KeyframeView, best_views, keep, take
+from runtime.core.mapping.keyframes import (
+    Keyframe,
+    KeyframeView,
+    best_frames,
+    best_views,
+    keep,
+    take,
+)
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
 
 
@@ -89,3 +96,10 @@ def test_images_are_kept_when_asked_for_and_marked_where_the_frontier_is():
     red = np.argwhere((drawn[..., 2] > 180) & (drawn[..., 1] < 90))
     # 2 m ahead, 0.5 m to the left, on the floor 0.88 m below the camera
     assert red.mean(axis=0) == pytest.approx([120 + 160 * 0.44, 160 - 160 * 0.25], abs=2.0)
+
+
+def test_the_best_frames_are_told_in_order_and_only_those_that_show_it():
+    poses = np.array([[0, 0, 0], [1, 0, 0], [1.5, 0, math.pi], [0.5, 0, 0]], float)
+    assert best_frames(poses, at(3.0, 0.0), empty(), 2) == (1, 3)
+    assert best_frames(poses, at(3.0, 0.0), empty(), 9) == (1, 3, 0)
+    assert best_frames(poses[2:3], at(3.0, 0.0), empty(), 9) == ()

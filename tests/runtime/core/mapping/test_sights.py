@@ -1,8 +1,10 @@
+import math
+
 import numpy as np
 import pytest
 
-from runtime.core.mapping.sights import FAR_M, column_of, sight_depth
-from runtime.core.types import Intrinsics
+from runtime.core.mapping.sights import FAR_M, column_of, sight_depth, way_of
+from runtime.core.types import Intrinsics, Mount, Pose
 
 
 def camera(width: int, height: int) -> Intrinsics:
@@ -41,3 +43,15 @@ def test_a_tall_image_leaves_the_outer_columns_empty():
     _, known = sight_depth(np.full((640, 480), 1.0, np.float32), 6, 8)
     assert known[:, [0, 7]].max() == 0.0
     assert known[:, 3:5].min() == 1.0
+
+
+def test_where_a_frontier_stands_in_a_keyframe():
+    k, mount = camera(640, 480), Mount(0.1, 0.0, 0.88, 0.0, 0.2, 0.0)
+    pose = Pose(1.0, 2.0, math.pi / 2)
+    ahead = np.array([[0.9, 4.0], [1.1, 4.0]])
+    column, range_m = way_of(ahead, pose, mount, k, 6, 8)
+    assert (column, range_m) == pytest.approx((0.5, 2.0), abs=2e-3)
+    left, _ = way_of(ahead - (0.5, 0.0), pose, mount, k, 6, 8)
+    assert left < 0.4
+    behind, _ = way_of(ahead - (-0.5, 4.0), pose, mount, k, 6, 8)
+    assert behind == 1.0  # at the edge nearest to it

@@ -1,0 +1,89 @@
+"""`hil-sim beyond`: what robots see toward frontiers, and what truly lies behind them."""
+
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from pathlib import Path
+
+import click
+from tqdm import tqdm
+
+from hil_sim.expert_bench.bank import SIDES, side_of
+from hil_sim.scenes.robothor.metadata import APARTMENTS
+from hil_sim.simulation.quiet import keep_stdout_for_python
+from runtime.errors import RfNavError
+
+HOMES = "homes"
+
+
+@click.command(
+    "beyond",
+    epilog="Examples:  hil-sim beyond --out out/beyond/train --homes 250 --seed 200000 --replicas "
+    "|  hil-sim beyond --out out/beyond/dev --homes 40 --split val --seed 300000",
+)
+@click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--homes", default=100, show_default=True, type=click.IntRange(1))
+@click.option("--seed", default=0, show_default=True, type=click.IntRange(0), help="First home.")
+@click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
+@click.option("--replicas", is_flag=True,
+              help=f"Train replicas of RoboTHOR, of side {SIDES[0]}, among them.")  # fmt: skip
+@click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
+def beyond_command(
+    out: Path, homes: int, seed: int, split: str, replicas: bool, workers: int
+) -> None:
+    """Drive through homes with true object names, and keep, for each frontier, the views toward it
+    and what lies behind: to train the scene-layout expert on, and to judge it by.
+
+    A run that was interrupted goes on with the same command.
+    """
+    names = home_names(homes, seed, split, replicas)
+    folder = out / HOMES
+    folder.mkdir(parents=True, exist_ok=True)
+    todo = [name for name in names if not (folder / f"{name}.npz").exists()]
+    spawn = multiprocessing.get_context("spawn")
+    with (
+        tqdm(total=len(names), initial=len(names) - len(todo), unit="home", disable=None) as bar,
+        ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
+    ):
+        jobs = [pool.submit(make_home, folder / f"{name}.npz", name) for name in todo]
+        try:
+            for job in as_completed(jobs):
+                job.result()
+                bar.update()
+        except BrokenProcessPool:
+            raise RfNavError("a worker died (out of memory?); run again to go on") from None
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+    from hil_sim.expert_bench.views import read_views
+
+    homes_views = [read_views(folder / f"{name}.npz") for name in names]
+    rows, frames = (sum(len(column) for column in columns) for columns in (
+        [v.frame for v in homes_views], [v.room for v in homes_views]))  # fmt: skip
+    click.echo(f"{len(names)} homes in {folder}: {rows} views in {frames} frames")
+
+
+def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:
+    """Generated homes of seeds from `seed` on, every fifth one a replica while there are any."""
+    first = f"FloorPlan_{split.capitalize()}"
+    more = [n for n in APARTMENTS if n.startswith(first) and side_of(n) == SIDES[0]]
+    queue = sorted(more, key=lambda name: int(name.rpartition("_")[2])) if replicas else []
+    names = list[str]()
+    while len(names) < count:
+        if queue and len(names) % 5 == 4:
+            names.append(queue.pop(0))
+        else:
+            names.append(f"{split}-{seed}")
+            seed += 1
+    return names
+
+
+def make_home(path: Path, name: str) -> None:
+    """A worker's task: one home, and a process of its own, since EGL cannot draw a second one."""
+    keep_stdout_for_python()
+    import cv2
+
+    from hil_sim.expert_bench.views import make_views
+
+    cv2.setNumThreads(1)
+    make_views(path, name)
