@@ -40,6 +40,28 @@ def test_it_carries_the_bundle_and_installs_and_removes_by_its_scripts(tmp_path:
     assert run(out / "DEBIAN/postrm", "remove").returncode == 0
 
 
+def test_whatever_umask_it_is_made_with_everybody_may_read_what_it_installs(tmp_path: Path) -> None:
+    """Its folders are those of the system from / on, out of which nobody is to be shut."""
+    bundle, package, out = (tmp_path / name for name in ("bundle", "rf-nav.deb", "out"))
+    private = f"""
+        umask 077
+        mkdir -p {bundle}/wheels {bundle}/models/detector
+        touch {bundle}/wheels/rf_nav-1.2.3-cp311-abi3-any.whl {bundle}/models/detector/m.onnx
+        cp {ROOT}/deploy/*install.sh {bundle}
+        {SCRIPT} {bundle} {package}
+    """
+    done = run("bash", "-euc", private)
+    assert done.returncode == 0, done.stderr
+    assert run("dpkg-deb", "-e", package, out).returncode == 0
+    found = {path.name: path.stat().st_mode & 0o777 for path in out.iterdir()}
+    assert found == {"control": 0o644} | dict.fromkeys(("postinst", "prerm", "postrm"), 0o755)
+    listed = [line.split() for line in run("dpkg-deb", "-c", package).stdout.splitlines()]
+    assert len(listed) == 7 + 4  # folders, / among them, and files
+    for mode, *_, name in listed:
+        runs = name.endswith(("/", ".sh"))
+        assert mode[1:] == ("rwxr-xr-x" if runs else "rw-r--r--"), name
+
+
 def test_what_is_no_bundle_is_told_in_a_line(tmp_path: Path) -> None:
     done = run(SCRIPT, tmp_path, tmp_path / "x.deb")
     assert (done.returncode, done.stderr.count("\n")) == (2, 1)

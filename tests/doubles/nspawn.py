@@ -40,6 +40,7 @@ class Machine:
         self._root, self._log = work / "root", work / "console"
         for name in ("root", "changed", "work"):
             (work / name).mkdir()
+        (work / "changed").chmod(0o755)  # its mode is that of the machine's /
         layers = f"lowerdir={root_file_system()},upperdir={work}/changed,workdir={work}/work"
         command = ["mount", "-t", "overlay", "overlay", "-o", layers, str(self._root)]
         mounted = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -135,7 +135,7 @@ def life(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Life]:
         pytest.skip(f"THE SERVICE IS NOT TESTED: {why}")
     work, port = tmp_path_factory.mktemp("systemd"), free_port()
     bundle, newer = work / "bundle", work / "newer"
-    subprocess.run([ROOT / "scripts" / "bundle", bundle], check=True)
+    subprocess.run([ROOT / "scripts" / "bundle", bundle], check=True, umask=0o077)
     newer.mkdir()
     [wheel] = (bundle / "wheels").glob("rf_nav-*.whl")
     renamed(wheel, "99.0.0", newer)
@@ -156,6 +156,7 @@ def test_it_is_installed_from_wheels_and_a_second_time_changes_nothing(life: Lif
     assert done.returncode == 0, done.stderr
     assert "is installed; when /etc/rf-nav/robot.toml is your robot's" in done.stderr
     installed = machine.shell(EVERYTHING)
+    assert machine.shell("find /bundle /opt/rf-nav -not -type l -not -perm -004") == ""
     life.configure()
     again = machine.run("/bundle/install.sh")
     assert again.returncode == 0, again.stderr
