@@ -88,6 +88,7 @@ furnish() {
     install -d -m 0700 -o rf-nav -g rf-nav "$var/models"
     cp -rn "$models/." "$var/models/"
     chown -R rf-nav:rf-nav "$var/models"
+    chmod -R go= "$var/models" # as the service itself would leave them
   fi
   as_service "$place/bin/rfnav" models pull >/dev/null 2>"$place/said" ||
     fail "models: $(tail -1 "$place/said"); bring them with --models, or try again with a network"
