@@ -14,7 +14,7 @@ from runtime.core.voting.consensus import ConsensusConfig
 from runtime.experts.panel import Expert, Panel
 
 BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)))
-PATIENCE_S = 5.0  # of the tests, never reached when they pass
+PATIENCE_S = 20.0  # of the tests, never reached when they pass
 STRICT = ConsensusConfig()
 
 

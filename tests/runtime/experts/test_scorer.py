@@ -12,7 +12,7 @@ from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.experts.scorer import Scorer, Similarity
 
-PATIENCE_S = 5.0
+PATIENCE_S = 20.0
 CLOCK = SystemClock()
 NEVER = Deadline.never(CLOCK)
 

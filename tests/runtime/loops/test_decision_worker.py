@@ -13,7 +13,7 @@ from runtime.experts.panel import Panel
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest, DecisionWorker
 from runtime.navigate import NavigateConfig
 
-PATIENCE_S = 5.0  # of the tests, never reached when they pass
+PATIENCE_S = 20.0  # of the tests, never reached when they pass
 CFG = NavigateConfig()
 
 
