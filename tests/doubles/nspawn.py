@@ -95,7 +95,7 @@ class Machine:
         """A path in it, from here."""
         return Path(f"/proc/{self._init()}/root{path}")
 
-    def run(self, *command: str, timeout: float = 240.0) -> subprocess.CompletedProcess[str]:
+    def run(self, *command: str, timeout: float = 900.0) -> subprocess.CompletedProcess[str]:
         """A command in it, as root, to its end."""
         return subprocess.run(
             [*self.within, *command], capture_output=True, text=True, timeout=timeout, check=False,
