@@ -35,7 +35,7 @@ class Glance:
 
 
 @dataclass(frozen=True)
-class Sight:
+class Shot:
     """What the camera gives, and the truth: `rgb` (H, W, 3) and `depth_m` (H, W) with the
     protocol's noise; `true_depth_m` and `segmentation` (H, W) without."""
 
@@ -86,12 +86,12 @@ class CameraProcess:
         self._pipe.send(glance)
         self.busy = True
 
-    def seen(self) -> Sight | None:
+    def seen(self) -> Shot | None:
         """What was looked at, once it is there."""
         if not self._pipe.poll():
             return None
         self.busy = False
-        sight: Sight = self._receive()
+        sight: Shot = self._receive()
         return sight
 
     def _receive(self) -> Any:
@@ -133,4 +133,4 @@ def _serve(
             frame = world.render(at.x_m, at.y_m, at.yaw_rad, camera, p.tilt_rad)
             rng = generator(seed, episode, glance.number, "camera")
             rgb, depth_m = sense(frame, scene, p, glance.turning_radps, rng)
-            pipe.send(Sight(rgb, depth_m, frame.depth_m, frame.segmentation))
+            pipe.send(Shot(rgb, depth_m, frame.depth_m, frame.segmentation))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.driving.base_wires import CmdVelWire
-from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
+from hil_sim.driving.camera_process import CameraProcess, Glance, Shot
 from hil_sim.driving.episode_run import run_episode
 from hil_sim.driving.hazard_trials import (
     SEEN_PX,
@@ -132,7 +132,7 @@ class _Hazards(Mishaps):
         self._camera.look(glance)
         self.busy = self._camera.busy
 
-    def seen(self) -> Sight | None:
+    def seen(self) -> Shot | None:
         sight, glance, trial = self._camera.seen(), self._glance, self._trial
         self.busy = self._camera.busy
         if sight is not None and glance is not None and glance.bodies and trial is not None:

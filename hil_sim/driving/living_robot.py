@@ -12,7 +12,7 @@ from typing import Protocol as Port
 
 import zenoh
 
-from hil_sim.driving.camera_process import Glance, Sight
+from hil_sim.driving.camera_process import Glance, Shot
 from hil_sim.driving.realtime import CHARGE_S, FRAME_S, FULL_PERCENT, LONGEST_S, TICK_S, CameraPort
 from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered
@@ -178,7 +178,7 @@ class LivingRobot:
             at = self.robot.pose, self.robot.twist.w_radps, mishaps.bodies
             camera.look(Glance(when.step, *at))
 
-    def _show(self, when: When, robot: Robot, stamp_ns: int, sight: Sight) -> None:
+    def _show(self, when: When, robot: Robot, stamp_ns: int, sight: Shot) -> None:
         """Publish a frame as it was when it was asked for."""
         mate = self.mate
         self.frames += 1

@@ -17,7 +17,7 @@ from typing import Any
 from typing import Protocol as Port
 
 from hil_sim.driving.base_wires import BaseWire, CmdVelWire
-from hil_sim.driving.camera_process import CameraProcess, Glance, Sight
+from hil_sim.driving.camera_process import CameraProcess, Glance, Shot
 from hil_sim.driving.drawn_bounds import UNBOUND, DrawnBounds
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
@@ -60,7 +60,7 @@ class CameraPort(Port):
 
     def look(self, glance: Glance) -> None: ...
 
-    def seen(self) -> Sight | None: ...
+    def seen(self) -> Shot | None: ...
 
 
 def run_realtime(
@@ -249,7 +249,7 @@ def _listen(runtime: Runtime, state: _State) -> None:
             state.decisions = (*state.decisions, message)
 
 
-def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, sight: Sight) -> None:
+def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, sight: Shot) -> None:
     """Publish a frame as it was when it was asked for, and take note of what is known by now."""
     tally, robot, when = run.tally, frame.robot, frame.when
     run.witness.look(when.step, robot.pose, sight.true_depth_m, sight.segmentation)
@@ -271,7 +271,7 @@ def _deliver(run: EpisodeRun, runtime: Runtime, state: _State, frame: _Frame, si
     state.decisions, state.collisions = (), tally.robot.collisions
 
 
-def _publish(run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Sight) -> None:
+def _publish(run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sight: Shot) -> None:
     protocol, stamp_ns = run.protocol, sensed.stamp_ns
     scanner = run.home.scan if protocol.laser else None
     if scanner is not None:

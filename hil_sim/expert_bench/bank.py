@@ -2,11 +2,13 @@
 
 A moment is a partial map as the robot had it; it is one question for each goal that was not on the
 map yet. A bank is a folder: `bank.json` says how it was made, `homes/NAME.jsonl.gz` holds the
-moments of one home, one a line after a line about the home.
+moments of one home, one a line, after a line about the home and one with what keyframes showed,
+which many frontiers share.
 """
 
 import base64
 import gzip
+import hashlib
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -18,10 +20,10 @@ import numpy as np
 from cattrs.preconf.json import make_converter
 
 from hil_sim.scenes.open import is_replica
-from runtime.core.types import Brief, Frontier, FrontierBrief, NearbyObject
+from runtime.core.types import F16, Brief, Frontier, FrontierBrief, NearbyObject, Sight
 from runtime.errors import RfNavError
 
-FORMAT = "rf-nav-questions/1"
+FORMAT = "rf-nav-questions/2"
 PLAN_FILE, HOMES = "bank.json", "homes"
 CLEAN = "clean"
 EQUAL_M = 0.5
@@ -165,7 +167,9 @@ def questions_of(home: BankHome) -> Iterator[BenchQuestion]:
 def write_home(path: Path, home: BankHome) -> None:
     """Whole or not at all; equal homes give equal bytes."""
     head = {"format": FORMAT, "home": home.name, "left_out": home.left_out, "eyes": home.detector}
-    rows = [head, *(_row(moment) for moment in home.moments)]
+    looks = _Looks()
+    rows = [_row(moment, looks) for moment in home.moments]
+    rows = [head, looks.packed, *rows]
     text = "".join(json.dumps(row, separators=(",", ":")) + "\n" for row in rows)
     draft = path.with_name(f".{os.getpid()}-{path.name}")
     with draft.open("wb") as file, gzip.GzipFile("", "wb", 6, file, mtime=0) as packed:
@@ -180,15 +184,47 @@ def read_home(path: Path) -> BankHome:
             head, *rows = [json.loads(line) for line in file]
         if head["format"] != FORMAT:
             raise RfNavError(f"{path}: format is {head['format']!r}; this version reads {FORMAT!r}")
-        moments = tuple(_moment(head["home"], row) for row in rows)
+        looks = {name: _look(told) for name, told in rows[0].items()}
+        moments = tuple(_moment(head["home"], row, looks) for row in rows[1:])
         return BankHome(head["home"], moments, head["left_out"], head["eyes"])
     except (OSError, EOFError, ValueError, KeyError, TypeError) as error:
         raise RfNavError(f"{path}: not a home's questions ({error}); remove it") from error
 
 
-def _row(moment: Moment) -> dict[str, Any]:
+@dataclass
+class _Looks:
+    """What keyframes showed, packed, by what it is called in the file."""
+
+    packed: dict[str, Any] = field(default_factory=dict)
+    names: dict[bytes, str] = field(default_factory=dict)
+
+    def told(self, sight: Sight | None) -> dict[str, object] | None:
+        if sight is None:
+            return None
+        raw = sight.features.tobytes() + sight.depth.tobytes()
+        name = self.names.setdefault(hashlib.blake2b(raw).digest(), str(len(self.names)))
+        if name not in self.packed:
+            both = np.concatenate((sight.features, sight.depth))
+            self.packed[name] = {"shape": both.shape, "values": _packed(both)}
+        return {"look": name, "column": sight.column, "range_m": sight.range_m}
+
+
+def _look(told: Mapping[str, Any]) -> F16:
+    """(C + 2, h, w) features and depth."""
+    return np.frombuffer(base64.b64decode(told["values"]), "<f2").reshape(told["shape"])
+
+
+def _sight(told: Mapping[str, Any] | None, looks: Mapping[str, F16]) -> Sight | None:
+    if told is None:
+        return None
+    both = looks[told["look"]]
+    return Sight(both[:-2], both[-2:], float(told["column"]), float(told["range_m"]))
+
+
+def _row(moment: Moment, looks: _Looks) -> dict[str, Any]:
     briefs = dict(moment.briefs)
     clean = briefs.pop(CLEAN)
+    bare = (replace(f, sight=None) for f in clean.frontiers)
     return {
         "drive": moment.drive,
         "step": moment.step,
@@ -196,7 +232,8 @@ def _row(moment: Moment) -> dict[str, Any]:
         "order": moment.order,
         "ids": moment.ids,
         "goal_xy": moment.goal_xy,
-        "brief": _CONVERTER.unstructure(clean),
+        "brief": _CONVERTER.unstructure(replace(clean, frontiers=tuple(bare))),
+        "sights": [looks.told(f.sight) for f in clean.frontiers],
         "objects": {  # what a perturbed brief has different
             name: [[vars(o) for o in f.objects] for f in brief.frontiers]
             for name, brief in sorted(briefs.items())
@@ -205,8 +242,11 @@ def _row(moment: Moment) -> dict[str, Any]:
     }
 
 
-def _moment(home: str, row: Mapping[str, Any]) -> Moment:
+def _moment(home: str, row: Mapping[str, Any], looks: Mapping[str, F16]) -> Moment:
     clean = _CONVERTER.structure(row["brief"], Brief)
+    sights = [_sight(told, looks) for told in row["sights"]]
+    seen = (replace(f, sight=s) for f, s in zip(clean.frontiers, sights, strict=True))
+    clean = replace(clean, frontiers=tuple(seen))
     briefs = {CLEAN: clean}
     for name, told in row["objects"].items():
         changed = (_with(f, rows) for f, rows in zip(clean.frontiers, told, strict=True))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from runtime.core.geometry import GridFrame, placed, seen_from
 from runtime.core.mapping.drops import DROP_AT
 from runtime.core.mapping.grid import MISS, OCCUPIED_AT, MapCopy, NavigationMap
-from runtime.core.mapping.keyframes import KEYFRAMES_KEPT, NO_IMAGE, Keyframe
+from runtime.core.mapping.keyframes import KEYFRAMES_KEPT, Keyframe
 from runtime.core.mapping.laser_layer import HELD_AT
 from runtime.core.mapping.windows import Window, part_frame
 from runtime.core.objects.instances import ASSOCIATE_M, Evidence, Instance
@@ -71,7 +71,7 @@ def keepsake_of(world: World, on: Pose, looks: str) -> Keepsake:
         semantic.room_names,
         semantic.rooms[:, *window].copy(),
         tuple(_bare(thing) for thing in sorted(things, key=lambda i: i.id)),
-        tuple(replace(k, image=NO_IMAGE, intrinsics=None, mount=None) for k in world.keyframes),
+        tuple(k.bare() for k in world.keyframes),
         on,
         looks,
     )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from runtime.core.keys import key
 
+F16 = NDArray[np.float16]
 F32 = NDArray[np.float32]
 F64 = NDArray[np.float64]
 I32 = NDArray[np.int32]
@@ -154,6 +155,21 @@ class NearbyObject:
     distance_m: float
 
 
+UNWRITTEN = {"written": False}
+"""Metadata of a field that goes into no journal and no recording: it is a picture, or follows from
+what is there."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A keyframe as an expert that sees is shown it toward one frontier. Equal to itself alone."""
+
+    features: F16  # (C, h, w) of the image's parts, as in `Detections`
+    depth: F16  # (2, h, w) of the same parts: mean depth, m, and the share that is known
+    column: float  # where the frontier is, 0 left to 1 right of the letterboxed image
+    range_m: float  # how far on the floor from where the robot stood
+
+
 @dataclass(frozen=True)
 class FrontierBrief:
     """What is known about one frontier."""
@@ -169,6 +185,8 @@ class FrontierBrief:
     kept."""
     doorway: bool = False  # it fills a gap between obstacles: what is behind is another room
     unknown_m2: float = 0.0  # unknown area behind it, close by
+    sight: Sight | None = field(default=None, compare=False, repr=False, metadata=UNWRITTEN)
+    """That keyframe toward it, where the detector tells what it saw; else None."""
 
 
 @dataclass(frozen=True)

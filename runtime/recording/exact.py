@@ -43,7 +43,11 @@ def exact(value: object) -> Any:
         case list() | tuple():
             return [exact(item) for item in value]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {f.name: exact(getattr(value, f.name)) for f in dataclasses.fields(value)}
+        return {
+            f.name: exact(getattr(value, f.name))
+            for f in dataclasses.fields(value)
+            if f.metadata.get("written", True)
+        }
     raise TypeError(f"a {type(value).__name__} is not recorded")
 
 

@@ -11,8 +11,10 @@ from typing import Any, Final, NamedTuple
 
 import numpy as np
 
+from runtime.core.mapping.keyframes import NO_PARTS
+from runtime.core.mapping.sights import halved
 from runtime.core.optics.upright import upright_mount
-from runtime.core.types import F32, Ballot, Decision
+from runtime.core.types import F32, Ballot, Decision, Detections
 from runtime.core.voting.explain import in_words
 from runtime.errors import SensorError
 from runtime.recording.exact import as_json, exact
@@ -37,7 +39,8 @@ class Draft(NamedTuple):
 
 @dataclass
 class Encoder:
-    """Values by kind -> messages. `colour`: whether images of it are written at all."""
+    """Values by kind -> messages. `colour`: whether images are written at all, or what a detector
+    saw of their parts, which is as telling."""
 
     bus: BusConfig
     camera: CameraConfig
@@ -53,6 +56,7 @@ class Encoder:
         special: dict[str, Callable[[Any], Iterator[Draft]]] = {
             "wire": self._wire,
             "frame": self._frame,
+            "detections": self._detections,
             "ballot": _ballot,
             "decision": _decision,
             "picture": self._picture,
@@ -95,6 +99,11 @@ class Encoder:
             "altered": frame.altered,
         }
         yield _ours("frame", told, obs.stamp_ns)
+
+    def _detections(self, seen: Detections) -> Iterator[Draft]:
+        """Parts of the image in half precision, as keyframes have them."""
+        parts = halved(seen.features) if self.colour else NO_PARTS
+        yield _ours("detections", {**vars(seen), "features": parts})
 
     def _color(self, frame: ConsumedFrame, camera: str) -> bytes:
         """A colour image as it came where that was compressed, else as a JPEG. `camera`: where its

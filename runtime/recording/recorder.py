@@ -230,7 +230,8 @@ def _parts(value: object) -> Iterable[object]:
         case Detections() | Picture():
             return vars(value).values()
         case {"brief": Brief(frontiers=frontiers)}:
-            return [part for f in frontiers for part in (f.image, f.view)]
+            seen = (part for f in frontiers if f.sight for part in vars(f.sight).values())
+            return [*(part for f in frontiers for part in (f.image, f.view)), *seen]
         case {"value": np.ndarray() as array}:
             return (array,)
     return ()

@@ -56,7 +56,7 @@ JSON_SCHEMAS: Final[dict[str, dict[str, Any]]] = {
     "rfnav.Heard": _object("A value that the loop was given in passing.", name=_TEXT, value=_ANY),
     "rfnav.Detections": _object(
         "What was seen in the frame before.", boxes_px=_TABLE, scores=_TABLE, labels=_TABLE,
-        embeddings=_TABLE, rooms=_TABLE, scene=_TABLE, depths_m=_TABLE,
+        embeddings=_TABLE, rooms=_TABLE, scene=_TABLE, depths_m=_TABLE, since={"features": _TABLE},
     ),
     "rfnav.Ballot": _object(
         "Votes as they came in, with what each expert said.", votes=_LIST, missing=_LIST,

@@ -2,7 +2,7 @@
 
 from corridor import Corridor
 
-from hil_sim.driving.camera_process import Glance, Sight
+from hil_sim.driving.camera_process import Glance, Shot
 from runtime.core.types import Pose
 
 
@@ -15,7 +15,7 @@ class Blink:
         self.busy = True
         self.glances.append(glance)
 
-    def seen(self) -> Sight:
+    def seen(self) -> Shot:
         self.busy = False
         view = Corridor().look(Pose(2.0, self.glances[-1].pose.y_m, 0.0))
-        return Sight(view.rgb, view.depth_m, view.depth_m, view.segmentation)
+        return Shot(view.rgb, view.depth_m, view.depth_m, view.segmentation)

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from full_disk import largest_file
+from sighted import sight
 
-from runtime.core.types import Absence, Action, Ballot, Decision, Missing, Vote
+from runtime.core.types import Absence, Action, Ballot, Decision, FrontierBrief, Missing, Vote
 from runtime.errors import ConfigError
 from runtime.journal import Journal, plain, read_journal, read_map, write_map
 
@@ -50,6 +51,12 @@ def test_plain_values() -> None:
     assert plain({"image": b"abc"}) == {"image": 3}
     with pytest.raises(TypeError, match="a object has no JSON form"):
         plain(object())
+
+
+def test_what_a_keyframe_shows_has_no_place_in_it() -> None:
+    told = plain(FrontierBrief(1, 2.0, (), (), sight=sight(0.5)))
+    assert "sight" not in told
+    assert told["unknown_m2"] == 0.0
 
 
 def test_a_directory_that_cannot_be_written_is_named(tmp_path: Path) -> None:

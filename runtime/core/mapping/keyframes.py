@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import cv2
@@ -13,7 +13,9 @@ from runtime.core.kernels import objects as kernels
 from runtime.core.kernels import walking
 from runtime.core.keys import key
 from runtime.core.mapping.grid import MapCopy, NavigationMap
+from runtime.core.mapping.sights import halved, sight_depth, way_of
 from runtime.core.types import (
+    F16,
     F32,
     F64,
     U8,
@@ -23,9 +25,11 @@ from runtime.core.types import (
     Mount,
     Observation,
     Pose,
+    Sight,
 )
 
 KEYFRAMES_KEPT = 200  # the oldest are forgotten
+KEYFRAMES_BYTES = 64 << 20  # of all of them
 MOVED_M = 0.3  # from every other, to be worth keeping
 TURNED_RAD = math.radians(25.0)  # or turned so far
 RANGE_M = (0.4, 5.0)  # to the frontier cells it shows
@@ -50,12 +54,14 @@ CELLS = 12  # of a frontier that are looked for in each image
 TRIED = 12  # images whose line of sight is checked, best first
 NOTHING = np.zeros(0, np.float32)
 NO_IMAGE = np.zeros((0, 0, 3), np.uint8)
+NO_PARTS = np.zeros((0, 0, 0), np.float16)
 
 
 @dataclass(frozen=True)
 class Keyframe:
     """An image's embedding (D,), where it was taken (map frame), and the image itself, (h, w, 3)
-    RGB, where images are kept, with what is needed to find a point of the map in it."""
+    RGB, where images are kept, with what is needed to find a point of the map in it. `features`
+    (C, h, w) and `depth` (2, h, w) of the image's parts, as a `Sight` has them, or (0, 0, 0)."""
 
     pose: Pose
     embedding: F32
@@ -63,26 +69,51 @@ class Keyframe:
     image: U8 = field(default_factory=lambda: NO_IMAGE)
     intrinsics: Intrinsics | None = None
     mount: Mount | None = None
+    features: F16 = field(default_factory=lambda: NO_PARTS)
+    depth: F16 = field(default_factory=lambda: NO_PARTS)
+
+    @property
+    def size_bytes(self) -> int:
+        """Of its arrays."""
+        held = self.embedding, self.image, self.features, self.depth
+        return sum(array.nbytes for array in held)
+
+    def bare(self) -> "Keyframe":
+        """Without any picture: pose, embedding, sharpness."""
+        return Keyframe(self.pose, self.embedding, self.sharpness)
 
 
 class KeyframeView(NamedTuple):
-    """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b""."""
+    """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b"", and what
+    the detector saw of the image's parts."""
 
     embedding: F32 = NOTHING
     jpeg: bytes = b""
+    sight: Sight | None = None
 
 
 def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
     """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is."""
-    sharpness = _sharpness(obs.rgb)
-    if not image_width_px:
-        return Keyframe(obs.pose, detections.scene, sharpness)
+    frame = Keyframe(obs.pose, detections.scene, _sharpness(obs.rgb))
+    if detections.features.size:
+        _, rows, cols = detections.features.shape
+        frame = replace(
+            frame,
+            intrinsics=obs.intrinsics,
+            mount=mount,
+            features=halved(detections.features),
+            depth=halved(sight_depth(obs.depth_m, rows, cols)),
+        )
+    return _with_image(frame, obs, mount, image_width_px) if image_width_px else frame
+
+
+def _with_image(frame: Keyframe, obs: Observation, mount: Mount, image_width_px: int) -> Keyframe:
     k = obs.intrinsics
     scale = image_width_px / k.width
     size = image_width_px, round(k.height * scale)
     image = np.asarray(cv2.resize(obs.rgb, size, interpolation=cv2.INTER_AREA), np.uint8)
     shrunk = Intrinsics(k.fx * scale, k.fy * scale, k.cx * scale, k.cy * scale, *size)
-    return Keyframe(obs.pose, detections.scene, sharpness, image, shrunk, mount)
+    return replace(frame, image=image, intrinsics=shrunk, mount=mount)
 
 
 def _sharpness(rgb: U8) -> float:
@@ -96,7 +127,7 @@ def _sharpness(rgb: U8) -> float:
 
 def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
-    them."""
+    them; what is too many or too much is forgotten, the oldest first."""
     at = frame.pose
     beside = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
     same = [f for f in beside if _alike(f.pose, at)]
@@ -106,6 +137,9 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
         frames.remove(old)
     frames.append(frame)
     del frames[:-KEYFRAMES_KEPT]
+    held = sum(f.size_bytes for f in frames)
+    while held > KEYFRAMES_BYTES and len(frames) > 1:
+        held -= frames.pop(0).size_bytes
 
 
 def best_views(
@@ -121,11 +155,21 @@ def _best_view(
     frames: Sequence[Keyframe], poses: F64, cells_xy: F64, grid: NavigationMap | MapCopy
 ) -> KeyframeView:
     found = best_frames(poses, cells_xy, grid, 1)
-    return (
-        KeyframeView(frames[found[0]].embedding, _marked(frames[found[0]], cells_xy))
-        if found
-        else KeyframeView()
-    )
+    if not found:
+        return KeyframeView()
+    frame = frames[found[0]]
+    return KeyframeView(frame.embedding, _marked(frame, cells_xy), sight_toward(frame, cells_xy))
+
+
+def sight_toward(frame: Keyframe, cells_xy: F64) -> Sight | None:
+    """What a keyframe shows toward a frontier's cells (N, 2) m; None where the detector did not
+    tell what it saw."""
+    k, mount = frame.intrinsics, frame.mount
+    if not frame.features.size or k is None or mount is None:
+        return None
+    _, rows, cols = frame.features.shape
+    column, range_m = way_of(cells_xy, frame.pose, mount, k, rows, cols)
+    return Sight(frame.features, frame.depth, column, range_m)
 
 
 def best_frames(

@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from runtime.core.geometry import map_to_optical, project
-from runtime.core.types import F32, F64, Intrinsics, Mount, Pose
+from runtime.core.types import F16, F32, F64, Intrinsics, Mount, Pose
 
 Index = NDArray[np.intp]
 FAR_M = 10.0
@@ -34,6 +34,12 @@ def sight_depth(depth_m: F32, rows: int, cols: int) -> F32:
     mean = np.bincount(part, metres, count) / np.maximum(valid, 1)
     planes = np.stack((mean, valid / np.maximum(size, 1)))
     return planes.reshape(2, rows, cols).astype(np.float32)
+
+
+def halved(values: F32) -> F16:
+    """In half precision; what is larger than it has becomes the largest that it has."""
+    most = float(np.finfo(np.float16).max)
+    return np.clip(values, -most, most).astype(np.float16)
 
 
 def way_of(

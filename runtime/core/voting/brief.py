@@ -113,6 +113,7 @@ def _frontier_brief(
         view.jpeg,
         door,
         round(unknown_m2, 2),
+        view.sight,
     )
 
 

@@ -9,7 +9,7 @@ distances of now.
 
 from dataclasses import replace
 
-from runtime.core.types import F32, Ballot, Brief, FrontierBrief
+from runtime.core.types import F32, Ballot, Brief, FrontierBrief, Sight
 
 SLOW_S = 0.1  # only when the votes before took so long, or were late
 EVERY_S = 1.0  # at most so often
@@ -17,6 +17,7 @@ CONFIDENCE_SLACK = 0.1  # an object's may differ so much
 DISTANCE_SLACK_M = 0.5  # and its distance from the frontier
 ROOMS_SLACK = 0.1  # total variation of two distributions over room types
 VIEW_SLACK = 0.05  # one minus the cosine of two views
+WAY_SLACK = 0.1, 0.5  # where a frontier stands in the view: share of its width, m
 UNKNOWN_SLACK_M2 = 0.5  # unknown area behind a frontier
 
 
@@ -63,7 +64,8 @@ def _differ(a: FrontierBrief, b: FrontierBrief) -> str:
         return "doorway"
     if abs(a.unknown_m2 - b.unknown_m2) > UNKNOWN_SLACK_M2:
         return "unknown area"
-    return "" if _same_view(a.view, b.view) else "view"
+    same = _same_view(a.view, b.view) and _same_way(a.sight, b.sight)
+    return "" if same else "view"
 
 
 def _same_objects(a: FrontierBrief, b: FrontierBrief) -> bool:
@@ -82,3 +84,10 @@ def _same_view(a: F32, b: F32) -> bool:
     if a.size != b.size:
         return False
     return not a.size or 1.0 - float(a @ b) <= VIEW_SLACK
+
+
+def _same_way(a: Sight | None, b: Sight | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    across, far_m = WAY_SLACK
+    return abs(a.column - b.column) <= across and abs(a.range_m - b.range_m) <= far_m

@@ -1,10 +1,13 @@
 """The files of a bank: what is written is read, equal homes are equal bytes, layouts stay whole."""
 
+import gzip
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from asked import moment
+from sighted import sight
 
 from hil_sim.expert_bench.bank import (
     CLEAN,
@@ -40,6 +43,32 @@ def test_a_home_is_read_as_it_was_written(tmp_path: Path) -> None:
     assert told[CLEAN].frontiers[0].view.tolist() == [0.5, -0.25]
     assert told["missing objects"].frontiers[0].view.tolist() == [0.5, -0.25]
     assert told[CLEAN].frontiers[1].view.size == 0
+
+
+def test_what_a_keyframe_showed_is_written_once(tmp_path: Path) -> None:
+    one = moment()
+    near, far = one.briefs[CLEAN].frontiers
+    shared = replace(one.briefs[CLEAN], frontiers=(near, replace(far, sight=sight(0.75, 4.0))))
+    path = tmp_path / "a"
+    told = replace(one, briefs={**one.briefs, CLEAN: shared})
+    write_home(path, BankHome("a", (told, told), {}, "e"))
+    lines = gzip.decompress(path.read_bytes()).splitlines()
+    _, looks, *moments = [json.loads(line) for line in lines]
+    assert list(looks) == ["0"]
+    assert [[s["look"] for s in m["sights"]] for m in moments] == [["0", "0"]] * 2
+    first, second = read_home(path).moments[1].briefs["missing objects"].frontiers
+    assert first.sight is not None
+    assert second.sight is not None
+    assert (first.sight.features == sight(0.0).features).all()
+    assert (first.sight.depth == sight(0.0).depth).all()
+    assert (second.sight.column, second.sight.range_m) == (0.75, 4.0)
+    other = replace(near, sight=sight(0.25, mark=1)), replace(far, sight=None)
+    brief = replace(one.briefs[CLEAN], frontiers=other)
+    write_home(path, BankHome("a", (told, replace(one, briefs={CLEAN: brief})), {}, "e"))
+    first, second = read_home(path).moments[1].briefs[CLEAN].frontiers
+    assert first.sight is not None
+    assert first.sight.features[0, 0, 0] == 1.0
+    assert second.sight is None
 
 
 def test_equal_homes_are_equal_bytes(tmp_path: Path) -> None:

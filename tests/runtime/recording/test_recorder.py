@@ -13,10 +13,11 @@ import cv2
 import numpy as np
 import pytest
 from camera_messages import compressed_depth, compressed_image, png
+from sighted import sight
 
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Brief, Detections, FrontierBrief, Intrinsics, Observation, Pose
-from runtime.recording import drive_files
+from runtime.recording import drive_files, exact
 from runtime.recording import recorder as recording
 from runtime.recording.drive_files import WholeDrive
 from runtime.recording.messages import Encoder
@@ -220,8 +221,34 @@ def test_what_is_held_is_counted():
     assert 22_000 < held_bytes(seen) < 25_000
     asked = tuple(FrontierBrief(n, 1.0, (), (), few[n], b"an image" * 1000) for n in range(3))
     assert 30_000 < held_bytes({"why": "", "brief": Brief("toilet", 0, asked)}) < 33_000
+    toward = replace(
+        asked[0], sight=replace(sight(0.5), features=np.zeros((50, 10, 10), np.float16))
+    )
+    assert 10_000 < held_bytes({"brief": Brief("toilet", 0, (toward,))}) - 10_000 < 13_000
     mask, grid = np.zeros((100, 100), bool), GridFrame(0.0, 0.0, 0.05, 100, 100)
     assert held_bytes(Picture(0, grid, mask, mask, np.zeros((0, 2)), ())) > 20_000
+
+
+@pytest.mark.parametrize("colour", [True, False])
+def test_what_a_detector_saw_of_the_image_is_written_small_or_not_at_all(
+    tmp_path: Path, colour: bool
+):
+    """Where nobody is to see a home in it, no part of an image is written, nor a view of it."""
+    none, parts = np.zeros(0, np.float32), np.full((40, 2, 2), 1e9, np.float32)
+    seen = Detections(np.zeros((0, 4), np.float32), none, np.zeros(0, np.int32), none, none,
+                      features=parts)  # fmt: skip
+    recorder, shown = begun(tmp_path, colour), FrontierBrief(1, 1.0, (), (), sight=sight(0.5))
+    recorder("detections", seen)
+    recorder("question", {"why": "", "brief": Brief("toilet", 0, (shown,))})
+    recorder.close()
+    found = read(tmp_path)
+    told = json.loads(found["/loop/detections"][0].payload)
+    features = exact.read(told, Detections).features
+    assert features.dtype == np.float16
+    assert features.shape == ((40, 2, 2) if colour else (0, 0, 0))
+    assert np.isfinite(features).all()
+    (question,) = json.loads(found["/loop/question"][0].payload)["brief"]["frontiers"]
+    assert "sight" not in question
 
 
 def test_after_the_end_nothing_is_kept_in_memory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

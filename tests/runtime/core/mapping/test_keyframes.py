@@ -14,6 +14,7 @@ from runtime.core.mapping.keyframes import (
     best_frames,
     best_views,
     keep,
+    sight_toward,
     take,
 )
 from runtime.core.types import Detections, Intrinsics, Mount, Observation, Pose
@@ -42,6 +43,23 @@ def empty() -> NavigationMap:
     grid = NavigationMap.around(Pose(0, 0, 0), 0.18)
     grid.grow(np.array([0.0, 0.0]), 6.0)
     return grid
+
+
+def seen(features: np.ndarray) -> Detections:
+    none = np.zeros((0, 4), np.float32)
+    return Detections(
+        none, none[:, 0], none[:, 0].astype(np.int32), none, none[:, 0], features=features
+    )
+
+
+def observed() -> Observation:
+    k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
+    grey, depth = np.full((480, 640, 3), 90, np.uint8), np.full((480, 640), 2.0, np.float32)
+    return Observation(1, grey, depth, Pose(0, 0, 0), k)
+
+
+PARTS = np.arange(3 * 6 * 8, dtype=np.float32).reshape(3, 6, 8)
+NOTHING = np.zeros((0, 0, 0), np.float32)
 
 
 def test_the_nearest_that_faces_it_is_chosen():
@@ -83,13 +101,8 @@ def test_a_blurred_one_does_not_replace_a_sharp_one():
 
 
 def test_images_are_kept_when_asked_for_and_marked_where_the_frontier_is():
-    k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
-    grey = np.full((480, 640, 3), 90, np.uint8)
-    obs = Observation(1, grey, np.ones((480, 640), np.float32), Pose(0, 0, 0), k)
-    none = np.zeros((0, 4), np.float32)
-    seen = Detections(none, none[:, 0], none[:, 0].astype(np.int32), none, none[:, 0])
-    assert take(obs, seen, Mount(), 0).image.size == 0
-    kept = take(obs, seen, Mount(), 320)
+    assert take(observed(), seen(NOTHING), Mount(), 0).image.size == 0
+    kept = take(observed(), seen(NOTHING), Mount(), 320)
     assert kept.image.shape == (240, 320, 3)
     view = best_view([kept], at(2.0, 0.5), empty())
     drawn = cv2.imdecode(np.frombuffer(view.jpeg, np.uint8), cv2.IMREAD_COLOR)
@@ -103,3 +116,42 @@ def test_the_best_frames_are_told_in_order_and_only_those_that_show_it():
     assert best_frames(poses, at(3.0, 0.0), empty(), 2) == (1, 3)
     assert best_frames(poses, at(3.0, 0.0), empty(), 9) == (1, 3, 0)
     assert best_frames(poses[2:3], at(3.0, 0.0), empty(), 9) == ()
+
+
+@pytest.mark.parametrize("image_width_px", [0, 320])
+def test_what_the_detector_saw_is_shown_with_where_the_frontier_is_in_it(image_width_px: int):
+    kept = take(observed(), seen(PARTS), Mount(), image_width_px)
+    sight = best_view([kept], np.array([[2.0, 0.4], [2.0, 0.6]]), empty()).sight
+    assert sight is not None
+    assert (sight.features == PARTS).all()
+    assert (sight.depth[0] == 2.0).all()
+    assert (sight.depth[1] == 1.0).all()
+    assert sight.range_m == pytest.approx(math.hypot(2.0, 0.5))
+    assert sight.column == pytest.approx(0.5 - 0.25 * 320 / 640, abs=0.01)
+
+
+def test_a_keyframe_of_a_detector_that_does_not_tell_gives_no_sight():
+    bare = take(observed(), seen(NOTHING), Mount(), 0)
+    view = best_view([replace(bare, embedding=np.ones(1, np.float32))], at(2.0, 0.0), empty())
+    assert (view.embedding.tolist(), view.sight) == ([1.0], None)
+    told = take(observed(), seen(PARTS), Mount(), 320)
+    assert sight_toward(told, at(2.0, 0.0)) is not None
+    assert sight_toward(told.bare(), at(2.0, 0.0)) is None
+
+
+def test_what_half_precision_has_no_number_for_stays_finite():
+    kept = take(observed(), seen(PARTS * np.float32(1e6)), Mount(), 0)
+    assert np.isfinite(kept.features).all()
+    assert kept.features.max() == np.finfo(np.float16).max
+
+
+def test_keyframes_take_no_more_memory_than_they_may(monkeypatch: pytest.MonkeyPatch):
+    one = take(observed(), seen(PARTS), Mount(), 320)
+    monkeypatch.setattr("runtime.core.mapping.keyframes.KEYFRAMES_BYTES", 2 * one.size_bytes)
+    assert one.size_bytes == 320 * 240 * 3 + 5 * 6 * 8 * 2
+    frames: list[Keyframe] = []
+    for n in range(3):
+        keep(frames, replace(one, pose=Pose(2.0 * n, 0, 0)))
+    assert [f.pose.x_m for f in frames] == [2.0, 4.0]
+    keep(frames, replace(one, pose=Pose(6.0, 0, 0), image=np.zeros((1000, 999, 3), np.uint8)))
+    assert [f.pose.x_m for f in frames] == [6.0]  # the newest stays, however large

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sighted import sight
 
-from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject
+from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Sight
 from runtime.core.voting.rehearsal import (
     CONFIDENCE_SLACK,
     DISTANCE_SLACK_M,
@@ -114,3 +115,15 @@ def test_other_evidence_is_named(brief: Brief):
 def test_slow_votes_are_worth_preparing_and_only_whole_ballots_stand(ballot, slow, whole):
     assert worthwhile(ballot) is slow
     assert complete(ballot) is whole
+
+
+def test_where_a_frontier_stands_in_the_view_may_be_off_a_little():
+    def told(seen: Sight | None) -> Brief:
+        return Brief("toilet", 0, (FrontierBrief(1, 1.0, (), (), VIEW, sight=seen),))
+
+    before = told(sight(0.5, 2.0))
+    assert differs(before, told(sight(0.55, 2.4))) == ""
+    assert differs(before, told(sight(0.65, 2.0))) == "other view at frontier 1"
+    assert differs(before, told(sight(0.5, 2.6))) == "other view at frontier 1"
+    assert differs(before, told(None)) == "other view at frontier 1"
+    assert differs(told(None), told(None)) == ""
