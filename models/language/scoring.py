@@ -1,7 +1,10 @@
-"""Small local language models, through llama.cpp: they score, log P(continuation | context)."""
+"""Small local language models, through llama.cpp: they score, log P(continuation | context), where
+the context may begin with vectors in place of words."""
 
+import ctypes
+import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +19,7 @@ CHUNK = 16
 ENDS = 96
 """Contexts whose next-word logits are kept (200 kB each, for 49,152 words): a new goal of one token
 is scored in all of them without the model."""
+Vectors = NDArray[np.float32]
 
 
 class LanguageModel:
@@ -39,30 +43,51 @@ class LanguageModel:
         import llama_cpp
 
         self._context = context
-        self.identity = f"{sha256(path)}/llama-cpp-python {llama_cpp.__version__}"
+        self.sha256 = sha256(path)
+        """Of its file."""
+        self.identity = f"{self.sha256}/llama-cpp-python {llama_cpp.__version__}"
         """What the scores depend on, but for the processor."""
-        self._cached: list[int] = []  # the last context's tokens
-        self._ends: dict[tuple[int, ...], _End] = {}  # of contexts, the newest last
+        self.width: int = self._llama.n_embd()
+        """Of a token's vector."""
+        self._cached: _Prefix | None = None  # the last context
+        self._ends: dict[_Prefix, _End] = {}  # of contexts, the newest last
 
-    def score(self, context: str, continuations: Sequence[str]) -> tuple[float, ...]:
+    def score(
+        self, context: str, continuations: Sequence[str], seen: Vectors | None = None
+    ) -> tuple[float, ...]:
         """Sum of log P over each continuation's tokens, given the context; natural logarithm.
 
-        A continuation should start with its space (" toilet").
+        A continuation should start with its space (" toilet"). `seen` (n, width): what stands
+        before the context, in the model's own space of tokens.
         """
-        prefix = self._tokens(context, first=True)
-        if not prefix:
+        words = self._tokens(context, first=seen is None)
+        if not words:
             raise ModelFileError("the context of a score is empty; give at least one word")
+        prefix = _Prefix(tuple(words)) if seen is None else self._prefix(seen, words)
         return tuple(self._one(prefix, self._tokens(text, first=False)) for text in continuations)
+
+    def _prefix(self, seen: Vectors, words: list[int]) -> "_Prefix":
+        seen = np.ascontiguousarray(seen, np.float32)
+        if seen.ndim != 2 or not len(seen) or seen.shape[1] != self.width:
+            raise ModelFileError(
+                f"what was seen is {seen.shape}, this model's tokens are (n, {self.width}); it was "
+                "made for another language model"
+            )
+        if not np.isfinite(seen).all():
+            raise ModelFileError("what was seen is not finite")
+        digest = hashlib.blake2b(seen.tobytes(), digest_size=16).digest()
+        return _Prefix(tuple(words), digest, seen)
 
     def _tokens(self, text: str, first: bool) -> list[int]:
         return list(self._llama.tokenize(text.encode(), add_bos=first, special=False))
 
-    def _one(self, prefix: list[int], tail: list[int]) -> float:
+    def _one(self, prefix: "_Prefix", tail: list[int]) -> float:
         if not tail:
             raise ModelFileError("a continuation to score is empty; give at least one word")
-        if len(prefix) + len(tail) > self._context:
+        size = len(prefix) + len(tail)
+        if size > self._context:
             raise ModelFileError(
-                f"{len(prefix) + len(tail)} tokens do not fit the context of {self._context}; "
+                f"{size} tokens do not fit the context of {self._context}; "
                 "shorten the prompt or raise the model's context"
             )
         end = self._end(prefix)
@@ -77,38 +102,70 @@ class LanguageModel:
             parts += list(rows[np.arange(len(tail) - 1), tail[1:]] - _totals(rows))
         return float(np.sum(parts))
 
-    def _end(self, prefix: list[int]) -> "_End":
+    def _end(self, prefix: "_Prefix") -> "_End":
         """What follows a context: kept, so that another word there costs no evaluation."""
-        key = tuple(prefix)
-        end = self._ends.pop(key, None)
+        end = self._ends.pop(prefix, None)
         if end is None:
             self._evaluate(prefix)
             row = np.array(self._llama.scores[len(prefix) - 1], np.float32)
             end = _End(row, float(_totals(row[None].astype(np.float64))[0]))
-        self._ends[key] = end
+        self._ends[prefix] = end
         if len(self._ends) > ENDS:
             del self._ends[next(iter(self._ends))]
         return end
 
-    def _evaluate(self, prefix: list[int]) -> None:
+    def _evaluate(self, prefix: "_Prefix") -> None:
         """Bring the logits and keys of a context into the cache, chunk by chunk."""
         if prefix == self._cached:
             return
-        shared = next(
-            (n for n, (a, b) in enumerate(zip(prefix, self._cached, strict=False)) if a != b),
-            min(len(prefix), len(self._cached)),
-        )
-        start = shared // CHUNK * CHUNK
-        self._cached = []
-        self._llama.n_tokens = start
-        for at in range(start, len(prefix), CHUNK):
-            self._llama.eval(prefix[at : at + CHUNK])
+        before, self._cached = self._cached, None
+        words = list(prefix.words)
+        if prefix.seen is None:
+            start = _shared(prefix, before) // CHUNK * CHUNK
+            self._llama.n_tokens = start
+        else:
+            start = 0
+            self._decode(prefix.seen)
+        for at in range(start, len(words), CHUNK):
+            self._llama.eval(words[at : at + CHUNK])
         self._cached = prefix
+
+    def _decode(self, seen: Vectors) -> None:
+        """Begin the cache with vectors, as if each were a token's own."""
+        import llama_cpp
+
+        n, context = len(seen), self._llama.ctx
+        llama_cpp.llama_memory_clear(llama_cpp.llama_get_memory(context), False)
+        batch = llama_cpp.llama_batch_init(n, self.width, 1)
+        try:
+            batch.n_tokens = n
+            ctypes.memmove(batch.embd, seen.ctypes.data, seen.nbytes)
+            for i in range(n):
+                batch.pos[i], batch.n_seq_id[i], batch.logits[i] = i, 1, 0
+                batch.seq_id[i][0] = 0
+            failed = llama_cpp.llama_decode(context, batch)
+        finally:
+            llama_cpp.llama_batch_free(batch)
+        if failed:
+            raise ModelFileError(f"llama.cpp: cannot take in what was seen (code {failed})")
+        self._llama.n_tokens = n
 
     def forget(self) -> None:
         """Drop what is cached, for a cold measurement."""
-        self._cached = []
+        self._cached = None
         self._ends.clear()
+
+
+@dataclass(frozen=True)
+class _Prefix:
+    """A context: its words' tokens, after vectors (n, width) that `digest` stands for, if any."""
+
+    words: tuple[int, ...]
+    digest: bytes = b""
+    seen: Vectors | None = field(default=None, compare=False, repr=False)
+
+    def __len__(self) -> int:
+        return len(self.words) + (0 if self.seen is None else len(self.seen))
 
 
 @dataclass(frozen=True)
@@ -124,3 +181,12 @@ def _totals(logits: NDArray[np.float64]) -> NDArray[np.float64]:
     top = logits.max(axis=1)
     totals: NDArray[np.float64] = top + np.log(np.exp(logits - top[:, None]).sum(axis=1))
     return totals
+
+
+def _shared(prefix: _Prefix, before: _Prefix | None) -> int:
+    """How many tokens two contexts of words have in common at the front."""
+    if before is None or before.seen is not None:
+        return 0
+    pairs = zip(prefix.words, before.words, strict=False)
+    most = min(len(prefix), len(before))
+    return next((n for n, (a, b) in enumerate(pairs) if a != b), most)

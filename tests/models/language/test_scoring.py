@@ -1,7 +1,10 @@
 """The language model's scores make sense and do not depend on what was cached."""
 
+import functools
 from pathlib import Path
 
+import gguf
+import numpy as np
 import pytest
 
 from models.errors import ModelFileError
@@ -57,6 +60,63 @@ def test_another_word_in_a_known_context_needs_no_evaluation(
     assert model.score(BATHROOM, [" toilet", " bed"]) == want
     with pytest.raises(AssertionError):
         model.score(BATHROOM, [" washing machine"])  # two tokens
+
+
+@functools.cache
+def table() -> gguf.ReaderTensor:
+    """Of all the model's tokens."""
+    tensors = gguf.GGUFReader(manifest.fetch("smollm2-135m")).tensors
+    return next(t for t in tensors if t.name == "token_embd.weight")
+
+
+def vectors(ids: list[int]) -> np.ndarray:
+    """(n, 576) of these tokens, as the model has them."""
+    return gguf.dequantize(table().data[ids], table().tensor_type)
+
+
+def test_vectors_that_are_words_are_read_as_these_words(
+    model: LanguageModel,
+) -> None:
+    """To the last bit: only where they begin and end is a batch of its own."""
+    llama, said = model._llama, "In the hotel bathroom there"
+    words, rest = model._tokens(said, first=False), model._tokens(" is a", first=False)
+    model.forget()
+    llama.n_tokens = 0
+    for part in (words, rest):
+        llama.eval(part)
+    logits = np.array(llama.scores[len(words) + len(rest) - 1], np.float64)
+    ids = [model._tokens(w, first=False)[0] for w in (" toilet", " stove")]
+    want = logits[ids] - np.log(np.exp(logits - logits.max()).sum()) - logits.max()
+    got = model.score(" is a", [" toilet", " stove"], vectors(words))
+    assert got == pytest.approx(want, abs=1e-9)
+    assert got[0] > got[1]
+
+
+def test_a_score_of_what_was_seen_does_not_depend_on_what_was_asked_before(
+    model: LanguageModel,
+) -> None:
+    bath, cook = (vectors(model._tokens(w, False)) for w in ("bathroom bathtub", "kitchen stove"))
+    asked = [" toilet", " washing machine"]
+    model.forget()
+    first = model.score(" and a", asked, bath)
+    other = model.score(" and a", asked, cook)
+    assert first[0] - other[0] > 1.0
+    words = model.score(BATHROOM, asked)
+    assert model.score(" and a", asked[::-1], bath) == first[::-1]
+    model.forget()
+    assert model.score(BATHROOM, asked) == words
+    assert model.score(" and a", asked[1:], cook) == other[1:]
+    assert model.score(BATHROOM, asked[1:]) == words[1:]
+
+
+def test_what_was_seen_must_be_made_for_this_model(model: LanguageModel) -> None:
+    for wrong in (np.zeros((8, 960)), np.zeros((0, 576)), np.zeros(576)):
+        with pytest.raises(ModelFileError, match="made for another language model"):
+            model.score(" and a", [" bed"], wrong.astype(np.float32))
+    with pytest.raises(ModelFileError, match="not finite"):
+        model.score(" and a", [" bed"], np.full((8, 576), np.nan, np.float32))
+    with pytest.raises(ModelFileError, match="do not fit the context of 128"):
+        model.score(" and a", [" bed"], np.zeros((126, 576), np.float32))
 
 
 def test_what_cannot_be_scored_is_said_in_one_line(model: LanguageModel, tmp_path: Path) -> None:
