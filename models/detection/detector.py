@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -9,6 +10,7 @@ import numpy as np
 import onnxruntime
 from numpy.typing import NDArray
 
+from models.checksum import sha256
 from models.detection.boxes import letterbox
 from models.detection.calibration import calibrated, read_constants, sigmoid, softmax
 from models.detection.clip import ClipDetector
@@ -146,6 +148,7 @@ class OpenDetector:
         self._photographs = _direction(session, path)
         self._input = session.get_inputs()[0]
         self.size = image_size(self._input.shape, path)
+        self.tells_features = len(session.get_outputs()) > len(OUTPUTS)
         self._text: ClassText | None = None
         self._rooms: Floats = np.zeros((0, encoder.dimension), np.float32)
         self.capabilities: dict[str, Any] = {
@@ -155,6 +158,11 @@ class OpenDetector:
             "embeddings": True,
             "classes": None,
         }
+
+    @cached_property
+    def sha256(self) -> str:
+        """Of its file."""
+        return sha256(self._path)
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
         """Embed the names; the next frames are compared with them."""

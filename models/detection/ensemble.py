@@ -99,6 +99,11 @@ class DetectorEnsemble:
         return next(iter(self._ours.values()), None)
 
     @property
+    def features_of(self) -> tuple[str, ...]:
+        """SHA-256 of each detector's file whose features may be told."""
+        return tuple(d.sha256 for d in self._ours.values() if d.tells_features)
+
+    @property
     def capabilities(self) -> dict[str, Any]:
         """Of all together; each one's own under `detectors`."""
         each = {name: d.capabilities for name, d in self.detectors.items()}

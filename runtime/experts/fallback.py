@@ -1,7 +1,8 @@
 """One expert on several rungs: the best is asked first, and the next below when it cannot answer.
 
 A rung that has nothing to go by, or sees no reason to prefer anything, has answered: none below is
-asked, and the expert abstains. One that is late, broken, at rest or talks nonsense has not.
+asked, and the expert abstains, with what those above it said. One that is late, broken, at rest or
+talks nonsense has not.
 """
 
 from collections.abc import Callable, Sequence
@@ -37,7 +38,8 @@ def with_fallback(name: str, rungs: Sequence[Rung]) -> Expert:
             if isinstance(outcome, Vote):
                 return replace(outcome, expert=name, rung=rung.name)
             if outcome.why.is_answer:
-                return replace(outcome, expert=name)
+                told = "; ".join([*causes, outcome.detail] if outcome.detail else causes)
+                return replace(outcome, expert=name, detail=told)
             causes.append(f"{rung.name}: {outcome.cause}")
         return Missing(name, Absence.NO_MODEL, "; ".join(causes))
 

@@ -6,7 +6,7 @@ room type or an object is asked about once, when it first appears, and decisions
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Protocol, Self
 
 import numpy as np
@@ -24,9 +24,15 @@ SHARED = 60  # characters in common from which on it pays to ask of two contexts
 
 
 class Likelihood(Protocol):
-    """log P(continuation | context), up to a constant per continuation."""
+    """log P(continuation | context), up to a constant per continuation. One that can be shown
+    something takes it as `seen`, (n, width), too."""
 
     def score(self, context: str, continuations: Sequence[str]) -> Sequence[float]: ...
+
+
+Shown = Mapping[str, F32]
+"""By the digest that questions carry, what stands before their context."""
+NOTHING_SHOWN: Shown = {}
 
 
 class Embedder(Protocol):
@@ -55,8 +61,8 @@ class Similarity:
 class _Job:
     """What one caller waits for. Guarded by the scorer's condition."""
 
-    def __init__(self, questions: Sequence[LikelihoodQuestion], by: Deadline) -> None:
-        self.questions = questions
+    def __init__(self, questions: Sequence[LikelihoodQuestion], by: Deadline, shown: Shown) -> None:
+        self.questions, self.shown = questions, shown
         self.waiting = deque(questions)  # those without a score yet, and perhaps some with
         self.by = by
         self.error: Exception | None = None
@@ -68,7 +74,8 @@ class Scorer:
 
     A rung whose model raises is left for good, and the next one answers: scores of different
     models are never mixed in one answer, for their scales differ. The first rung's scores are kept
-    in `file` too. `book` is told how long each prompt took, s, by the thread that owns the models.
+    in `file` too, unless they are of what was seen. `book` is told how long each prompt took, s, by
+    the thread that owns the models.
     """
 
     def __init__(
@@ -124,16 +131,20 @@ class Scorer:
             return len(self._cache)
 
     def answer(
-        self, questions: Iterable[LikelihoodQuestion], by: Deadline
+        self,
+        questions: Iterable[LikelihoodQuestion],
+        by: Deadline,
+        shown: Shown = NOTHING_SHOWN,
     ) -> dict[LikelihoodQuestion, float]:
-        """Scores by question; those the model did not reach by the deadline are left out.
+        """Scores by question; those the model did not reach by the deadline are left out. `shown`
+        must have all that the questions say was seen.
 
         Raises what the last rung's model raised.
         """
         wanted = list(dict.fromkeys(questions))
         with self._condition:
             name = self._rungs[0][0]
-            job = _Job(wanted, by)
+            job = _Job(wanted, by, shown)
             if all((name, q) in self._cache for q in wanted):
                 job.done = True
             else:
@@ -194,7 +205,7 @@ class Scorer:
                 self._condition.notify_all()  # some may have found their answers in the cache
             if not prompt:
                 continue
-            outcome = _score(model, prompt)
+            outcome = _score(model, prompt, job.shown if job is not None else NOTHING_SHOWN)
             self._book(self._clock.now_s() - self._began_s)
             with self._condition:
                 self._last = prompt[0].context
@@ -207,8 +218,8 @@ class Scorer:
         self._write()
 
     def _next_prompt(self) -> tuple[_Job | None, list[LikelihoodQuestion]]:
-        """Questions that share one context: of the caller who can be answered soonest, else of the
-        background."""
+        """Questions that share one context, and what was seen before it: of the caller who can be
+        answered soonest, else of the background."""
         while self._urgent:
             job = min(self._urgent, key=lambda j: len(j.waiting))  # the first of equals
             # Abandoned: its caller has gone. Nothing to take: answered in another's prompt.
@@ -229,9 +240,10 @@ class Scorer:
             waiting.clear()
             return []
         begun = self._last[:SHARED]
-        context = next((q.context for q in open_ if q.context[:SHARED] == begun), open_[0].context)
-        taken = [q for q in open_ if q.context == context]
-        rest = [q for q in open_ if q.context != context]
+        first = next((q for q in open_ if not q.seen and q.context[:SHARED] == begun), open_[0])
+        context = first.seen, first.context
+        taken = [q for q in open_ if (q.seen, q.context) == context]
+        rest = [q for q in open_ if (q.seen, q.context) != context]
         waiting.clear()
         waiting.extend(rest)
         return taken
@@ -256,8 +268,10 @@ class Scorer:
     def _save(
         self, name: str, prompt: list[LikelihoodQuestion], outcome: list[float] | Exception
     ) -> None:
-        """Write what is new to the file once nobody waits, or when it is much."""
-        if self._file is not None and name == self._first and not isinstance(outcome, Exception):
+        """Write what is new to the file once nobody waits, or when it is much; of what was seen
+        nothing is."""
+        kept = self._file is not None and name == self._first and not prompt[0].seen
+        if kept and not isinstance(outcome, Exception):
             self._unsaved += zip(prompt, outcome, strict=True)
         with self._condition:
             waiting = bool(self._urgent or self._background)
@@ -286,9 +300,13 @@ class Scorer:
             self._urgent.remove(job)
 
 
-def _score(model: Likelihood, prompt: list[LikelihoodQuestion]) -> list[float] | Exception:
+def _score(
+    model: Likelihood, prompt: list[LikelihoodQuestion], shown: Shown
+) -> list[float] | Exception:
+    digest = prompt[0].seen
     try:
-        values: Any = model.score(prompt[0].context, [q.continuation for q in prompt])
+        seen: Any = {"seen": shown[digest]} if digest else {}
+        values: Any = model.score(prompt[0].context, [q.continuation for q in prompt], **seen)
         scores = [float(v) for v in values]
         if len(scores) != len(prompt):
             raise ValueError(f"{len(scores)} scores for {len(prompt)} continuations")

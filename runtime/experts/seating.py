@@ -3,18 +3,23 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Final
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
-from runtime.core.voting.likelihood_experts import ExpertConfig
+from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
 from runtime.experts.cloud import RUNG, Bill, Cloud
 from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert
 from runtime.experts.reasoner import Reasoner
+from runtime.experts.scene_layout import SceneLayoutExperts
 
-LOCAL, EMBEDDING = "local", "embedding"
+LOCAL: Final = "local"
+LANGUAGE: Final = "language"
+HEAD: Final = "head"
+EMBEDDING: Final = "embedding"
 LOCAL_SHARE = 0.6
 """Of the time left, that a model on the robot has while another rung is below it."""
 CLOUD_SHARE = 0.85
@@ -33,7 +38,9 @@ class Seating:
     reasoner: Reasoner | None = None  # a large one
     vision: Reasoner | None = None  # one that sees
     looks_in_words: bool = False
+    layout: SceneLayoutExperts | str = ""  # a network that was taught views; else why there is none
     cloud: Cloud | None = None
+    layout_rung: SceneRung = EMBEDDING  # how SLE was last seated
     answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
     """By expert: the brief it last voted on, and by which rung."""
 
@@ -76,9 +83,10 @@ class Seating:
     def health(self) -> dict[str, object]:
         """For people: the rung that answered each expert last, what models said that failed, and
         what the cloud costs."""
+        errors = list(self.by_likelihood.scorer.errors) if self.by_likelihood is not None else []
         told: dict[str, object] = {
             "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
-            "errors": self.by_likelihood.scorer.errors if self.by_likelihood is not None else [],
+            "errors": [*errors, self.layout_error] if self.layout_error else errors,
         }
         return told if self.cloud is None else told | {"cloud": self.cloud.status()}
 
@@ -86,15 +94,28 @@ class Seating:
         """Calls of the cloud since this was asked last."""
         return self.cloud.bills() if self.cloud is not None else ()
 
+    @property
+    def layout_error(self) -> str:
+        """Why views are not judged as configured; "" when they are."""
+        if self.layout_rung == EMBEDDING:
+            return ""
+        if isinstance(self.layout, str):
+            return self.layout
+        return self.layout.mute if self.layout_rung == LANGUAGE else ""
+
     def experts(self, names: Sequence[str], cfg: ExpertConfig) -> dict[str, Expert]:
         """Those of these names, as `cfg` has them vote."""
         local, below = self._local(cfg), self.by_embedding.experts(cfg)
         below["sle"] = lambda brief, by: likelihood_experts.vote_scene(
             brief, self.likeness(brief), cfg
         )
+        rungs = {name: [local[name]] if name in local else [] for name in names}
+        if "sle" in rungs:
+            self.layout_rung = cfg.scene_layout
+            rungs["sle"] += self._by_layout(cfg)
         return {
-            name: self._noting(name, with_fallback(name, self._rungs(name, local, below)))
-            for name in names
+            name: self._noting(name, with_fallback(name, self._rungs(name, first, below[name])))
+            for name, first in rungs.items()
         }
 
     def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
@@ -108,17 +129,31 @@ class Seating:
         below = self.by_embedding if self.by_embedding.used else None
         return [experts for experts in (self.by_likelihood, below) if experts is not None]
 
-    def _rungs(
-        self, name: str, local: Mapping[str, Rung], below: Mapping[str, Expert]
-    ) -> list[Rung]:
-        rungs = [local[name]] if name in local else []
+    def _rungs(self, name: str, local: list[Rung], below: Expert) -> list[Rung]:
+        rungs = list(local)
         if self.cloud is not None:
             rungs.append(Rung(RUNG, self.cloud.expert(name), CLOUD_SHARE, self.cloud.ready))
-        return [*rungs, Rung(EMBEDDING, below[name])]
+        return [*rungs, Rung(EMBEDDING, below)]
+
+    def _by_layout(self, cfg: ExpertConfig) -> list[Rung]:
+        """SLE's by a network that was taught views, where it is to be asked."""
+        layout, share = self.layout, self._share()
+        if cfg.scene_layout == EMBEDDING:
+            return []
+        if isinstance(layout, str):
+            why = Missing("sle", Absence.NO_MODEL, layout)
+            return [Rung(cfg.scene_layout, lambda brief, by: why)]
+        head = Rung(HEAD, layout.head(cfg), share)
+        if cfg.scene_layout == HEAD:
+            return [head]
+        return [Rung(LANGUAGE, layout.language(cfg), share, layout.ready), head]
+
+    def _share(self) -> float:
+        return LOCAL_SHARE if self.cloud is None else self.cloud.cfg.local_share
 
     def _local(self, cfg: ExpertConfig) -> dict[str, Rung]:
         """The rungs of the language models on the robot."""
-        share = LOCAL_SHARE if self.cloud is None else self.cloud.cfg.local_share
+        share = self._share()
         table: dict[str, Rung] = {}
         if self.by_likelihood is not None:
             scorer = self.by_likelihood.scorer

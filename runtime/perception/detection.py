@@ -99,6 +99,10 @@ class SeekingDetector:
         """Of all detectors together; see models.detection.detections.Detector."""
         return self._all.capabilities
 
+    def features_of(self) -> tuple[str, ...]:
+        """SHA-256 of each file that may tell `Detections.features`."""
+        return self._all.features_of
+
     def domain(self) -> dict[str, object]:
         """What the images are taken for, as JSON."""
         return self._all.domain.told()

@@ -22,6 +22,7 @@ from runtime.experts.cloud import Bill, Cloud
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert, Panel
 from runtime.experts.reasoner import Reasoner
+from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seating
@@ -30,6 +31,7 @@ from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
 from runtime.perception.heard_goal import hear, hear_each, with_labels, words_of
 from runtime.perception.model_errors import models_told
+from runtime.perception.scene_layout import MODEL, Speaker, seat_layout
 
 TEXT_MODEL = "minilm"  # it embeds words and pictures' prompts; all classes are measured with it
 REPLY_TOKENS = 200  # of a model that reasons: a set of frontiers and a sentence are 60
@@ -52,6 +54,7 @@ class LoadedModels:
         self.rooms = vocabulary.rooms
         self._spoken = tuple(likelihood_experts.spoken_room(name) for name in vocabulary.rooms)
         self._seating: Seating | None = None
+        self._speaker: Speaker | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
         kept = manifest.cache_dir().parent / "embeddings.npz"
@@ -156,6 +159,7 @@ class LoadedModels:
         path = Path(self._models.score_file) if self._models.score_file else default_path()
         file = ScoreFile(path, local.identity)
         scorer = Scorer([(self._models.language, local)], self._clock, file, self._book)
+        self._speaker = Speaker(local.sha256, scorer)
         if file.error:  # nothing depends on it but how soon the experts answer
             say(file.error)
         return scorer
@@ -205,7 +209,24 @@ class LoadedModels:
     def seated(self, config: Config) -> dict[str, Expert]:
         """Those that the configuration names; they may be asked without a panel too."""
         names = config.panel.experts
-        return self._open_seating().experts(names, config.experts) if names else {}
+        if not names:
+            return {}
+        seating = self._open_seating()
+        if "sle" in names and config.experts.scene_layout != EMBEDDING and not seating.layout:
+            seating.layout = self._open_layout()
+        seats = seating.experts(names, config.experts)
+        if seating.layout_error:  # SLE goes on by the rung below
+            say(seating.layout_error)
+        return seats
+
+    def _open_layout(self) -> SceneLayoutExperts | str:
+        return seat_layout(
+            lambda: _file(MODEL),
+            self._detector.features_of(),
+            self._speaker,
+            lambda text: self._encoder.embed([text])[0],
+            self._models.threads,
+        )
 
     def _likeness(self, brief: Brief) -> dict[int, float]:
         """Cosine of each frontier's view with the goal's room prompt: the rung below a

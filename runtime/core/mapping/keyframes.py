@@ -35,6 +35,7 @@ TURNED_RAD = math.radians(25.0)  # or turned so far
 RANGE_M = (0.4, 5.0)  # to the frontier cells it shows
 HALF_VIEW_RAD = math.radians(34.0)  # they are well inside the image
 SHARP_SIZE = 120, 160  # rows and columns of the image whose edges tell how sharp it is
+ONE_COLOUR = 0.3  # no sharper than this shows nothing: a wall close by, a covered lens
 BLURRED = 0.6  # share of the older one's sharpness below which the older is kept
 
 
@@ -95,7 +96,7 @@ class KeyframeView(NamedTuple):
 def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
     """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is."""
     frame = Keyframe(obs.pose, detections.scene, _sharpness(obs.rgb))
-    if detections.features.size:
+    if detections.features.size and frame.sharpness > ONE_COLOUR:
         _, rows, cols = detections.features.shape
         frame = replace(
             frame,

@@ -17,6 +17,8 @@ WHO: Final = {
 ANSWERED_BY: Final = {
     "local": "the model on the robot",
     "cloud": "the model in the cloud",
+    "language": "the model on the robot, which was shown the views",
+    "head": "a network that was taught what lies beyond a view",
     "embedding": "the likeness of words, without a language model",
 }
 OBJECTS_TOLD: Final = 5  # near a frontier, the nearest; experts hear no more

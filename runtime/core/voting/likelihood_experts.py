@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
+from typing import Literal
 
 from runtime.core.keys import key
 from runtime.core.types import Absence, Brief, Missing, Vote
@@ -20,6 +21,9 @@ PRIOR_WEIGHT = 0.3  # of "nothing known", in objects right at the frontier
 VIEW_SCALE = 8.0  # nats per unit of cosine between a view and the goal
 UNKNOWN_WEIGHT = 0.5  # exponent of the unknown area behind a frontier, in its prior
 DOOR_WEIGHT = 0.7  # of what a doorway seems to lead to, against the room it is seen from
+
+
+SceneRung = Literal["head", "language", "embedding"]
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,13 @@ class ExpertConfig:
         research="experts_bar",
         within=(0.0, 100.0),
     )
+    scene_layout: SceneRung = key(
+        "embedding",
+        "How SLE judges a view without a model that sees: by a network that was taught what lies "
+        'beyond, "head", or "language", which shows the view to the language model; "embedding": '
+        "by its likeness to the goal's place, of which it was taught nothing.",
+        research="scene_layout",
+    )
     doubt: float = key(
         0.0, "A frontier of n is voted against when it is doubt / n or less; see `consensus_veto`.",
         research="experts_doubt",
@@ -48,10 +59,12 @@ class ExpertConfig:
 
 @dataclass(frozen=True)
 class LikelihoodQuestion:
-    """Score `continuation` after `context`; equal questions have equal answers and are memoised."""
+    """Score `continuation` after `context`; equal questions have equal answers and are memoised.
+    `seen`: a digest of what stands before the context in place of words, "" for nothing."""
 
     context: str
     continuation: str
+    seen: str = ""
 
 
 @dataclass(frozen=True)
@@ -84,6 +97,7 @@ DOORS = (
     "Next to the {thing}, through the door, is the",
     "The door of the {thing} leads to the",
 )
+VIEW = "the view toward it"
 LEAST_M2 = 0.2  # taken to be unknown behind any frontier
 SCENE = "a room with a {thing}"
 
@@ -148,14 +162,14 @@ def behind(rooms: Sequence[str], answers: Mapping[LikelihoodQuestion, float]) ->
 
 def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
     """O2F: which frontiers do the objects near them recommend?"""
-    return _vote("o2f", brief, object_evidence(brief, affinity), cfg)
+    return vote_where_known("o2f", brief, object_evidence(brief, affinity), cfg)
 
 
 def vote_rooms(
     brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig, doors: Doors = NO_DOORS
 ) -> Vote | Missing:
     """R2F: which frontiers do their room types, and what doors seem to lead to, recommend?"""
-    return _vote("r2f", brief, room_evidence(brief, affinity, doors), cfg)
+    return vote_where_known("r2f", brief, room_evidence(brief, affinity, doors), cfg)
 
 
 def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tuple[float, str]]:
@@ -210,7 +224,7 @@ def vote_scene(brief: Brief, likeness: Mapping[int, float], cfg: ExpertConfig) -
     """SLE without a vision-language model: which frontiers' views are like the goal's place?
     `likeness` is a cosine by frontier."""
     evidence = {i: VIEW_SCALE * cosine for i, cosine in likeness.items()}
-    return recommend("sle", brief, evidence, dict.fromkeys(evidence, "the view toward it"), cfg)
+    return recommend("sle", brief, evidence, dict.fromkeys(evidence, VIEW), cfg)
 
 
 def vote_both(
@@ -256,7 +270,7 @@ def recommend(
     return Vote(expert, chosen, tuple(p.items()), reason, against=against, reasons=reasons)
 
 
-def _vote(
+def vote_where_known(
     expert: str, brief: Brief, evidence: Mapping[int, tuple[float, str]], cfg: ExpertConfig
 ) -> Vote | Missing:
     """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from baseline_graphs import grounding_network
 
+from models.checksum import sha256
 from models.detection.detections import RawDetections
 from models.detection.detector import OpenDetector, open_detector
 from models.detection.domain import DomainSetting
@@ -123,8 +124,7 @@ def test_a_path_has_the_weights_of_the_model_that_it_is(
     assert list(found) == ["nanodet-g", str(other)]
 
 
-@pytest.fixture
-def ours(constant_graph, encoder: TextEncoder) -> OpenDetector:
+def our_graph(constant_graph, encoder: TextEncoder, **more: np.ndarray) -> Path:
     """Our contract: a sofa in BOX, another region without a name, and a scene like "kitchen"."""
     rows = encoder.embed(["sofa", "gravel", "kitchen"])
     row = np.zeros(rows.shape[1] + 1)
@@ -139,9 +139,28 @@ def ours(constant_graph, encoder: TextEncoder) -> OpenDetector:
         "format": "rf-nav-detector/1", "value.scale": "20", "value.bias": "-10",
         "value.room_scale": "10", "photographs": str(row.tolist()),
     }  # fmt: skip
-    found = open_detector(constant_graph(outputs, (64, 96), metadata), "rfnav", encoder)
+    path: Path = constant_graph(outputs | more, (64, 96), metadata)
+    return path
+
+
+@pytest.fixture
+def ours(constant_graph, encoder: TextEncoder) -> OpenDetector:
+    found = open_detector(our_graph(constant_graph, encoder), "rfnav", encoder)
     assert isinstance(found, OpenDetector)
     return found
+
+
+def test_which_file_tells_features_is_known_by_its_sum(
+    constant_graph, encoder: TextEncoder, ours: OpenDetector
+) -> None:
+    parts = np.arange(24, dtype=np.float32).reshape(1, 2, 3, 4)
+    path = our_graph(constant_graph, encoder, features=parts)
+    tells = open_detector(path, "rfnav", encoder)
+    both = DetectorEnsemble({"list": Sees(1, 0.7), "tells": tells}, weights=HOME)
+    both.set_vocabulary(CLASSES, ())
+    assert both.features_of == (sha256(path),)
+    assert (both.detect(FRAME).features == parts[0]).all()
+    assert DetectorEnsemble({"list": Sees(1, 0.7), "ours": ours}).features_of == ()
 
 
 def test_ours_tells_rooms_looks_and_the_domain(ours: OpenDetector) -> None:

@@ -51,6 +51,17 @@ def test_an_abstention_is_an_answer() -> None:
         assert expert(BRIEF, never()) == Missing("o2f", cause, "x")
 
 
+def test_who_abstains_says_why_those_above_could_not() -> None:
+    above = [
+        Rung("a", says(Missing("", Absence.LATE))),
+        Rung("b", says(vote(1)), ready=lambda by: False),
+    ]
+    for detail, told in (("", "a: late; b: not ready"), ("x", "a: late; b: not ready; x")):
+        below = Rung("c", says(Missing("", Absence.NO_EVIDENCE, detail)))
+        outcome = with_fallback("sle", [*above, below])(BRIEF, never())
+        assert outcome == Missing("sle", Absence.NO_EVIDENCE, told)
+
+
 def test_every_rung_says_why_it_could_not() -> None:
     def falls_over(brief: Brief, by: Deadline) -> Vote:
         raise RuntimeError("out\nof memory")

@@ -2,14 +2,17 @@
 
 import threading
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
 from manual_clock import ManualClock
+from taught_layout import ShownModel
 
 from runtime.clock import Deadline, SystemClock
 from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
+from runtime.experts.score_cache import ScoreFile
 from runtime.experts.scorer import Scorer, Similarity
 
 PATIENCE_S = 20.0
@@ -221,3 +224,26 @@ def test_similarity_ranks_like_the_cosine() -> None:
 
     near, far = Similarity(Letters()).score("aab", [" aa", " cc"])
     assert near > far + 5
+
+
+def test_what_is_shown_stands_before_its_own_questions_and_is_kept_in_memory_alone(
+    tmp_path: Path,
+) -> None:
+    model, file = ShownModel(), ScoreFile(tmp_path / "scores.sqlite", "m")
+    shown = {name: np.full((2, 4), mark, np.float32) for name, mark in (("a", 1), ("b", 2))}
+    asked = [LikelihoodQuestion("is a", w, s) for s in ("a", "b") for w in (" toilet", " lamp")]
+    with Scorer([("m", model)], CLOCK, file) as scorer:
+        first = scorer.answer(asked, NEVER, shown)
+        assert scorer.answer(asked, NEVER, shown) == first
+    assert [first[q] for q in asked] == [-8.0, -1.0, -7.0, -1.0]
+    assert model.shown == [1.0, 2.0]
+    assert ScoreFile(tmp_path / "scores.sqlite", "m").load() == {}
+
+
+def test_a_model_that_cannot_be_shown_anything_fails_as_others_do() -> None:
+    question = LikelihoodQuestion("is a", " toilet", "a")
+    with (
+        Scorer([("m", Counting())], CLOCK) as scorer,
+        pytest.raises(TypeError, match="seen"),
+    ):
+        scorer.answer([question], NEVER, {"a": np.zeros((2, 4), np.float32)})

@@ -7,20 +7,24 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from cloud_double import Server, answer, completion
 from manual_clock import ManualClock
+from sighted import sight
+from taught_layout import ShownModel, TaughtLayout
 
 from runtime.clock import Clock, Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
 from runtime.core.voting.consensus import ConsensusConfig
-from runtime.core.voting.likelihood_experts import ExpertConfig
+from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import SEATED, Panel
 from runtime.experts.reasoner import Reasoner
+from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
 from runtime.experts.seating import Seating
 
@@ -218,7 +222,8 @@ def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
         seats.looks_in_words = in_words
         assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "local")
     blind = Brief("toilet", 9, tuple(replace(f, image=b"") for f in BRIEF.frontiers))
-    assert seats.experts(SEATED, CFG)["sle"](blind, never()) == Missing("sle", Absence.NO_EVIDENCE)
+    outcome = seats.experts(SEATED, CFG)["sle"](blind, never())
+    assert outcome == Missing("sle", Absence.NO_EVIDENCE, "local: no images")
 
 
 def test_a_large_model_reasons_for_the_experts_of_words(stack: ExitStack) -> None:
@@ -236,3 +241,59 @@ def test_with_privacy_text_sle_stays_on_the_robot(stack: ExitStack, tmp_path: Pa
     assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "embedding")
     assert isinstance(seats.appeals(SEATED)["sle"](BRIEF, never()), Missing)
     assert server.requests == []
+
+
+SEEN = Brief(
+    "toilet",
+    10,
+    tuple(FrontierBrief(i, 1.0, (), (), sight=sight(0.5, mark=m)) for i, m in ((1, 1), (2, 6))),
+)
+UNSEEN = Brief("toilet", 11, tuple(replace(f, sight=None) for f in SEEN.frontiers))
+
+
+def taught(stack: ExitStack, rung: SceneRung, model: Any) -> tuple[Seating, ExpertConfig]:
+    seats = seated(stack, model)
+    seats.likeness = lambda brief: {1: 0.9, 2: 0.1}
+    scorer = seats.by_likelihood.scorer if seats.by_likelihood is not None else None
+    seats.layout = SceneLayoutExperts(
+        TaughtLayout(),
+        lambda text: np.ones(1, np.float32),
+        scorer,
+        "no words" if scorer is None else "",
+    )
+    return seats, replace(CFG, scene_layout=rung)
+
+
+@pytest.mark.parametrize("rung", ["head", "language", "embedding"])
+def test_views_are_judged_as_configured_and_by_their_likeness_else(
+    stack: ExitStack, rung: SceneRung
+) -> None:
+    seats, cfg = taught(stack, rung, ShownModel())
+    ask = seats.experts(SEATED, cfg)["sle"]
+    want = ((1,) if rung == "embedding" else (2,), rung)
+    assert voted(ask(SEEN, never())) == want
+    assert voted(ask(UNSEEN, never())) == ((1,), "embedding")
+    assert seats.health()["errors"] == []
+
+
+def test_where_the_language_model_cannot_be_shown_views_the_network_has_a_word_itself(
+    stack: ExitStack,
+) -> None:
+    seats, cfg = taught(stack, "language", Likes("sink"))  # which takes no views
+    assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((2,), "head")
+    silent, cfg = taught(stack, "language", None)
+    assert voted(silent.experts(SEATED, cfg)["sle"](SEEN, never())) == ((2,), "head")
+    assert silent.health()["errors"] == ["no words"]
+
+
+def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) -> None:
+    seats, cfg = taught(stack, "head", None)
+    seats.layout = "scene-layout.onnx: no such model file"
+    assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((1,), "embedding")
+    assert seats.health()["errors"] == ["scene-layout.onnx: no such model file"]
+    seats.likeness = lambda brief: NO_VIEWS
+    outcome = seats.experts(SEATED, cfg)["sle"](SEEN, never())
+    why = "head: scene-layout.onnx: no such model file"
+    assert outcome == Missing("sle", Absence.NO_EVIDENCE, why)
+    seats.experts(SEATED, CFG)
+    assert seats.health()["errors"] == []  # nobody wants it

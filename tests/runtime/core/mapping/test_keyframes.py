@@ -55,6 +55,7 @@ def seen(features: np.ndarray) -> Detections:
 def observed() -> Observation:
     k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
     grey, depth = np.full((480, 640, 3), 90, np.uint8), np.full((480, 640), 2.0, np.float32)
+    grey[::8, ::8] += 40
     return Observation(1, grey, depth, Pose(0, 0, 0), k)
 
 
@@ -137,6 +138,12 @@ def test_a_keyframe_of_a_detector_that_does_not_tell_gives_no_sight():
     told = take(observed(), seen(PARTS), Mount(), 320)
     assert sight_toward(told, at(2.0, 0.0)) is not None
     assert sight_toward(told.bare(), at(2.0, 0.0)) is None
+
+
+def test_a_picture_of_one_colour_shows_nothing():
+    plain = replace(observed(), rgb=np.full((480, 640, 3), 90, np.uint8))
+    assert take(observed(), seen(PARTS), Mount(), 0).features.size
+    assert not take(plain, seen(PARTS), Mount(), 0).features.size
 
 
 def test_what_half_precision_has_no_number_for_stays_finite():

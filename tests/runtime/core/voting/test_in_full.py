@@ -16,7 +16,7 @@ from runtime.core.voting.in_full import (
 )
 from runtime.experts.cloud import RUNG
 from runtime.experts.panel import EXPERTS
-from runtime.experts.seating import EMBEDDING, LOCAL
+from runtime.experts.seating import EMBEDDING, HEAD, LANGUAGE, LOCAL
 
 SINK = NearbyObject("sink", 0.83, 0.6)
 TOWEL = NearbyObject("towel", 0.7, 1.24)
@@ -172,4 +172,4 @@ def test_a_vote_on_what_the_brief_does_not_have_is_told_without_it():
 
 def test_experts_and_rungs_are_those_that_there_are():
     assert set(WHO) == set(EXPERTS)
-    assert set(ANSWERED_BY) == {LOCAL, RUNG, EMBEDDING}
+    assert set(ANSWERED_BY) == {LOCAL, RUNG, LANGUAGE, HEAD, EMBEDDING}

@@ -1,0 +1,53 @@
+"""The network that was taught what lies beyond a view, opened for SLE: only beside the detector
+whose features it was taught on, and with words only beside its own language model."""
+
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from models.errors import ModelFileError
+from models.language.scene_layout import SceneLayout
+from runtime.core.types import F32
+from runtime.experts.scene_layout import SceneLayoutExperts
+from runtime.experts.scorer import Scorer
+
+MODEL: Final = "scene-layout"  # as the manifest has it
+REMEDY: Final = 'or set research.scene_layout = "embedding"'
+
+
+class Speaker(NamedTuple):
+    """A language model that scores: its file's SHA-256, and who asks it."""
+
+    sha256: str
+    scorer: Scorer
+
+
+def seat_layout(
+    locate: Callable[[], Path],
+    detectors: Collection[str],
+    speaker: Speaker | None,
+    row: Callable[[str], F32],
+    threads: int,
+) -> SceneLayoutExperts | str:
+    """The experts, or in a line why they cannot be. `detectors`: SHA-256 of each file that may tell
+    features; `row`: text -> its (D,) embedding."""
+    try:
+        path = locate()
+        layout = SceneLayout(path, threads)
+    except ModelFileError as error:
+        return str(error)
+    if not detectors:
+        return f"{path}: none of models.detectors tells what it sees of a view; add one, {REMEDY}"
+    if any(sha256 != layout.detector for sha256 in detectors):
+        return f"{path}: made for another detector than models.detectors has; fetch both, {REMEDY}"
+    mute = _why_mute(layout, path, speaker)
+    return SceneLayoutExperts(layout, row, speaker.scorer if speaker and not mute else None, mute)
+
+
+def _why_mute(layout: SceneLayout, path: Path, speaker: Speaker | None) -> str:
+    """Why no language model can be shown views; "" where one can."""
+    if speaker is None:
+        return f"{path}: models.language does not score words, so views cannot be put before them"
+    if speaker.sha256 != layout.language:
+        return f"{path}: made for another language model than models.language"
+    return ""

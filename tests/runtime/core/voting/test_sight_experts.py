@@ -1,0 +1,59 @@
+"""SLE by what was seen toward frontiers: what it asks, and what it makes of the answers."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
+from runtime.core.voting.likelihood_experts import ExpertConfig, LikelihoodQuestion
+from runtime.core.voting.sight_experts import (
+    SIGHT_REFERENCES,
+    sight_evidence,
+    sight_questions,
+    vote_sights,
+)
+
+CFG, SAYS = ExpertConfig(), " Further on there is a"
+
+
+def answers(nats: dict[tuple[str, str], float]) -> dict[LikelihoodQuestion, float]:
+    return {LikelihoodQuestion(SAYS, f" {word}", seen): v for (seen, word), v in nats.items()}
+
+
+def scored(goal: dict[str, float], others: dict[str, float]) -> dict[LikelihoodQuestion, float]:
+    """By view the nats of a mug, and of all references."""
+    known = {(seen, word): others[seen] for seen in goal for word in SIGHT_REFERENCES}
+    return answers(known | {(seen, "mug"): nats for seen, nats in goal.items()})
+
+
+def test_each_view_is_asked_of_the_goal_and_of_the_references_once():
+    asked = sight_questions(SAYS, "bed", ("none", "a"))
+    assert {(q.seen, q.context) for q in asked} == {("none", SAYS), ("a", SAYS)}
+    assert [q.continuation for q in asked if q.seen == "a"] == [f" {w}" for w in SIGHT_REFERENCES]
+    assert len(sight_questions(SAYS, "mug", ("a",))) == 1 + len(SIGHT_REFERENCES)
+
+
+@given(st.floats(-9, 9), st.floats(-9, 9))
+def test_what_makes_every_word_likely_and_a_word_that_is_likely_anyway_are_no_evidence(
+    talkative: float, usual: float
+):
+    told = scored({"none": usual, "a": usual + talkative + 2.0}, {"none": 0.0, "a": talkative})
+    known = sight_evidence(SAYS, "mug", ("a",), "none", told)
+    assert known == {"a": pytest.approx(2.0)}
+
+
+def test_a_view_of_which_not_all_is_answered_has_no_evidence():
+    told = scored({"none": 0.0, "a": 1.0, "b": 3.0}, {"none": 0.0, "a": 0.0, "b": 0.0})
+    del told[LikelihoodQuestion(SAYS, " lamp", "b")]
+    assert sight_evidence(SAYS, "mug", ("a", "b"), "none", told) == {"a": 1.0}
+    del told[LikelihoodQuestion(SAYS, " mug", "none")]
+    assert sight_evidence(SAYS, "mug", ("a", "b"), "none", told) == {}
+
+
+def test_of_a_frontier_that_was_never_seen_nothing_is_known():
+    told = Brief("mug", 0, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2, 3)))
+    assert vote_sights(told, {2: -9.0}, CFG) == Missing("sle", Absence.NO_PREFERENCE)
+    good = vote_sights(told, {2: 2.0}, CFG)
+    assert isinstance(good, Vote)
+    assert (good.frontiers, good.reason) == ((2,), "2: the view toward it (0.93)")
+    assert vote_sights(told, {}, CFG) == Missing("sle", Absence.NO_EVIDENCE)

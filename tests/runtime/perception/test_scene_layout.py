@@ -1,0 +1,75 @@
+"""The network that was taught views is used beside what it was taught with, and nothing else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from taught_layout import ShownModel, TaughtLayout
+
+from models.errors import ModelFileError
+from runtime.clock import SystemClock
+from runtime.experts.scene_layout import SceneLayoutExperts
+from runtime.experts.scorer import Scorer
+from runtime.perception.scene_layout import Speaker, seat_layout
+
+PATH = Path("scene-layout.onnx")
+
+
+@pytest.fixture(autouse=True)
+def _as_it_was_taught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "runtime.perception.scene_layout.SceneLayout", lambda path, threads: TaughtLayout()
+    )
+
+
+def row(text: str) -> np.ndarray:
+    return np.ones(1, np.float32)
+
+
+def test_beside_its_detector_and_language_model_it_has_both_voices() -> None:
+    with Scorer([("small", ShownModel())], SystemClock()) as scorer:
+        told = seat_layout(lambda: PATH, ("detector",), Speaker("language", scorer), row, 1)
+        assert isinstance(told, SceneLayoutExperts)
+        assert (told.scorer, told.mute) == (scorer, "")
+
+
+@pytest.mark.parametrize(
+    ("detectors", "why"),
+    [
+        ((), "none of models.detectors tells what it sees of a view"),
+        (("other",), "made for another detector than models.detectors has"),
+        (("detector", "other"), "made for another detector than models.detectors has"),
+    ],
+)
+def test_beside_another_detector_it_is_not_used(detectors: tuple[str, ...], why: str) -> None:
+    told = seat_layout(lambda: PATH, detectors, None, row, 1)
+    assert isinstance(told, str)
+    assert told.startswith(f"scene-layout.onnx: {why}")
+    assert 'research.scene_layout = "embedding"' in told
+
+
+def test_beside_another_language_model_it_has_no_words() -> None:
+    with Scorer([("small", ShownModel())], SystemClock()) as scorer:
+        for speaker, why in (
+            (Speaker("other", scorer), "made for another language model than models.language"),
+            (None, "models.language does not score words"),
+        ):
+            told = seat_layout(lambda: PATH, ("detector",), speaker, row, 1)
+            assert isinstance(told, SceneLayoutExperts)
+            assert told.scorer is None
+            assert told.mute.startswith(f"scene-layout.onnx: {why}")
+
+
+def test_a_file_that_is_missing_or_damaged_is_said_in_a_line(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def missing() -> Path:
+        raise ModelFileError("scene-layout: no such model")
+
+    def damaged(path: Path, threads: int) -> TaughtLayout:
+        raise ModelFileError(f"{path}: not a usable ONNX file")
+
+    assert seat_layout(missing, ("detector",), None, row, 1) == "scene-layout: no such model"
+    monkeypatch.setattr("runtime.perception.scene_layout.SceneLayout", damaged)
+    told = seat_layout(lambda: PATH, ("detector",), None, row, 1)
+    assert told == "scene-layout.onnx: not a usable ONNX file"
