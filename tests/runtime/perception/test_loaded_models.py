@@ -1,5 +1,6 @@
 """The composition of models: which are loaded for which configuration, and what cannot be."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -313,3 +314,20 @@ def test_a_second_look_is_of_its_goal_alone(
         image[0, 0] = 0
         models.detect(image)
         assert len(looks) == 2  # the umbrella's second look goes on
+
+
+def test_a_scene_layout_that_is_not_there_is_said_once_a_goal_and_sle_goes_on_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("runtime.perception.loaded_models.MODEL", "/nowhere/layout.onnx")
+    config = configured(tmp_path, "research.scene_layout='head'", "panel.experts=['sle']")
+    with LoadedModels(config, SystemClock()) as models:
+        like = models._encoder.embed(["a room with a toilet"])[0]
+        near, far = BRIEF.frontiers
+        told = replace(BRIEF, frontiers=(replace(near, view=like), replace(far, view=-like)))
+        outcome = models.seated(config)["sle"](told, never())
+        assert isinstance(outcome, Vote)
+        assert (outcome.frontiers, outcome.rung) == ((4,), "embedding")
+        (error,) = models.health()["errors"]
+    assert str(error).startswith("/nowhere/layout.onnx: no such model file")
+    assert str(error) in capsys.readouterr().err
