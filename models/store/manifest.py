@@ -35,7 +35,8 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True)
 class ModelFile:
-    """One file of a model: its name in the cache, size, checksum and sources in order."""
+    """One file of a model: its name in the cache, size in bytes (0: not told, the checksum has to
+    do), checksum and sources in order."""
 
     name: str
     size: int
@@ -56,21 +57,23 @@ class Entry:
     contract: str
     style: str = "score"  # of a language or vision model: "score" or "reason"
     handler: str = ""  # of a vision model: see models/language/vision.py
+    terms: str = ""  # where its licence can be read, if that is not permissive
 
     @property
     def size(self) -> int:
-        """Bytes of all files."""
-        return sum(f.size for f in self.files)
+        """Bytes of all files; 0 where that of one is not known."""
+        return sum(f.size for f in self.files) if all(f.size for f in self.files) else 0
 
 
-def check_licence(name: str, licence: str, accepted: str, command: str) -> None:
-    """Raise ModelFileError unless a licence is permissive, or was `accepted` by its name."""
+def check_licence(name: str, licence: str, accepted: str, command: str, terms: str = "") -> None:
+    """Raise ModelFileError unless a licence is permissive, or was `accepted` by its name. `terms`:
+    where it can be read."""
     choices = [one.split(" AND ") for one in licence.split(" OR ")]
     permissive = any(all(part in PERMISSIVE for part in parts) for parts in choices)
     if not permissive and accepted.lower() != licence.lower():
         raise ModelFileError(
-            f"{name}: its licence is {licence}, which may ask something of you; when you have read "
-            f"it, `{command} --accept-licence {licence}`"
+            f"{name}: its licence is {licence}{f' ({terms})' if terms else ''}, which may ask "
+            f"something of you; when you have read it, `{command} --accept-licence {licence}`"
         )
 
 
@@ -106,7 +109,7 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
         files = tuple(
             ModelFile(
                 name=_file_name(f["name"]),
-                size=int(f["bytes"]),
+                size=int(f.get("bytes", 0)),
                 sha256=_text(f["sha256"]),
                 sources=tuple(sources.Source(**s) for s in f["sources"]),
             )
@@ -122,6 +125,7 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
             contract=_text(body.get("contract", "")),
             style=_text(body.get("style", "score")),
             handler=_text(body.get("handler", "")),
+            terms=_text(body.get("terms", "")),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         wrong = " ".join(str(error).split())[:200]
@@ -237,13 +241,15 @@ def _obtain(
     except ModelFileError:
         pass
     if not all(source.here for source in file.sources):
-        check_licence(model.name, model.licence, accepted, f"rfnav models pull {model.name}")
+        command = f"rfnav models pull {model.name}"
+        check_licence(model.name, model.licence, accepted, command, model.terms)
     target = cache_dir() / model.name / file.name
     failures = []
     for source in file.sources:
         try:
             with _arriving(target) as (work, partial):
-                sources.deliver(source, manifest.parent, work, partial, progress, file.size)
+                most = file.size or sources.MOST_BYTES
+                sources.deliver(source, manifest.parent, work, partial, progress, most)
                 _admit(partial, file, target)
             return target
         except ModelFileError as error:

@@ -23,6 +23,8 @@ from runtime.perception.progress_bar import Bar
 from runtime.perception.word_verdicts import by_default, word_verdicts
 
 FILE = click.Path(path_type=Path)
+TRAINED_FROM = ("backbone", "names")
+"""Tasks of models that a robot has no need of."""
 
 
 class ModelsGroup(click.Group):
@@ -44,7 +46,7 @@ def _chosen(names: tuple[str, ...], everything: bool) -> list[manifest.Entry]:
     return [
         e
         for e in manifest.load_manifest().values()
-        if e.default or (everything and e.task != "detector")
+        if e.default or (everything and e.task in TRAINED_FROM)
     ]
 
 
@@ -86,7 +88,7 @@ def list_models() -> None:
             state = str(manifest.locate(model.name))
         except ModelFileError:
             state = "not here or damaged"
-        size = f"{model.size / 1e6:.1f} MB"
+        size = f"{model.size / 1e6:.1f} MB" if model.size else "size ?"
         click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")
 
 

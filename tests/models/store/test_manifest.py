@@ -93,6 +93,47 @@ def test_what_is_not_permissive_is_fetched_when_it_is_accepted(home: Path) -> No
     assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT  # it is here now
 
 
+def test_where_a_licence_can_be_read_is_told(home: Path) -> None:
+    model = store.entry("lfm2.5-vl-450m")
+    with pytest.raises(ModelFileError) as error:
+        store.fetch(model.name)
+    assert str(error.value) == (
+        f"lfm2.5-vl-450m: its licence is lfm1.0 ({model.terms}), which may ask something of you; "
+        "when you have read it, `rfnav models pull lfm2.5-vl-450m --accept-licence lfm1.0`"
+    )
+    assert model.terms.startswith("https://huggingface.co/LiquidAI/")
+
+
+def test_a_file_whose_size_nobody_told_is_what_its_checksum_says(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = manifest(home, f'{{ url = "{(home / "far.bin").as_uri()}" }}')
+    path.write_text(path.read_text().replace(f"bytes = {len(CONTENT)}\n", ""))
+    assert store.entry("tiny", path).size == 0
+    (home / "far.bin").write_bytes(CONTENT + b"!")
+    with pytest.raises(ModelFileError, match="refused: sha256 is"):
+        store.fetch("tiny", manifest=path)
+    (home / "far.bin").write_bytes(CONTENT)
+    assert store.fetch("tiny", manifest=path).read_bytes() == CONTENT
+    monkeypatch.setattr(sources, "MOST_BYTES", 10)
+    shutil.rmtree(store.cache_dir())
+    with pytest.raises(ModelFileError, match="gives more than 10 bytes, which is refused"):
+        store.fetch("tiny", manifest=path)
+
+
+@pytest.mark.parametrize("name", ["smollm2-135m", "qwen3-0.6b", "smolvlm2-500m", "lfm2.5-vl-450m"])
+def test_models_by_url_are_pinned(name: str) -> None:
+    model = store.entry(name)
+    assert len(model.files) == (2 if model.task == "vision" else 1)
+    assert model.handler == ("mtmd" if model.task == "vision" else "")
+    for file in model.files:
+        assert len(file.sha256) == 64
+        for source in file.sources:
+            if source.url:
+                assert source.url.startswith("https://huggingface.co/")
+                assert source.url.endswith(f"/resolve/main/{file.name}")
+
+
 def test_the_next_source_is_tried(home: Path) -> None:
     (home / "far.bin").write_bytes(CONTENT)
     good = f'{{ url = "{(home / "far.bin").as_uri()}" }}'

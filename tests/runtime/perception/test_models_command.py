@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 from models.detection.trial import RENDERS
 from models.evaluation.sheet import GAP, HEIGHT, WIDTH
+from models.store import manifest
 from runtime import __main__ as program
 from runtime.errors import ModelError
 from runtime.perception.models_command import models_command
@@ -34,6 +35,27 @@ def test_a_fault_of_a_model_is_one_line_and_status_2(
     told = capsys.readouterr().err
     assert told.startswith("rfnav: nonesuch: no such model; known are ")
     assert told.count("\n") == 1
+
+
+def test_a_licence_that_is_not_accepted_is_one_line_and_status_2(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setattr(sys, "argv", ["rfnav", "models", "pull", "lfm2.5-vl-450m"])
+    with pytest.raises(SystemExit) as ended:
+        program.main()
+    assert ended.value.code == 2
+    told = capsys.readouterr().err
+    assert told.startswith("rfnav: lfm2.5-vl-450m: its licence is lfm1.0 (https://")
+    assert told.count("\n") == 1
+
+
+def test_what_only_training_needs_is_pulled_with_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    pulled: list[str] = []
+    monkeypatch.setattr(manifest, "fetch", lambda name, *_, **__: pulled.append(name))
+    CliRunner().invoke(models_command, ["pull", "--all"], catch_exceptions=False)
+    assert {"efficientnet-lite0", "imagenet-names", "minilm"} <= set(pulled)
+    assert {"smolvlm2-500m", "d-fine-n", "lfm2.5-vl-450m"}.isdisjoint(pulled)
 
 
 def test_what_sees_nothing_is_not_tried() -> None:
