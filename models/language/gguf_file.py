@@ -27,15 +27,18 @@ BLOCKS: Final = {
     24: (1, 1), 25: (1, 2), 26: (1, 4), 27: (1, 8), 28: (1, 8), 30: (1, 2),
 }  # fmt: skip
 ALIGNMENT: Final = "general.alignment"
+TOWERS: Final = (b"clip.vision.projector_type", b"clip.projector_type")
 LARGEST_ALIGNMENT: Final = 1 << 20
 
 
-def refuse_damaged(path: Path) -> None:
+def refuse_damaged(path: Path) -> str:
     """Raise ModelFileError where the head cannot be read, asks for what no model has, or names
-    weights beyond the end of the file."""
+    weights beyond the end of the file. Returns of a picture's tower which kind it is, else ""."""
     try:
         with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, prot=mmap.PROT_READ) as data:
-            _Head(data).check()
+            head = _Head(data)
+            head.check()
+            return head.tower
     except (OSError, ValueError, struct.error) as error:
         raise ModelFileError(
             f"{path}: not a GGUF file, or damaged ({error}); check the path or run `rfnav models "
@@ -48,6 +51,7 @@ class _Head:
 
     def __init__(self, data: mmap.mmap) -> None:
         self._data, self._at, self._alignment = data, 0, 32
+        self.tower = ""
 
     def check(self) -> None:
         if self._take(4) != MAGIC:
@@ -69,7 +73,9 @@ class _Head:
         if kind == ARRAY:
             self._array()
         elif kind == STRING:
-            self._string(STRING_BYTES)
+            text = self._string(STRING_BYTES)
+            if name in TOWERS:
+                self.tower = text.decode(errors="replace")
         elif kind not in SIZES:
             raise ValueError(f"a value of type {kind}")
         elif name == ALIGNMENT.encode():

@@ -1,8 +1,10 @@
 """Local vision-language models, through llama.cpp: a text GGUF and the mmproj GGUF that belongs to
-it, by the chat handlers that llama-cpp-python has."""
+it, by the chat handlers that llama-cpp-python has. Pictures are small, and may be encoded before
+anything is asked about them (pictures.py)."""
 
 import base64
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +13,7 @@ import numpy as np
 
 from models.errors import ModelFileError
 from models.language.gguf_file import refuse_damaged
+from models.language.pictures import EncodedPicture, Mtmd
 from models.language.reasoning import ReasoningModel
 
 HANDLERS = {
@@ -25,12 +28,15 @@ HANDLERS = {
     "obsidian": "ObsidianChatHandler",
     "qwen2.5-vl": "Qwen25VLChatHandler",
 }
+WHOLE_LAST = ("idefics3", "lfm2")
+"""Towers that are shown a picture's tiles, then the whole of it."""
 YES, NO = ("yes", "Yes", " yes", " Yes", "YES"), ("no", "No", " no", " No", "NO")
 
 
 class VisionModel(ReasoningModel):
-    """A language model that sees. Messages carry images as data URLs. One thread at a time may use
-    it. Raises ModelFileError when the two files or the handler do not go together."""
+    """A language model that sees. Messages carry images as data URLs. One thread at a time may ask
+    it, while another encodes. Raises ModelFileError when the two files or the handler do not go
+    together."""
 
     def __init__(
         self,
@@ -41,7 +47,8 @@ class VisionModel(ReasoningModel):
         context: int = 2048,
         gpu_layers: int = 0,
     ) -> None:
-        super().__init__(path, threads, context, gpu_layers, _handler(projector, handler))
+        self._handler, self._mtmd = _handler(projector, handler)
+        super().__init__(path, threads, context, gpu_layers, self._handler)
         self._yes, self._no = self._ids(YES), self._ids(NO)
         try:
             self.likes(_blank_question())
@@ -53,7 +60,32 @@ class VisionModel(ReasoningModel):
                 "the projector must be this model's own, and the handler its family's"
             ) from error
 
-    def likes(self, messages: list[dict[str, Any]], seconds: float = math.inf) -> float:
+    def encode(self, image: bytes) -> EncodedPicture:
+        """What its vision tower makes of an image file; seconds, on two cores. Raises
+        ModelFileError where it is none."""
+        from llama_cpp import llama_model_n_embd_inp
+
+        width = llama_model_n_embd_inp(self._llama.model)
+        return self._mtmd.encode(self._handler.mtmd_ctx, image, width)
+
+    def reply(
+        self,
+        messages: list[dict[str, Any]],
+        grammar: str,
+        max_tokens: int,
+        seconds: float = math.inf,
+        pictures: Sequence[EncodedPicture] = (),
+    ) -> str:
+        """As any does; those `pictures` that the messages show are not encoded again."""
+        with self._mtmd.knowing(pictures):
+            return super().reply(messages, grammar, max_tokens, seconds)
+
+    def likes(
+        self,
+        messages: list[dict[str, Any]],
+        seconds: float = math.inf,
+        pictures: Sequence[EncodedPicture] = (),
+    ) -> float:
         """Nats by which the answer is rather yes than no. Raises as `reply` does."""
         from llama_cpp import LogitsProcessorList
 
@@ -64,7 +96,7 @@ class VisionModel(ReasoningModel):
             return logits
 
         try:
-            with self._alarm.after(seconds):
+            with self._alarm.after(seconds), self._mtmd.knowing(pictures):
                 self._llama.create_chat_completion(
                     messages,
                     max_tokens=1,
@@ -89,18 +121,21 @@ def _mass(logits: Any, ids: list[int]) -> float:
     return float(np.logaddexp.reduce(values))
 
 
-def _handler(projector: Path, name: str) -> Any:
+def _handler(projector: Path, name: str) -> tuple[Any, Mtmd]:
+    """The binding's handler, and what it reaches llama.cpp's mtmd by."""
     from llama_cpp import _logger, llama_chat_format, mtmd_cpp
 
     if name not in HANDLERS:
         raise ModelFileError(f"vision handler {name}: unknown; known are {', '.join(HANDLERS)}")
     if not projector.is_file():
         raise ModelFileError(f"{projector}: no such mmproj file; check the path")
-    refuse_damaged(projector)
+    tower = refuse_damaged(projector)
     # It logs every image to stderr otherwise, whatever `verbose` says.
     mtmd_cpp.mtmd_log_set(_logger.llama_log_callback, None)
     mtmd_cpp.mtmd_helper_log_set(_logger.llama_log_callback, None)
-    return getattr(llama_chat_format, HANDLERS[name])(str(projector), verbose=False)
+    handler = getattr(llama_chat_format, HANDLERS[name])(str(projector), verbose=False)
+    handler._mtmd_cpp = mtmd = Mtmd(mtmd_cpp, whole_last=tower in WHOLE_LAST)
+    return handler, mtmd
 
 
 def _blank_question() -> list[dict[str, Any]]:

@@ -10,9 +10,10 @@ import cv2
 import gguf
 import numpy as np
 import pytest
-from mmproj import write_mmproj
+from mmproj import TILE_MARKS, write_mmproj
 
 from models.errors import ModelFileError
+from models.language.pictures import TOKENS
 from models.language.vision import HANDLERS, VisionModel
 from models.store import manifest
 
@@ -25,6 +26,11 @@ def picture(bgr: tuple[int, int, int]) -> dict[str, Any]:
     data = cv2.imencode(".jpg", np.full((60, 80, 3), bgr, np.uint8))[1].tobytes()
     url = f"data:image/jpeg;base64,{base64.b64encode(data).decode()}"
     return {"type": "image_url", "image_url": {"url": url}}
+
+
+def data(part: dict[str, Any]) -> bytes:
+    """The file that a picture's part shows."""
+    return base64.b64decode(part["image_url"]["url"].partition(",")[2])
 
 
 def asked(*parts: Any) -> list[dict[str, Any]]:
@@ -64,6 +70,23 @@ def test_several_pictures_in_one_question(model: VisionModel) -> None:
     assert json.loads(model.reply(message, GRAMMAR, max_tokens=30))["frontiers"] in ([2], [5])
 
 
+def test_what_is_encoded_before_is_answered_as_what_is_not(
+    model: VisionModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import llama_cpp.mtmd_cpp as mtmd
+
+    question = "Is it a bathroom? Answer yes or no."
+    alone = [model.likes(asked(p, question)) for p in (RED, BLUE)]
+    both = model.reply(asked(RED, BLUE, question), GRAMMAR, max_tokens=30)
+    encoded = [model.encode(data(p)) for p in (RED, BLUE)]
+    monkeypatch.setattr(mtmd, "mtmd_helper_eval_chunk_single", None)  # it would encode
+    assert [model.likes(asked(p, question), pictures=encoded) for p in (RED, BLUE)] == alone
+    assert model.reply(asked(RED, BLUE, question), GRAMMAR, 30, pictures=encoded) == both
+    assert encoded[0].nbytes == encoded[0].parts[0].size * 4 > 0
+    with pytest.raises(ModelFileError, match="what should be a picture is none"):
+        model.encode(b"no picture")
+
+
 def test_handlers_are_those_of_the_binding() -> None:
     from llama_cpp import llama_chat_format
 
@@ -101,14 +124,64 @@ def test_a_chat_template_with_pictures_is_followed(projector: Path, tmp_path: Pa
     model.close()
 
 
-def with_template(source: Path, target: Path, template: str) -> Path:
-    """A copy of a GGUF with another chat template."""
+@pytest.mark.slow
+def test_a_picture_in_tiles_is_shown_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As SmolVLM2 shows it: five times 16 tokens are too many, and 16 of them do."""
+    text = with_template(manifest.fetch("smollm2-135m"), tmp_path / "t.gguf", TEMPLATE, TILE_MARKS)
+    projector = write_mmproj(tmp_path / "tiled.gguf", kind="idefics3")
+    model = VisionModel(text, projector, "mtmd", threads=1, context=512)
+    heard = listened(model, monkeypatch)
+    encoded = model.encode(data(RED))
+    assert [part.shape for part in encoded.parts] == [(16, 576)]
+    alone = model.likes(asked(RED, "Red?"))
+    before, after = heard[1], heard[2]
+    assert (heard[0], before) == ("<|im_start|>user\n", "\n\n" + "".join(TILE_MARKS[:2]))
+    assert after.startswith(TILE_MARKS[0] + "Red?")
+    assert model.likes(asked(RED, "Red?"), pictures=[encoded]) == alone
+    model.close()
+
+
+@pytest.mark.slow
+def test_a_picture_of_many_pixels_is_few_tokens(tmp_path: Path) -> None:
+    """A tower that would make 234 tokens of it."""
+    text, projector = manifest.fetch("smollm2-135m"), tmp_path / "many.gguf"
+    write_mmproj(projector, kind="lfm2")
+    model = VisionModel(
+        with_template(text, tmp_path / "text.gguf", TEMPLATE), projector, "mtmd", context=512
+    )
+    large = cv2.imencode(".jpg", np.zeros((480, 640, 3), np.uint8))[1].tobytes()
+    (part,) = model.encode(large).parts
+    assert TOKENS[0] <= len(part) <= TOKENS[1]
+    model.close()
+
+
+def listened(model: VisionModel, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The texts that its language model is given from here on."""
+    heard: list[str] = []
+    llama = model._llama
+    given = llama.eval
+
+    def listen(tokens: Any) -> None:
+        heard.append(llama.detokenize(list(tokens), special=True).decode())
+        given(tokens)
+
+    monkeypatch.setattr(llama, "eval", listen)
+    return heard
+
+
+def with_template(source: Path, target: Path, template: str, words: tuple[str, ...] = ()) -> Path:
+    """A copy of a GGUF with another chat template, and `words` in place of some of its special
+    tokens that nobody uses."""
     reader = gguf.GGUFReader(str(source))
     writer = gguf.GGUFWriter(str(target), reader.fields["general.architecture"].contents())
     for name, field in reader.fields.items():
         if name.startswith("GGUF.") or name == "general.architecture":
             continue
         value = template if name == "tokenizer.chat_template" else field.contents()
+        if name == "tokenizer.ggml.tokens":
+            value = [*value[:3], *words, *value[3 + len(words) :]]
         kind = field.types[0]
         sub = field.types[-1] if kind == gguf.GGUFValueType.ARRAY else None
         writer.add_key_value(name, value, kind, sub_type=sub)
