@@ -171,6 +171,15 @@ class Sight:
 
 
 @dataclass(frozen=True)
+class InImage:
+    """Where a frontier is in the image that is kept of it."""
+
+    column: float  # 0 left to 1 right
+    row: float  # 0 top to 1 bottom
+    range_m: float  # how far on the floor from where the robot stood
+
+
+@dataclass(frozen=True)
 class FrontierBrief:
     """What is known about one frontier."""
 
@@ -181,12 +190,13 @@ class FrontierBrief:
     view: F32 = field(default_factory=lambda: np.zeros(0, np.float32), compare=False, repr=False)
     """(D,) embedding of the keyframe that looks toward it best, or (0,)."""
     image: bytes = field(default=b"", compare=False, repr=False)
-    """That keyframe as a JPEG, a marker on the floor where the frontier is; b"" when none is
-    kept."""
+    """That keyframe as a JPEG, b"" when none is kept."""
     doorway: bool = False  # it fills a gap between obstacles: what is behind is another room
     unknown_m2: float = 0.0  # unknown area behind it, close by
     sight: Sight | None = field(default=None, compare=False, repr=False, metadata=UNWRITTEN)
     """That keyframe toward it, where the detector tells what it saw; else None."""
+    in_image: InImage | None = field(default=None, compare=False, repr=False)
+    """Where it is in `image`; None where that is not known."""
 
 
 @dataclass(frozen=True)

@@ -3,15 +3,17 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import cv2
 import numpy as np
 
-from runtime.core.geometry import map_to_optical, project, wrap_angle
+from runtime.core.geometry import wrap_angle
 from runtime.core.kernels import objects as kernels
 from runtime.core.kernels import walking
 from runtime.core.keys import key
+from runtime.core.mapping.framing import framed, jpeg
 from runtime.core.mapping.grid import MapCopy, NavigationMap
 from runtime.core.mapping.sights import halved, sight_depth, way_of
 from runtime.core.types import (
@@ -20,6 +22,7 @@ from runtime.core.types import (
     F64,
     U8,
     Detections,
+    InImage,
     Intrinsics,
     Mask,
     Mount,
@@ -79,18 +82,24 @@ class Keyframe:
         held = self.embedding, self.image, self.features, self.depth
         return sum(array.nbytes for array in held)
 
+    @cached_property
+    def jpeg(self) -> bytes:
+        """The image as a JPEG file, made when it is first asked for; b"" where none is kept."""
+        return jpeg(self.image)
+
     def bare(self) -> "Keyframe":
         """Without any picture: pose, embedding, sharpness."""
         return Keyframe(self.pose, self.embedding, self.sharpness)
 
 
 class KeyframeView(NamedTuple):
-    """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b"", and what
-    the detector saw of the image's parts."""
+    """What the experts are shown of a frontier: an embedding (D,) or (0,), a JPEG or b"", what the
+    detector saw of the image's parts, and where in the JPEG the frontier is."""
 
     embedding: F32 = NOTHING
     jpeg: bytes = b""
     sight: Sight | None = None
+    in_image: InImage | None = None
 
 
 def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
@@ -159,7 +168,11 @@ def _best_view(
     if not found:
         return KeyframeView()
     frame = frames[found[0]]
-    return KeyframeView(frame.embedding, _marked(frame, cells_xy), sight_toward(frame, cells_xy))
+    sight = sight_toward(frame, cells_xy)
+    if not frame.jpeg or frame.intrinsics is None or frame.mount is None:
+        return KeyframeView(frame.embedding, b"", sight)
+    at = framed(cells_xy, frame.pose, frame.mount, frame.intrinsics)
+    return KeyframeView(frame.embedding, frame.jpeg, sight, at)
 
 
 def sight_toward(frame: Keyframe, cells_xy: F64) -> Sight | None:
@@ -211,24 +224,6 @@ def _clear(grid: NavigationMap | MapCopy, start: F64, ends: F64) -> Mask:
     steps = max(2, math.ceil(span / f.resolution_m))
     from_xy = float(start[0]), float(start[1])
     return walking.in_sight(grid.occupied, f.place, from_xy, ends, steps)
-
-
-def _marked(frame: Keyframe, cells_xy: F64) -> bytes:
-    """The keyframe's image as a JPEG with a marker on the floor where the frontier is."""
-    if not frame.image.size or frame.intrinsics is None or frame.mount is None:
-        return b""
-    points = np.column_stack((cells_xy, np.zeros(len(cells_xy))))
-    optical = map_to_optical(points, frame.pose, frame.mount)
-    optical = optical[optical[:, 2] > 0.1]
-    image = frame.image.copy()
-    if len(optical):
-        height, width = image.shape[:2]
-        u, v = np.median(project(optical, frame.intrinsics), axis=0)
-        at = round(float(np.clip(u, 8, width - 9))), round(float(np.clip(v, 8, height - 9)))
-        for radius, colour in ((7, (255, 255, 255)), (5, (255, 0, 0))):
-            cv2.circle(image, at, radius, colour, -1, cv2.LINE_AA)
-    ok, data = cv2.imencode(".jpg", image[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, 85])
-    return data.tobytes() if ok else b""
 
 
 def _alike(a: Pose, b: Pose) -> bool:

@@ -114,6 +114,7 @@ def _frontier_brief(
         door,
         round(unknown_m2, 2),
         view.sight,
+        view.in_image,
     )
 
 

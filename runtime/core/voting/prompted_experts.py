@@ -14,13 +14,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
+from runtime.core.mapping.framing import marked
+from runtime.core.types import Absence, Brief, FrontierBrief, InImage, Missing, Vote
 
 FRONTIERS_TOLD = 16  # the nearest; a prompt must fit a small context
 OBJECTS_TOLD = 8  # of each, the nearest
 REASON_CHARS = 240
 NAME_CHARS = 60
 REPLY_CHARS = 20_000  # of a reply that are looked at
+SURE = 0.5  # an object or a room that is told without a number
+SIDES = ("on the left", "in the middle", "on the right")  # of a picture
+RANGE_STEP_M = 0.5
 ABSTAIN = "abstain"
 
 _TASK = {
@@ -28,10 +32,11 @@ _TASK = {
     "r2f": "Judge only by the type of room that each frontier seems to lead to.",
     "both": "Judge by the objects near each frontier and by its type of room.",
     "sle": (
-        "Judge by the picture taken toward each frontier, in which a red dot with a white rim "
-        "marks the place, and by the objects and the type of room there."
+        "Judge by the picture taken toward each frontier{mark}, and by the objects and the type of "
+        "room there."
     ),
 }
+_MARK = ", in which a red dot with a white rim marks the place"
 _SYSTEM = """\
 You guide a robot that looks for an object in a home that it has never seen before. It has mapped \
 a part of the home. A frontier is a place where the mapped part ends and unexplored space begins. \
@@ -68,9 +73,10 @@ class Prompt:
         return sum(len(text.encode()) for text in texts)
 
 
-def compose(expert: str, brief: Brief, images: bool = True) -> Prompt | Missing:
+def compose(expert: str, brief: Brief, images: bool = True, marks: bool = True) -> Prompt | Missing:
     """The question that one expert is asked; Missing when it has nothing to go by. Without
-    `images` there are none in it, and an expert of images has nothing to go by."""
+    `images` there are none in it, and an expert of images has nothing to go by. Without `marks` it
+    is told in words where in its image a frontier is, so that images stay what they are."""
     if len(brief.frontiers) < 2:
         return Missing(expert, Absence.NO_EVIDENCE)  # one frontier is no choice
     shown = images and expert == "sle"
@@ -83,21 +89,23 @@ def compose(expert: str, brief: Brief, images: bool = True) -> Prompt | Missing:
     goal = _word(brief.goal)
     parts: list[str | bytes] = [f"The robot looks for: {goal}.\n"]
     for frontier in told:
-        parts.append(_told(expert, frontier))
+        parts.append(_told(expert, frontier, marks))
         if shown and frontier.image:
-            parts.append(frontier.image)
+            parts.append(_marked(frontier) if marks else frontier.image)
     parts.append(f"\nWhich frontiers should the robot explore to find: {goal}?")
-    system = Message("system", (_SYSTEM.format(task=_TASK[expert]),))
+    task = _TASK[expert].format(mark=_MARK if marks else "")
+    system = Message("system", (_SYSTEM.format(task=task),))
     return Prompt(expert, (system, Message("user", _joined(parts))), tuple(f.id for f in told))
 
 
 def single(brief: Brief, frontier: FrontierBrief) -> tuple[Message, ...]:
-    """SLE's question about one frontier's picture, to be answered by yes or no."""
+    """SLE's question about one frontier's picture, to be answered by yes or no. What changes from
+    step to step is told coarsely, so that the same is asked again, and an answer can be kept."""
     goal = _word(brief.goal)
     question = (
-        f"A robot in a home looks for: {goal}. In this picture a red dot with a white rim marks "
-        f"where unexplored space begins. {_around(frontier)}"
-        f"Is {goal} likely to be found beyond the dot? Answer yes or no."
+        f"A robot in a home looks for: {goal}. In this picture, unexplored space begins "
+        f"{_place(frontier.in_image)}. {_around(frontier)}"
+        f"Is {goal} likely to be found there or beyond? Answer yes or no."
     )
     return (Message("user", (frontier.image, question)),)
 
@@ -206,7 +214,19 @@ def _evidence(expert: str, frontier: FrontierBrief) -> bool:
     return {"o2f": objects, "r2f": rooms, "both": objects or rooms}[expert]
 
 
-def _told(expert: str, frontier: FrontierBrief) -> str:
+def _marked(frontier: FrontierBrief) -> bytes:
+    return marked(frontier.image, frontier.in_image)
+
+
+def _place(at: InImage | None) -> str:
+    """Where something is in a picture, in words."""
+    if at is None:
+        return "somewhere in it"
+    side = SIDES[min(int(at.column * len(SIDES)), len(SIDES) - 1)]
+    return f"{side}, {max(RANGE_STEP_M, round(at.range_m / RANGE_STEP_M) * RANGE_STEP_M):g} m away"
+
+
+def _told(expert: str, frontier: FrontierBrief, marks: bool) -> str:
     lines = [f"\nFrontier {frontier.id}, {frontier.distance_m:.1f} m away."]
     if expert != "o2f" and frontier.doorway:
         lines.append("It is a doorway: another room may lie behind it.")
@@ -215,13 +235,23 @@ def _told(expert: str, frontier: FrontierBrief) -> str:
     if expert != "o2f":
         lines.append(_rooms(frontier))
     if expert == "sle":
-        lines.append("Its picture:" if frontier.image else "There is no picture of it.")
+        lines.append(_introduced(frontier, marks))
     return " ".join(line for line in lines if line)
 
 
+def _introduced(frontier: FrontierBrief, marks: bool) -> str:
+    if not frontier.image:
+        return "There is no picture of it."
+    return "Its picture:" if marks else f"Its picture, in which it is {_place(frontier.in_image)}:"
+
+
 def _around(frontier: FrontierBrief) -> str:
-    told = [text for text in (_objects(frontier), _rooms(frontier)) if text]
-    return "".join(f"{text} " for text in told)
+    """By their names alone."""
+    sure = (_word(o.name) for o in frontier.objects if o.confidence >= SURE)
+    near = list(dict.fromkeys(sure))[:OBJECTS_TOLD]
+    room = max(frontier.rooms, key=lambda room: (room[1], room[0]), default=("", 0.0))
+    told = f"Near it: {', '.join(near)}. " if near else ""
+    return f"{told}The room seems to be: {_word(room[0])}. " if room[1] >= SURE else told
 
 
 def _objects(frontier: FrontierBrief) -> str:

@@ -6,11 +6,21 @@ from dataclasses import replace
 from itertools import combinations
 
 import jsonschema
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.types import Absence, Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.mapping.framing import jpeg, marked
+from runtime.core.types import (
+    Absence,
+    Brief,
+    FrontierBrief,
+    InImage,
+    Missing,
+    NearbyObject,
+    Vote,
+)
 from runtime.core.voting import prompted_experts
 from runtime.core.voting.prompted_experts import (
     ABSTAIN,
@@ -128,8 +138,39 @@ def test_a_prompt_is_bounded_by_the_nearest() -> None:
 def test_one_picture_is_asked_about_with_what_is_around_it() -> None:
     (message,) = prompted_experts.single(BRIEF, BRIEF.frontiers[0])
     assert message.parts[0] == JPEG
-    assert "sink" in str(message.parts[1])
-    assert "bathroom" in str(message.parts[1])
+    assert message.parts[1] == (
+        "A robot in a home looks for: toilet. In this picture, unexplored space begins somewhere "
+        "in it. Near it: sink. The room seems to be: bathroom. Is toilet likely to be found there "
+        "or beyond? Answer yes or no."
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "told"),
+    [
+        (InImage(0.1, 0.9, 2.2), "on the left, 2 m away"),
+        (InImage(0.5, 0.9, 2.3), "in the middle, 2.5 m away"),
+        (InImage(1.0, 0.9, 0.1), "on the right, 0.5 m away"),
+    ],
+)
+def test_where_in_its_picture_a_frontier_is(at: InImage, told: str) -> None:
+    frontier = replace(BRIEF.frontiers[0], in_image=at, objects=(replace(SINK, confidence=0.4),))
+    (message,) = prompted_experts.single(BRIEF, replace(frontier, rooms=()))
+    assert f"begins {told}. Is toilet" in str(message.parts[1])
+    brief = replace(BRIEF, frontiers=(frontier, *BRIEF.frontiers[1:]))
+    prompt = compose("sle", brief, marks=False)
+    assert isinstance(prompt, Prompt)
+    assert f"Its picture, in which it is {told}:" in text_of(prompt)
+    assert "red dot" not in str(prompt.messages)
+
+
+def test_who_sees_from_afar_is_shown_a_mark() -> None:
+    plain = jpeg(np.full((48, 64, 3), 128, np.uint8))
+    frontier = replace(BRIEF.frontiers[0], image=plain, in_image=InImage(0.5, 0.5, 2.0))
+    prompt = asked("sle", replace(BRIEF, frontiers=(frontier, *BRIEF.frontiers[1:])))
+    (shown,) = (part for part in prompt.messages[1].parts if isinstance(part, bytes))
+    assert shown == marked(plain, frontier.in_image) != plain
+    assert "a red dot with a white rim marks the place, and by" in str(prompt.messages[0].parts)
 
 
 @given(ids, st.data())
