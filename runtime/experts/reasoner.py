@@ -1,21 +1,25 @@
 """A large local model behind a queue: one worker thread owns it, experts wait until their deadline.
 
 It reasons in words (`expert`), or says of one frontier's picture after the other how likely the
-goal is there (`look`), which is kept, as pictures and questions repeat.
+goal is there (`look`), which is kept, as pictures and questions repeat. No picture is encoded while
+somebody waits for a vote: what is not encoded yet (picture_encoder.py) is not shown.
 """
 
 import hashlib
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any, Protocol, Self
 
 from runtime.clock import Clock, Deadline
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 from runtime.core.voting import prompted_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig, recommend
 from runtime.experts.panel import Expert
+from runtime.experts.picture_encoder import Encoded, Encodes, PictureEncoder
 
 LOOKS_KEPT = 10_000
 
@@ -28,10 +32,22 @@ class Replies(Protocol):
     ) -> str: ...
 
 
-class Looks(Replies, Protocol):
-    """One that sees, too: nats by which the answer is rather yes than no."""
+class Looks(Encodes, Protocol):
+    """One that sees, too; it is handed what it made of the pictures that it is shown."""
 
-    def likes(self, messages: list[dict[str, Any]], seconds: float) -> float: ...
+    def reply(
+        self,
+        messages: list[dict[str, Any]],
+        grammar: str,
+        max_tokens: int,
+        seconds: float,
+        pictures: Sequence[Any],
+    ) -> str: ...
+
+    def likes(
+        self, messages: list[dict[str, Any]], seconds: float, pictures: Sequence[Any]
+    ) -> float:
+        """Nats by which the answer is rather yes than no."""
 
 
 class Late(Exception):
@@ -55,13 +71,15 @@ class Reasoner:
     """Queues what is asked of one model. `sees`: whether it is shown pictures."""
 
     def __init__(self, model: Looks | Replies, clock: Clock, reply_tokens: int, sees: bool) -> None:
-        self._model: Any = model
+        seeing: Any = model
+        self._model = seeing
         self._clock, self._reply_tokens, self._sees = clock, reply_tokens, sees
         self._condition = threading.Condition()
         self._queue: deque[_Job] = deque()
         self._running: _Job | None = None
         self._closed = False
         self._looks: dict[bytes, float] = {}
+        self._pictures = PictureEncoder(self._model, clock) if sees else None
         self._thread = threading.Thread(target=self._work, name="reasoner", daemon=True)
         self._thread.start()
 
@@ -77,6 +95,18 @@ class Reasoner:
             self._closed = True
             self._condition.notify_all()
         self._thread.join(timeout=5.0)
+        if self._pictures is not None:
+            self._pictures.close()
+
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """Have the images of these keyframes encoded in the background, and forget all others."""
+        if self._pictures is not None:
+            self._pictures.hold(frames)
+
+    @property
+    def errors(self) -> list[str]:
+        """Why pictures cannot be seen."""
+        return self._pictures.errors if self._pictures is not None else []
 
     def ready(self, by: Deadline) -> bool:
         """Whether the model is free, or busy with what is still waited for; one that hangs is
@@ -93,7 +123,14 @@ class Reasoner:
         return partial(self._look, cfg)
 
     def _ask(self, name: str, brief: Brief, by: Deadline) -> Vote | Missing:
-        prompt = prompted_experts.compose(name, brief, images=self._sees)
+        shown: dict[str, Any] = {}
+        if name == "sle" and self._pictures is not None:
+            encoded = self._pictures.of((f.image for f in brief.frontiers if f.image), by)
+            told = [f if f.image in encoded else replace(f, image=b"") for f in brief.frontiers]
+            if not encoded and any(f.image for f in brief.frontiers):
+                return self._unseen(brief)
+            brief, shown = replace(brief, frontiers=tuple(told)), {"pictures": [*encoded.values()]}
+        prompt = prompted_experts.compose(name, brief, images=self._sees, marks=False)
         if isinstance(prompt, Missing):
             return prompt
         said = self._do(
@@ -102,27 +139,39 @@ class Reasoner:
                 prompted_experts.grammar(prompt.ids),
                 self._reply_tokens,
                 seconds,
+                **shown,
             ),
             by,
         )
         return prompted_experts.read(str(said), name, prompt.ids)
 
+    def _unseen(self, brief: Brief) -> Missing:
+        """The abstention while too few pictures are encoded."""
+        assert self._pictures is not None
+        count = sum(bool(f.image) for f in brief.frontiers)
+        told = f"of {count} too few are encoded yet"
+        return Missing("sle", Absence.NO_IMAGES, "; ".join([told, *self._pictures.errors[:1]]))
+
     def _look(self, cfg: ExpertConfig, brief: Brief, by: Deadline) -> Vote | Missing:
-        shown = [f for f in brief.frontiers if f.image]
-        if len(shown) < 2:
+        shown = [(f, *_question(brief, f)) for f in brief.frontiers if f.image]
+        if len(shown) < 2 or self._pictures is None:
             return Missing("sle", Absence.NO_IMAGES)
-        nats = {f.id: self._nats(brief, f, by) for f in shown}
+        encoded = self._pictures.of((f.image for f, _, key in shown if key not in self._looks), by)
+        nats = {
+            f.id: self._nats(messages, key, encoded.get(f.image), by)
+            for f, messages, key in shown
+            if key in self._looks or f.image in encoded
+        }
+        if len(nats) < 2:
+            return self._unseen(brief)
         told = dict.fromkeys(nats, "the picture of it")
         return recommend("sle", brief, nats, told, cfg)
 
-    def _nats(self, brief: Brief, frontier: FrontierBrief, by: Deadline) -> float:
-        messages = prompted_experts.single(brief, frontier)
-        text = "\0".join(p for m in messages for p in m.parts if isinstance(p, str))
-        key = hashlib.sha256(frontier.image + b"\0" + text.encode()).digest()
+    def _nats(
+        self, messages: list[dict[str, Any]], key: bytes, picture: Encoded | None, by: Deadline
+    ) -> float:
         if key not in self._looks:
-            nats = self._do(
-                lambda seconds: self._model.likes(prompted_experts.chat(messages), seconds), by
-            )
+            nats = self._do(lambda seconds: self._model.likes(messages, seconds, [picture]), by)
             self._looks[key] = float(nats)
             while len(self._looks) > LOOKS_KEPT:
                 del self._looks[next(iter(self._looks))]
@@ -164,3 +213,11 @@ class Reasoner:
                 job.done = True
                 self._running = None
                 self._condition.notify_all()
+
+
+def _question(brief: Brief, frontier: FrontierBrief) -> tuple[list[dict[str, Any]], bytes]:
+    """What is asked about one frontier's picture, and what it goes by: its digest."""
+    messages = prompted_experts.single(brief, frontier)
+    text = "\0".join(p for m in messages for p in m.parts if isinstance(p, str))
+    key = hashlib.sha256(frontier.image + b"\0" + text.encode()).digest()
+    return prompted_experts.chat(messages), key

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from runtime.clock import Deadline
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
@@ -61,6 +62,12 @@ class Seating:
         for experts in self._scoring():
             experts.notice(goal, names)
 
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """The keyframes that are kept now: a model that sees looks at them in the background."""
+        for part in (self.reasoner, self.vision):
+            if part is not None:
+                part.hold(frames)
+
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""
         return all(experts.scorer.settle(by) for experts in self._scoring())
@@ -83,10 +90,14 @@ class Seating:
     def health(self) -> dict[str, object]:
         """For people: the rung that answered each expert last, what models said that failed, and
         what the cloud costs."""
-        errors = list(self.by_likelihood.scorer.errors) if self.by_likelihood is not None else []
+        errors = [
+            *(self.by_likelihood.scorer.errors if self.by_likelihood is not None else ()),
+            *(self.vision.errors if self.vision is not None else ()),
+            *([self.layout_error] if self.layout_error else ()),
+        ]
         told: dict[str, object] = {
             "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
-            "errors": [*errors, self.layout_error] if self.layout_error else errors,
+            "errors": errors,
         }
         return told if self.cloud is None else told | {"cloud": self.cloud.status()}
 

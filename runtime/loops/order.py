@@ -8,6 +8,7 @@ from typing import Any, Final, Protocol
 from runtime.config import Config
 from runtime.core.destination import Destination
 from runtime.core.goal_phrase import in_turn
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Detections
 from runtime.errors import ConfigError, NotLocalisedError
@@ -42,6 +43,9 @@ class SearchModels(Protocol):
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Objects that are on the map by now: score them in the background."""
+
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """The keyframes that are kept now, the oldest first: look at them in the background."""
 
     def likeness(self, embeddings: F32) -> F64:
         """(N, D) unit rows of things seen before -> (N, C): with what probability each is each of

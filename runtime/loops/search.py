@@ -2,6 +2,7 @@
 lockstep and in real time, are made of it."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any, Protocol
@@ -11,6 +12,7 @@ import numpy as np
 from runtime import navigate
 from runtime.config import Config
 from runtime.core.mapping.floor_plane import mount_by_floor
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.surfaces import surfaces_window
@@ -136,6 +138,7 @@ class Search:
         self.record("heard", {"name": "looked", "value": obs.stamp_ns})
         self.record("detections", detections)
         known, newest = dict(world.semantic.instances), world.semantic.next_id
+        kept = _last(world.keyframes)
         navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
         gone = [i for id, i in known.items() if id not in world.semantic.instances]
         if gone:
@@ -144,6 +147,8 @@ class Search:
         if ahead and world.semantic.next_id != newest:
             names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
+        if ahead and _last(world.keyframes) is not kept:
+            models.hold(world.keyframes)
         return world
 
     def act(self, world: World) -> Command:
@@ -274,3 +279,7 @@ def seen(
         return models.detect(obs.rgb, lambda: surfaces_window(obs, mount))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
+
+
+def _last(frames: Sequence[Keyframe]) -> Keyframe | None:
+    return frames[-1] if frames else None

@@ -14,6 +14,7 @@ from models.words.text_encoder import TextEncoder
 from models.words.vocabulary import load_vocabulary
 from runtime.clock import Clock, Deadline
 from runtime.config import Config, ModelsConfig
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.objects.surfaces import Window
 from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.core.voting import consensus, likelihood_experts
@@ -182,6 +183,11 @@ class LoadedModels:
         """Score objects that are on the map by now, in the background."""
         if self._seating is not None:
             self._seating.notice(goal, names)
+
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """The keyframes that are kept now: a model that sees looks at them in the background."""
+        if self._seating is not None:
+            self._seating.hold(frames)
 
     def settle(self, by: Deadline) -> bool:
         """Wait until nothing is left to be scored in the background; False when `by` came first."""

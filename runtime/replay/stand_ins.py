@@ -15,6 +15,7 @@ from runtime import navigate
 from runtime.clock import Clock, Deadline
 from runtime.config import Config
 from runtime.core.mapping.attention import View
+from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.objects.surfaces import Window, surfaces_window
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import (
@@ -218,6 +219,9 @@ class FilmModels:
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Nobody is asked ahead."""
+
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """Nobody looks at them."""
 
     def capabilities(self) -> Mapping[str, object]:
         return {}

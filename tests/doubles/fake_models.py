@@ -61,6 +61,9 @@ class FakeModels:
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         pass
 
+    def hold(self, frames: object) -> None:
+        pass
+
     def likeness(self, embeddings: np.ndarray) -> np.ndarray:
         raise AssertionError("what the apartment shows has no embeddings")
 

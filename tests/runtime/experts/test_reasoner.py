@@ -1,9 +1,10 @@
 """A large model behind its queue: votes, deadlines, hangs, and pictures asked about once."""
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
 import pytest
 from manual_clock import ManualClock
 
@@ -31,15 +32,33 @@ class Model:
     def __init__(self, say: str | Callable[[], str] = "") -> None:
         self.say = say
         self.asked: list[Any] = []
+        self.shown: list[Any] = []
+        self.encoded: list[bytes] = []
+        self.unfit: tuple[bytes, ...] = ()
 
     def reply(
-        self, messages: list[dict[str, Any]], grammar: str, max_tokens: int, seconds: float
+        self,
+        messages: list[dict[str, Any]],
+        grammar: str,
+        max_tokens: int,
+        seconds: float,
+        pictures: Sequence[Any] = (),
     ) -> str:
         self.asked.append((messages, grammar, max_tokens, seconds))
+        self.shown.append(pictures)
         return self.say if isinstance(self.say, str) else self.say()
 
-    def likes(self, messages: list[dict[str, Any]], seconds: float) -> float:
+    def encode(self, image: bytes) -> np.ndarray:
+        self.encoded.append(image)
+        if image in self.unfit:
+            raise ValueError("no picture")
+        return np.frombuffer(image, np.uint8)
+
+    def likes(
+        self, messages: list[dict[str, Any]], seconds: float, pictures: Sequence[Any]
+    ) -> float:
         self.asked.append(messages)
+        self.shown.append(pictures)
         return 3.0 if "dGlsZXM=" in str(messages) else -1.0  # base64 of "tiles"
 
 
@@ -68,8 +87,50 @@ def test_each_picture_is_asked_about_once() -> None:
             assert isinstance(got, Vote)
             assert got.frontiers == (4,)
         assert len(model.asked) == 2
+        assert sorted(model.encoded) == [b"carpet", b"tiles"]  # with for ever to wait for it
+        assert [bytes(p) for (p,) in model.shown] == [b"tiles", b"carpet"]
         one = Brief("toilet", 0, BRIEF.frontiers[1:])
         assert look(one, never()) == Missing("sle", Absence.NO_IMAGES)
+
+
+def test_what_is_not_encoded_yet_is_not_waited_for() -> None:
+    gate, model = threading.Event(), Model('{"reason": "tiles", "frontiers": [4]}')
+    encode = model.encode
+
+    def later(image: bytes) -> np.ndarray:
+        assert gate.wait(PATIENCE_S)
+        return encode(image)
+
+    model.encode = later  # type: ignore[method-assign]
+    clock = ManualClock()
+    with Reasoner(model, clock, 150, sees=True) as reasoner:
+        look, words = reasoner.look(ExpertConfig()), reasoner.expert("sle")
+        soon = Deadline.after(2.0, clock)
+        for ask in (look, words):
+            assert ask(BRIEF, soon) == Missing(
+                "sle", Absence.NO_IMAGES, "of 2 too few are encoded yet"
+            )
+        assert model.asked == []
+        gate.set()
+        assert isinstance(look(BRIEF, Deadline.never(clock)), Vote)
+        assert isinstance(words(BRIEF, soon), Vote)  # they are there by now
+    messages = str(model.asked[-1][0])
+    assert "in which it is somewhere in it" in messages
+    assert "red dot" not in messages
+    assert sorted(bytes(p) for p in model.shown[-1]) == [b"carpet", b"tiles"]
+
+
+def test_an_image_that_is_none_is_told_and_the_vote_goes_on_without_it() -> None:
+    model = Model()
+    model.unfit = (b"carpet",)
+    with Reasoner(model, SystemClock(), 150, sees=True) as reasoner:
+        got = reasoner.look(ExpertConfig())(BRIEF, never())
+        told = "of 2 too few are encoded yet; no picture"
+        assert got == Missing("sle", Absence.NO_IMAGES, told)
+        assert reasoner.errors == ["no picture"]
+        model.say = '{"reason": "tiles", "frontiers": [4]}'
+        assert isinstance(reasoner.expert("sle")(BRIEF, never()), Vote)
+    assert "There is no picture of it." in str(model.asked[-1][0])
 
 
 def test_what_the_model_raises_reaches_its_asker_alone() -> None:

@@ -206,12 +206,22 @@ def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
 class Eyes:
     """Sees the goal in the picture "two"."""
 
+    def encode(self, image: bytes) -> np.ndarray:
+        return np.frombuffer(image, np.uint8)
+
     def reply(
-        self, messages: list[dict[str, Any]], grammar: str, max_tokens: int, seconds: float
+        self,
+        messages: list[dict[str, Any]],
+        grammar: str,
+        max_tokens: int,
+        seconds: float,
+        pictures: Sequence[Any] = (),
     ) -> str:
         return answer([2] if "dHdv" in str(messages) else [1])
 
-    def likes(self, messages: list[dict[str, Any]], seconds: float) -> float:
+    def likes(
+        self, messages: list[dict[str, Any]], seconds: float, pictures: Sequence[Any]
+    ) -> float:
         return 2.0 if "dHdv" in str(messages) else -2.0  # base64 of "two"
 
 

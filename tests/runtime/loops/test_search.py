@@ -13,7 +13,7 @@ from apartment import INTRINSICS, MOUNT, NO_DETECTIONS, TWO_ROOMS, Apartment
 from fake_models import FakeModels
 from open_floor import bed
 
-from runtime.config import load
+from runtime.config import Config, load
 from runtime.core.geometry import rays
 from runtime.core.objects.gone import LOOKS
 from runtime.core.types import Detections, Hint, Mount, Observation, Pose
@@ -65,9 +65,15 @@ def test_the_floor_is_kept_where_the_mount_is_known_by_the_frame(tmp_path: Path)
 
 
 @contextlib.contextmanager
-def search_for(home: Apartment, goal: str, tmp_path: Path) -> Iterator[tuple[Search, FakeModels]]:
+def search_for(
+    home: Apartment, goal: str, tmp_path: Path, *settings: str
+) -> Iterator[tuple[Search, FakeModels]]:
     models = FakeModels(home)
-    order = understand({"goal": goal}, models, lambda more: load(None, more), terms(tmp_path))
+
+    def loaded(more: list[str]) -> Config:
+        return load(None, [*settings, *more])
+
+    order = understand({"goal": goal}, models, loaded, terms(tmp_path))
     search = Search.begin(order)
     yield search, models
     search.end("seen")
@@ -139,6 +145,20 @@ def test_experts_hear_of_new_objects_only_where_there_is_time_ahead(tmp_path: Pa
         search.world.semantic.instances.clear()
         search.place(obs, models.detect(obs.rgb), outline, models)
         assert noticed == [("bed",)]
+
+
+def test_who_sees_is_handed_the_keyframes_whenever_one_is_kept(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(5.2, 2.3, 0.0))
+    with search_for(home, "bed", tmp_path, "keyframes.image_width_px=64") as (search, models):
+        held = []
+        models.hold = lambda frames: held.append(len(frames))  # type: ignore[method-assign]
+        obs = search.prepared(home.observe())
+        outline = search.survey(obs)
+        search.place(obs, models.detect(obs.rgb), outline, models, ahead=False)
+        assert held == []
+        for at, kept in ((obs.pose, [1]), (Pose(5.8, 2.3, 0.0), [1, 2])):
+            search.place(replace(obs, pose=at), models.detect(obs.rgb), outline, models)
+            assert held == kept
 
 
 @pytest.mark.parametrize("key", ["mount='tf'", "mount='fixed'"])

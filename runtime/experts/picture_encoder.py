@@ -1,0 +1,137 @@
+"""Keyframes' images, encoded for a model that sees before anybody votes by them: a vision tower
+takes seconds for one on a robot's processor, and a vote has no such time.
+
+One thread encodes each image once: first those that frontiers are judged by, then what was kept
+last. What it made is held for as long as its keyframe is, within MOST_BYTES.
+"""
+
+import math
+import os
+import threading
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from typing import Final, Protocol
+
+from runtime.clock import Clock, Deadline
+from runtime.core.mapping.keyframes import Keyframe
+
+MOST_BYTES: Final = 32 << 20  # of encoded images; one of 64 tokens is some 250 kB
+NICE: Final = 10
+
+
+class Encoded(Protocol):
+    """What a vision tower made of an image."""
+
+    @property
+    def nbytes(self) -> int: ...
+
+
+class Encodes(Protocol):
+    """A model that sees; it raises for what is no image."""
+
+    def encode(self, image: bytes) -> Encoded: ...
+
+
+class PictureEncoder:
+    """Encodes images, JPEG files, in the background."""
+
+    def __init__(self, model: Encodes, clock: Clock) -> None:
+        self._model, self._clock = model, clock
+        self._condition = threading.Condition()
+        self._frames: tuple[Keyframe, ...] = ()  # that are kept, the oldest first
+        self._wanted: tuple[bytes, ...] = ()  # by the last that asked
+        self._done: dict[bytes, Encoded] = {}
+        self._failed: dict[bytes, str] = {}
+        self._changed = self._closed = False
+        self._thread = threading.Thread(target=self._work, name="pictures", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread after the image under way."""
+        with self._condition:
+            self._closed = True
+            self._condition.notify_all()
+        self._thread.join(timeout=5.0)
+
+    @property
+    def errors(self) -> list[str]:
+        """Why images that are still kept could not be encoded, each reason once."""
+        with self._condition:
+            return list(dict.fromkeys(self._failed.values()))
+
+    def hold(self, frames: Sequence[Keyframe]) -> None:
+        """These keyframes are kept now, the oldest first: those before are forgotten."""
+        with self._condition:
+            self._frames, self._changed = tuple(frames), True
+            self._condition.notify_all()
+
+    def of(self, images: Iterable[bytes], by: Deadline) -> Mapping[bytes, Encoded]:
+        """What is encoded of these images; what is not comes next. Only who has for ever waits
+        until it is."""
+        with self._condition:
+            wanted = self._wanted = tuple(dict.fromkeys(images))
+            self._changed = True
+            self._condition.notify_all()
+            while math.isinf(by.at_s) and not self._closed and self._left(wanted):
+                self._clock.wait(self._condition, by.at_s)
+            return {image: self._done[image] for image in wanted if image in self._done}
+
+    def _left(self, images: Sequence[bytes]) -> list[bytes]:
+        """Those that are neither encoded nor known to be impossible."""
+        return [i for i in images if i not in self._done and i not in self._failed]
+
+    # -- the thread that encodes -----------------------------------------------------------------
+
+    def _work(self) -> None:
+        with suppress(OSError):  # where a thread cannot have a priority of its own
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
+        while (image := self._next()) is not None:
+            try:
+                encoded = self._model.encode(image)
+            except Exception as error:  # noqa: BLE001 -- told, and the next may do
+                told = " ".join(str(error).split())[:160] or type(error).__name__
+                with self._condition:
+                    self._failed[image] = told
+                    self._condition.notify_all()
+                continue
+            with self._condition:
+                self._done[image] = encoded
+                self._condition.notify_all()
+
+    def _next(self) -> bytes | None:
+        """Wait for an image that is to be encoded; None when it is over."""
+        while True:
+            with self._condition:
+                if self._closed:
+                    return None
+                frames, wanted, self._changed = self._frames, self._wanted, False
+            newest = [f.jpeg for f in reversed(frames) if f.image.size]
+            with self._condition:
+                image = self._chosen(tuple(dict.fromkeys((*wanted, *newest))), len(wanted))
+                if image is not None:
+                    return image
+                while not self._changed and not self._closed:
+                    self._condition.wait()
+
+    def _chosen(self, ranked: Sequence[bytes], needed: int) -> bytes | None:
+        """The first image that is not encoded, while there is room; what there is no room for is
+        forgotten. The first few are `needed` whatever room they take."""
+        held, size, chosen = {}, 0, None
+        for rank, image in enumerate(ranked):
+            encoded = self._done.get(image)
+            if rank >= needed and size + self._size(encoded) > MOST_BYTES:
+                break
+            if encoded is not None:
+                held[image] = encoded
+                size += encoded.nbytes
+            elif chosen is None and image not in self._failed:
+                chosen = image
+                size += self._size(None)
+        self._done = held
+        self._failed = {i: why for i, why in self._failed.items() if i in ranked}
+        return chosen
+
+    def _size(self, encoded: Encoded | None) -> int:
+        """Bytes; of one that is still to be encoded, those of any other."""
+        known = next(iter(self._done.values()), None) if encoded is None else encoded
+        return known.nbytes if known is not None else 0
