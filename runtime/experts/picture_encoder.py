@@ -43,6 +43,7 @@ class PictureEncoder:
         self._done: dict[bytes, Encoded] = {}
         self._failed: dict[bytes, str] = {}
         self._changed = self._closed = False
+        self._last_s = 0.0
         self._thread = threading.Thread(target=self._work, name="pictures", daemon=True)
         self._thread.start()
 
@@ -58,6 +59,11 @@ class PictureEncoder:
         """Why images that are still kept could not be encoded, each reason once."""
         with self._condition:
             return list(dict.fromkeys(self._failed.values()))
+
+    def told(self) -> dict[str, object]:
+        """For people: how many images are encoded now, and how long the last one took, s."""
+        with self._condition:
+            return {"encoded": len(self._done), "last_s": round(self._last_s, 3)}
 
     def hold(self, frames: Sequence[Keyframe]) -> None:
         """These keyframes are kept now, the oldest first: those before are forgotten."""
@@ -86,6 +92,7 @@ class PictureEncoder:
         with suppress(OSError):  # where a thread cannot have a priority of its own
             os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         while (image := self._next()) is not None:
+            began_s = self._clock.now_s()
             try:
                 encoded = self._model.encode(image)
             except Exception as error:  # noqa: BLE001 -- told, and the next may do
@@ -96,6 +103,7 @@ class PictureEncoder:
                 continue
             with self._condition:
                 self._done[image] = encoded
+                self._last_s = self._clock.now_s() - began_s
                 self._condition.notify_all()
 
     def _next(self) -> bytes | None:

@@ -108,6 +108,10 @@ class Reasoner:
         """Why pictures cannot be seen."""
         return self._pictures.errors if self._pictures is not None else []
 
+    def told(self) -> dict[str, object]:
+        """For people: how far the encoding of pictures is."""
+        return self._pictures.told() if self._pictures is not None else {}
+
     def ready(self, by: Deadline) -> bool:
         """Whether the model is free, or busy with what is still waited for; one that hangs is
         neither."""

@@ -88,8 +88,8 @@ class Seating:
         return self.language if lowest == LOCAL else lowest
 
     def health(self) -> dict[str, object]:
-        """For people: the rung that answered each expert last, what models said that failed, and
-        what the cloud costs."""
+        """For people: the rung that answered each expert last, what models said that failed, how
+        far pictures are encoded, and what the cloud costs."""
         errors = [
             *(self.by_likelihood.scorer.errors if self.by_likelihood is not None else ()),
             *(self.vision.errors if self.vision is not None else ()),
@@ -99,6 +99,8 @@ class Seating:
             "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
             "errors": errors,
         }
+        if self.vision is not None:
+            told["pictures"] = self.vision.told()
         return told if self.cloud is None else told | {"cloud": self.cloud.status()}
 
     def bills(self) -> tuple[Bill, ...]:

@@ -1,4 +1,4 @@
-"""`rfnav models import`, `add` and `try`: other people's detectors."""
+"""`rfnav models import` and `add`: detectors of others; `try`: any model that sees or votes."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -19,7 +19,9 @@ from models.evaluation.truth import HM3D, ROBOTHOR
 from models.store import manifest
 from models.words.class_maps import BUILT_IN
 from models.words.vocabulary import load_vocabulary
+from runtime.config import ModelsConfig
 from runtime.perception.detection import MIN_SCORE
+from runtime.perception.experts_trial import Voter
 from runtime.perception.progress_bar import Bar
 
 FILE = click.Path(path_type=Path)
@@ -99,23 +101,42 @@ def add(
 
 
 @click.command(
-    "try", epilog="Example:  rfnav models try nanodet-g kitchen.jpg bath.png --sheet seen.png"
+    "try",
+    epilog="Examples:  rfnav models try nanodet-g kitchen.jpg bath.png --sheet seen.png   |   "
+    "rfnav models try smolvlm2-500m   |   rfnav models try experts",
 )
 @click.argument("name")
 @click.argument("pictures", nargs=-1, type=FILE)
-@click.option("--sheet", type=FILE, help="Draw what it sees here (PNG).")
+@click.option("--sheet", type=FILE, help="Draw what a detector sees here (PNG).")
+@click.option("--projector", default="", help="The mmproj GGUF of a model that sees, a file.")
+@click.option("--handler", default="", help="How llama-cpp-python talks to that.")
+@click.option(
+    "--threads", type=click.IntRange(1, 64), default=ModelsConfig().threads, show_default=True,
+    help="Of a model that votes.",
+)  # fmt: skip
 @_limited
 def try_model(
-    name: str, pictures: tuple[Path, ...], sheet: Path | None, limit_s: float, limit_mb: int
-) -> None:
-    """Show what a detector (a name, or a file) sees in three renderings that come along and in
-    PICTURES, what a frame costs, and which goals it can serve."""
+    name: str, pictures: tuple[Path, ...], sheet: Path | None, projector: str, handler: str,
+    threads: int, limit_s: float, limit_mb: int,
+) -> None:  # fmt: skip
+    """Show what a model (a name, or a file) does with three renderings that come along and with
+    PICTURES. A detector: what it sees in them, what a frame costs, and which goals it can serve. A
+    language model or one that sees, or `experts`, all that vote by default: what they vote for, how
+    long a vote takes on this machine, and which budget that needs."""
     manifest.fetch("minilm")
-    known = manifest.load_manifest().get(name)
-    if known is not None and known.task != "detector":
-        raise ModelFileError(f"{name}: is a model for {known.task}, and sees nothing")
     shown = (*RENDERS, *pictures)
-    found = tried(manifest.located(name), Limits(limit_s, limit_mb), shown)
+    voter = Voter.named(name, projector, handler, threads)
+    if voter is None:
+        _try_detector(name, shown, sheet, Limits(limit_s, limit_mb))
+    elif sheet is not None:
+        raise ModelFileError(f"{name}: votes, and finds no boxes; leave out --sheet")
+    else:
+        for line in voter.tried(shown):
+            click.echo(line)
+
+
+def _try_detector(name: str, shown: tuple[Path, ...], sheet: Path | None, limits: Limits) -> None:
+    found = tried(manifest.located(name), limits, shown)
     click.echo(f"{name}:")
     for line in _goals(found.capabilities):
         click.echo(f"  {line}")

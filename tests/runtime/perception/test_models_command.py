@@ -59,8 +59,12 @@ def test_what_only_training_needs_is_pulled_with_all(monkeypatch: pytest.MonkeyP
 
 
 def test_what_sees_nothing_is_not_tried() -> None:
-    with pytest.raises(ModelError, match="minilm: is a model for text, and sees nothing"):
-        CliRunner().invoke(models_command, ["try", "minilm"], catch_exceptions=False)
+    for arguments, told in (
+        (["minilm"], "minilm: is a model for text, and neither sees nor votes"),
+        (["experts", "--sheet", "x.png"], "experts: votes, and finds no boxes; leave out --sheet"),
+    ):
+        with pytest.raises(ModelError, match=told):
+            CliRunner().invoke(models_command, ["try", *arguments], catch_exceptions=False)
 
 
 @pytest.mark.slow
