@@ -119,36 +119,49 @@ class LanguageModel:
         if prefix == self._cached:
             return
         before, self._cached = self._cached, None
-        words = list(prefix.words)
-        if prefix.seen is None:
-            start = _shared(prefix, before) // CHUNK * CHUNK
-            self._llama.n_tokens = start
+        if prefix.seen is not None:
+            self._read_seen(prefix.seen, prefix.words)
         else:
-            start = 0
-            self._decode(prefix.seen)
-        for at in range(start, len(words), CHUNK):
-            self._llama.eval(words[at : at + CHUNK])
+            words, start = list(prefix.words), _shared(prefix, before) // CHUNK * CHUNK
+            self._llama.n_tokens = start
+            for at in range(start, len(words), CHUNK):
+                self._llama.eval(words[at : at + CHUNK])
         self._cached = prefix
 
-    def _decode(self, seen: Vectors) -> None:
-        """Begin the cache with vectors, as if each were a token's own."""
+    def _read_seen(self, seen: Vectors, words: tuple[int, ...]) -> None:
+        """Begin the cache with vectors, as if each were a token's own, and with words after them;
+        what follows is worked out for the last word alone."""
         import llama_cpp
 
-        n, context = len(seen), self._llama.ctx
+        context, size = self._llama.ctx, len(seen) + len(words)
         llama_cpp.llama_memory_clear(llama_cpp.llama_get_memory(context), False)
-        batch = llama_cpp.llama_batch_init(n, self.width, 1)
+        self._decode(0, seen)
+        self._decode(len(seen), words)
+        self._llama.n_tokens = size
+        logits = llama_cpp.llama_get_logits_ith(context, -1)
+        last = np.ctypeslib.as_array(logits, shape=(self._llama.n_vocab(),))
+        self._llama.scores[size - 1] = last
+
+    def _decode(self, at: int, what: Vectors | tuple[int, ...]) -> None:
+        """Take in vectors (n, width), or tokens with the logits of the last."""
+        import llama_cpp
+
+        n, words = len(what), isinstance(what, tuple)
+        batch = llama_cpp.llama_batch_init(n, 0 if words else self.width, 1)
         try:
             batch.n_tokens = n
-            ctypes.memmove(batch.embd, seen.ctypes.data, seen.nbytes)
             for i in range(n):
-                batch.pos[i], batch.n_seq_id[i], batch.logits[i] = i, 1, 0
-                batch.seq_id[i][0] = 0
-            failed = llama_cpp.llama_decode(context, batch)
+                batch.pos[i], batch.n_seq_id[i], batch.seq_id[i][0] = at + i, 1, 0
+                batch.logits[i] = words and i == n - 1
+                if words:
+                    batch.token[i] = what[i]
+            if not isinstance(what, tuple):
+                ctypes.memmove(batch.embd, what.ctypes.data, what.nbytes)
+            failed = llama_cpp.llama_decode(self._llama.ctx, batch)
         finally:
             llama_cpp.llama_batch_free(batch)
         if failed:
             raise ModelFileError(f"llama.cpp: cannot take in what was seen (code {failed})")
-        self._llama.n_tokens = n
 
     def forget(self) -> None:
         """Drop what is cached, for a cold measurement."""
