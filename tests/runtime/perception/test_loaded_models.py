@@ -6,16 +6,29 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
+from layout_graph import write_layout
 from mmproj import write_mmproj
 
 from models.checksum import sha256
 from models.detection.second_look import SecondLook
+from models.onnx_session import open_session
 from models.store import manifest
 from models.words.row_file import RowFile
 from models.words.text_encoder import TextEncoder
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
-from runtime.core.types import Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.mapping import keyframes
+from runtime.core.types import (
+    Brief,
+    FrontierBrief,
+    Intrinsics,
+    Missing,
+    Mount,
+    NearbyObject,
+    Observation,
+    Pose,
+    Vote,
+)
 from runtime.core.voting.likelihood_experts import LikelihoodQuestion
 from runtime.errors import ConfigError, ModelError
 from runtime.perception.loaded_models import LoadedModels
@@ -331,3 +344,32 @@ def test_a_scene_layout_that_is_not_there_is_said_once_a_goal_and_sle_goes_on_wi
         (error,) = models.health()["errors"]
     assert str(error).startswith("/nowhere/layout.onnx: no such model file")
     assert str(error) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("rung", ["head", "language"])
+def test_sle_is_shown_what_the_detector_saw(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rung: str
+) -> None:
+    """From an image to a vote, with the detector and the language model that there are."""
+    detector, language = (manifest.fetch(name) for name in ("rfnav-det", "smollm2-135m"))
+    parts = open_session(detector, 1).get_outputs()[4].shape[1:]
+    path = tmp_path / "layout.onnx"
+    write_layout(path, tuple(parts), sha256(detector), sha256(language))
+    monkeypatch.setattr("runtime.perception.loaded_models.MODEL", str(path))
+    sets = f"research.scene_layout='{rung}'", "panel.experts=['sle']", "research.experts_bar=0.9"
+    config = configured(tmp_path, *sets, "models.detectors=['rfnav-det']", "models.threads=1")
+    rng = np.random.default_rng(0)
+    k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
+    with LoadedModels(config, SystemClock()) as models:
+        seen = []
+        for n, frontier in enumerate(BRIEF.frontiers):
+            rgb = cv2.resize(rng.integers(0, 255, (6, 8, 3), np.uint8), (640, 480))
+            obs = Observation(n, rgb, np.full((480, 640), 2.0, np.float32), Pose(0, 0, 0), k)
+            frame = keyframes.take(obs, models.detect(rgb), Mount(), 0)
+            sight = keyframes.sight_toward(frame, np.array([[2.0, 0.3]]))
+            assert sight is not None
+            seen.append(replace(frontier, sight=sight))
+        vote = models.seated(config)["sle"](replace(BRIEF, frontiers=tuple(seen)), never())
+        assert models.health()["errors"] == []
+    assert isinstance(vote, Vote)
+    assert vote.rung == rung
