@@ -99,7 +99,7 @@ def judge(
         with Voters(settings) as own:
             own.warm(bank, [name for name in conditions if name in BRIEFS])
             return judge(bank, settings, own, conditions, seed)
-    bench = _Bench(bank, voters, seed)
+    bench = Bench(bank, voters, seed)
     rows = {RANDOM: dict.fromkeys(conditions, _anything(bank))}
     for name, own_settings in _methods(settings).items():
         config = load(None, (*settings, *own_settings))
@@ -125,7 +125,7 @@ def _methods(settings: Sequence[str]) -> dict[str, tuple[str, ...]]:
     return METHODS | ({"weighted": WEIGHTED} if weighted else {})
 
 
-class _Bench:
+class Bench:
     """A bank, and the votes on it that were worked out so far."""
 
     def __init__(self, bank: Bank, voters: Electorate, seed: int) -> None:

@@ -55,30 +55,30 @@ def section(
 
 def clean(table: Table, drawn: Resampling) -> str:
     """The main table."""
-    lines = _head("method", "regret m", f"minus {CONSENSUS}, m", "right %", "worst %", "voted %")
+    lines = head("method", "regret m", f"minus {CONSENSUS}, m", "right %", "worst %", "voted %")
     base = table.rows[CONSENSUS][CLEAN]
     for name, rows in table.rows.items():
         row = rows[CLEAN]
-        behind = "–" if name == CONSENSUS else _gap(drawn.mean(row.regret_m - base.regret_m))
+        behind = "–" if name == CONSENSUS else gap(drawn.mean(row.regret_m - base.regret_m))
         cells = (cell(drawn.mean(row.regret_m)), behind, cell(drawn.mean(row.right), 100, 1),
                  cell(drawn.mean(row.worst), 100, 1), _percent(row.voted))  # fmt: skip
-        lines.append(_line(name, *cells))
+        lines.append(line(name, *cells))
     return "\n".join(lines)
 
 
 def perturbed(table: Table, drawn: Resampling) -> str:
     """Mean regrets by condition."""
     names = [name for name in CONDITIONS if name in table.rows[CONSENSUS]]
-    lines = _head("method", *names)
+    lines = head("method", *names)
     for name, rows in table.rows.items():
-        lines.append(_line(name, *(cell(drawn.mean(rows[c].regret_m)) for c in names)))
+        lines.append(line(name, *(cell(drawn.mean(rows[c].regret_m)) for c in names)))
     return "\n".join(lines)
 
 
 def spoilt(table: Table, drawn: Resampling) -> str:
     """The consensus with each expert at random or absent: what that costs, and whether it still
     beats the closest frontier."""
-    lines = _head("expert", "how", "regret m", "minus clean, m", f"minus {CLOSEST}, m", "worst %")
+    lines = head("expert", "how", "regret m", "minus clean, m", f"minus {CLOSEST}, m", "worst %")
     whole, closest = table.rows[CONSENSUS][CLEAN], table.rows[CLOSEST][CLEAN]
     for kind in SPOILT:
         turns = dict(table.spoilt.get(kind, {}))
@@ -86,32 +86,32 @@ def spoilt(table: Table, drawn: Resampling) -> str:
             turns["each in turn"] = table.rows[CONSENSUS][kind]
         for expert, row in turns.items():
             cells = (cell(drawn.mean(row.regret_m)),
-                     _gap(drawn.mean(row.regret_m - whole.regret_m)),
-                     _gap(drawn.mean(row.regret_m - closest.regret_m)),
+                     gap(drawn.mean(row.regret_m - whole.regret_m)),
+                     gap(drawn.mean(row.regret_m - closest.regret_m)),
                      cell(drawn.mean(row.worst), 100, 1))  # fmt: skip
-            lines.append(_line(expert, kind.removeprefix("one "), *cells))
+            lines.append(line(expert, kind.removeprefix("one "), *cells))
     return "\n".join(lines)
 
 
 def experts(table: Table, drawn: Resampling) -> str:
     """How often each votes, why not, and whether its evidence knows the way."""
     told = "evidence and a short way on, rank correlation"
-    lines = _head("expert", "voted %", "abstained %", told, "on % of questions")
+    lines = head("expert", "voted %", "abstained %", told, "on % of questions")
     for name, outcomes in table.votes.items():
         why = ", ".join(f"{c} {100 * s:.1f}" for c, s in outcomes.items() if c != "voted")
         insight = drawn.mean(table.insight[name])
         share = insight.n / max(1, len(table.layouts))
-        lines.append(_line(name, f"{100 * outcomes.get('voted', 0.0):.1f}", why or "–",
+        lines.append(line(name, f"{100 * outcomes.get('voted', 0.0):.1f}", why or "–",
                            cell(insight), f"{100 * share:.1f}"))  # fmt: skip
     return "\n".join(lines)
 
 
 def likeness(table: Table, drawn: Resampling) -> str:
     """How far two experts repeat each other."""
-    lines = _head("experts", "both vote %", "sets share a frontier %", "by chance %",
+    lines = head("experts", "both vote %", "sets share a frontier %", "by chance %",
                   "evidence, rank correlation")  # fmt: skip
     for (one, other), like in table.likeness.items():
-        lines.append(_line(f"{one}, {other}", cell(drawn.mean(like.both_vote), 100, 1),
+        lines.append(line(f"{one}, {other}", cell(drawn.mean(like.both_vote), 100, 1),
                            cell(drawn.mean(like.overlap), 100, 1), _percent(like.by_chance),
                            cell(drawn.mean(like.correlation))))  # fmt: skip
     return "\n".join(lines)
@@ -151,7 +151,7 @@ def figures(bank: Bank, table: Table, seed: int) -> dict[str, Any]:
     return data
 
 
-def _gap(figure: Figure) -> str:
+def gap(figure: Figure) -> str:
     apart = math.isfinite(figure.low) and (figure.low > 0 or figure.high < 0)
     return f"**{cell(figure)}**" if apart else cell(figure)
 
@@ -161,9 +161,9 @@ def _percent(values: "np.ndarray[Any, np.dtype[np.float64]]") -> str:
     return f"{100 * known.mean():.1f}" if known.size else "–"
 
 
-def _head(*names: str) -> list[str]:
-    return [_line(*names), f"|{'---|' * len(names)}"]
+def head(*names: str) -> list[str]:
+    return [line(*names), f"|{'---|' * len(names)}"]
 
 
-def _line(*cells: str) -> str:
+def line(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"

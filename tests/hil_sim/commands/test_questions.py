@@ -1,21 +1,26 @@
 """`hil-sim questions` from the outside: what it refuses, and what it leaves in a document."""
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pytest
 from asked import moment
 from click.testing import CliRunner
+from looked import write_homes
 from manual_clock import ManualClock
 
 from hil_sim.commands.questions import questions_command
 from hil_sim.expert_bench import voting
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankHome, BankPlan, write_home
 from hil_sim.expert_bench.make import make_bank, plan_of
+from hil_sim.expert_bench.view_questions import Floats, SightRows
 from runtime.clock import Deadline
-from runtime.core.types import Absence, Missing
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.errors import RfNavError
 from runtime.experts.panel import EXPERTS
+from runtime.perception import beholders
 
 
 class Mute:
@@ -94,3 +99,61 @@ def test_an_empty_bank_says_how_to_make_one(tmp_path: Path) -> None:
     done = run("--bank", str(tmp_path), "--homes", "0")
     assert isinstance(done.exception, RfNavError)
     assert "make them: hil-sim questions" in str(done.exception)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ((), "--bank is needed"),
+        (("--expert", "sle"), "--expert needs --views and --counted"),
+        (("--expert", "sle", "--views", "dev"), "--expert needs --views and --counted"),
+    ],
+)
+def test_what_is_needed_is_said(asked: tuple[str, ...], said: str) -> None:
+    done = run(*asked)
+    assert done.exit_code == 2
+    assert said in done.output
+
+
+class Blind:
+    """Sees nothing in any picture."""
+
+    def evidence(self, about: object, sights: SightRows, names: Sequence[str]) -> Floats:
+        return np.zeros((len(sights), len(names)))
+
+
+class Voting(Mute):
+    """Of whom SLE votes for the first frontier, and no one else does."""
+
+    def warm(self, bank: object, briefs: object = ()) -> None: ...
+
+    def asked(self, config: object, questions: object) -> voting.Votes:
+        def sle(brief: Brief, by: Deadline) -> Vote:
+            ids = [f.id for f in brief.frontiers]
+            return Vote("sle", (ids[0],), tuple((i, 1.0) for i in ids), "given", "head")
+
+        table = {e: (lambda brief, by, e=e: Missing(e, Absence.NO_EVIDENCE)) for e in EXPERTS}
+        return voting.Votes({**table, "sle": sle}, questions, Deadline.never(ManualClock()))
+
+
+def test_an_expert_is_judged_by_itself(
+    bank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = beholders.Opened({"head": Blind()}, lambda names: np.eye(len(names)))
+    monkeypatch.setattr(beholders, "open_beholders", lambda kinds: opened)
+    monkeypatch.setattr(beholders, "never_taught", lambda: frozenset({"mug"}))
+    monkeypatch.setattr(voting, "Voters", Voting)
+    dev, out = write_homes(tmp_path / "dev", homes=3, rows=64), tmp_path / "doc.md"
+    asked = ("--expert", "sle", "--kind", "head", "--rows", "0", "--views", str(dev),
+             "--counted", str(dev))  # fmt: skip
+    figures = tmp_path / "figures.json"
+    done = run(*asked, "--out", str(out), "--json", str(figures))
+    assert done.exit_code == 0, done.output
+    text = out.read_text(encoding="utf-8")
+    assert "<!-- report questions-sle -->" in text
+    assert "| X in view, taught, AUC | ≥ 0.90 | 0.50 [0.50, 0.50] |" in text
+    assert json.loads(figures.read_text(encoding="utf-8"))["homes"] == 3
+    banked = run(*asked, "--bank", str(bank), "--homes", "0", "--side", "all")
+    assert banked.exit_code == 0, banked.output
+    assert "#### In the bank, side `fit`: " in banked.output
+    assert "#### In the bank, side `test`: " in banked.output

@@ -1,0 +1,61 @@
+"""All that is measured of the scene-layout expert: on held-out homes' views, on photographs, in a
+bank, and by the clock."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import AbstractContextManager
+from typing import Protocol
+
+from hil_sim.expert_bench.bank import Bank, load_bank
+from hil_sim.expert_bench.judge import Electorate
+from hil_sim.expert_bench.photographs import load_photographs
+from hil_sim.expert_bench.scene_bank import SceneRows, judge_scene, prior_insight
+from hil_sim.expert_bench.scene_plan import ScenePlan
+from hil_sim.expert_bench.scene_report import SceneFigures, SideRows
+from hil_sim.expert_bench.scene_speed import THREADS, time_votes
+from hil_sim.expert_bench.scene_views import Beholder, judge_views
+from hil_sim.expert_bench.view_questions import Floats, load_views
+from hil_sim.ground_truth.labels import LABELLED
+from runtime.clock import SystemClock
+
+
+class Voting(Electorate, Protocol):
+    """The experts' models; see `Voters`."""
+
+    def warm(self, bank: Bank) -> None: ...
+
+
+Open = Callable[[Sequence[str]], AbstractContextManager[Voting]]
+"""Settings -> the models behind the experts."""
+Embed = Callable[[list[str]], Floats]
+
+
+def measure(
+    plan: ScenePlan,
+    beholders: Mapping[str, Beholder],
+    embed: Embed,
+    never: Collection[str],
+    opened: Open,
+) -> SceneFigures:
+    """Everything; `beholders` by kind, `never`: names that none was taught. RfNavError when files
+    cannot be used, or a model fails."""
+    views = load_views(plan.views, plan.most, plan.seed)
+    counted = load_views(plan.counted, sighted=False)
+    pictures = load_photographs(plan.photographs) if plan.photographs else None
+    table = judge_views(
+        views, counted, beholders, embed(list(LABELLED)), never, pictures, plan.seed
+    )
+    banks = {side: load_bank(plan.bank, side) for side in plan.sides} if plan.bank else {}
+    judged: dict[str, dict[str, SceneRows]] = {side: {} for side in banks}
+    seconds = {}
+    for kind in plan.kinds:
+        own = f'research.scene_layout="{kind}"', f"models.threads={THREADS}"
+        settings = (*plan.settings, *own)
+        with opened(settings) as voters:
+            seconds[kind] = time_votes(views.beyond.sights, kind, settings, voters, SystemClock())
+            for side, bank in banks.items():
+                voters.warm(bank)
+                judged[side][kind] = judge_scene(bank, settings, voters, plan.seed)
+    sides = {
+        side: SideRows(bank, judged[side], prior_insight(bank)) for side, bank in banks.items()
+    }
+    return SceneFigures(table, sides, seconds, plan.settings)

@@ -1,0 +1,55 @@
+"""Evidence about views against the way on, by hand."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways
+from hil_sim.expert_bench.view_questions import SightRows, ViewQuestions, WaysOn
+from hil_sim.ground_truth.labels import LABELLED
+
+BED = np.array([LABELLED.index("bed")])
+NATS = [2.0, 1.0, 0.0]
+
+
+def judged(
+    evidence: list[float], onward_m: list[float], areas: list[float], asked: bool = True
+) -> dict[str, WayFigures]:
+    """Of three frontiers a moment, in homes of their own."""
+    rows, count = len(evidence), len(LABELLED)
+    none = np.zeros((0, 0))
+    home = tuple(str(n // 3) for n in range(rows))
+    sights = SightRows(none, none, none, none, none, none, home)
+    every, ways_m = np.full((rows, count), asked), np.full((rows, count), np.inf)
+    ways_m[:, BED[0]] = onward_m
+    nats = np.zeros((rows, count))
+    nats[:, BED[0]] = evidence
+    ways = WaysOn(np.arange(rows) // 3, ways_m, np.array(areas))
+    return judge_ways(ViewQuestions(sights, every, every), ways, {"sees": nats}, BED, 0)
+
+
+def test_who_knows_the_way() -> None:
+    found = judged(NATS * 2, [1.0, 2.0, 3.0] * 2, [1.0] * 6)["sees"]
+    assert (found.own.mean, found.voted.mean, found.own.n) == (1.0, 1.0, 2)
+    mixed = judged(NATS * 2, [1.0, 2.0, 3.0, 3.0, 2.0, 1.0], [1.0] * 6)["sees"]
+    assert (mixed.own.mean, mixed.own.low, mixed.own.high) == (0.0, -1.0, 1.0)
+
+
+def test_the_prior_is_weighed_as_in_a_vote() -> None:
+    found = judged(NATS, [3.0, 2.0, 1.0], [1.0, 100.0, 10000.0])
+    assert found["sees"].own.mean == -1.0
+    assert found["sees"].voted.mean == 1.0  # ten times the weight each, against a nat
+    assert found[PRIOR].voted.mean == 1.0
+    assert math.isnan(found[PRIOR].own.mean)
+
+
+def test_two_frontiers_are_no_order() -> None:
+    assert judged(NATS, [1.0, 2.0, math.inf], [1.0] * 3) == {}
+    assert judged(NATS, [1.0, 2.0, 3.0], [1.0] * 3, asked=False) == {}
+
+
+def test_who_says_the_same_of_all_knows_nothing() -> None:
+    found = judged([0.5] * 3, [1.0, 2.0, 3.0], [1.0] * 3)["sees"]
+    assert found.own.n == 0
+    assert found.own.mean != pytest.approx(0.0)

@@ -1,0 +1,124 @@
+"""What the three kinds of the expert ask, of models whose answers are given."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from hil_sim.expert_bench.view_questions import SightRows
+from models.language.scene_layout import SceneLooks
+from runtime.core.types import F32
+from runtime.core.voting.likelihood_experts import VIEW_SCALE
+from runtime.core.voting.sight_experts import SIGHT_REFERENCES
+from runtime.errors import ModelError
+from runtime.perception.beholders import (
+    BATCH,
+    ByEmbedding,
+    ByHead,
+    ByLanguage,
+    looked,
+    never_taught,
+)
+
+WORDS = ("bed", "mug", "kitchen")
+
+
+def embed(texts: list[str]) -> F32:
+    """By the word that a text ends with."""
+    return np.array([np.eye(3)[WORDS.index(t.split()[-1])] for t in texts], np.float32)
+
+
+def sights(rows: int = 3) -> SightRows:
+    """Row n shows, in its features, n; its embedding is the n-th word's."""
+    features = np.zeros((rows, 2, 1, 1), np.float16)
+    features[:, 0, 0, 0] = np.arange(rows)
+    return SightRows(features, np.zeros((rows, 2, 1, 1), np.float16),
+                     np.eye(3, dtype=np.float16)[np.arange(rows) % 3], np.zeros((rows, 7)),
+                     np.full(rows, 0.25), np.full(rows, 2.5), ("a",) * rows)  # fmt: skip
+
+
+class Copies:
+    """A projector that hands on what it is shown: the feature into `beyond`, the way into `view`,
+    both into the tokens."""
+
+    text = "the {}"
+    templates: ClassVar = {"beyond": " Beyond is a", "view": " Here is a", "room": " It is a"}
+    blank = np.zeros((1, 3), np.float32)
+
+    def __init__(self) -> None:
+        self.batches = list[int]()
+
+    def look(self, features: F32, depth: F32, way: F32) -> SceneLooks:
+        assert features.dtype == depth.dtype == way.dtype == np.float32
+        self.batches.append(len(features))
+        shown = np.repeat(features[:, 0, 0], 3, axis=1)
+        told = np.column_stack((way, way[:, 0]))
+        return SceneLooks(shown, told, np.concatenate((shown[:, None, :1], told[:, None, :2]), 2))
+
+    def evidence(self, seen: F32, row: F32) -> F32:
+        return np.asarray(seen @ row, np.float32)
+
+
+def test_a_view_is_like_the_word_that_its_embedding_is_of() -> None:
+    found = ByEmbedding(embed).evidence("view", sights(), ["bed", "mug"])
+    assert found.tolist() == [[VIEW_SCALE, 0.0], [0.0, VIEW_SCALE], [0.0, 0.0]]
+    rooms = ByEmbedding(embed).evidence("room", sights(), ["kitchen"])
+    assert rooms.argmax() == 2
+
+
+def test_the_head_has_one_answer_beyond_and_one_in_view() -> None:
+    head = ByHead(Copies(), embed)
+    assert head.evidence("beyond", sights(), ["bed", "mug"]).tolist() == [[n, n] for n in range(3)]
+    assert head.evidence("view", sights(), ["bed", "mug"]).tolist() == [[0.25, 0.5]] * 3
+    assert head.evidence("room", sights(), ["kitchen"]).tolist() == [[0.25]] * 3
+
+
+def test_the_way_is_told_in_parts_of_what_is_far() -> None:
+    assert looked(Copies(), sights()).view[0].tolist() == [0.25, 0.5, 0.25]
+
+
+def test_large_numbers_go_through_a_few_at_a_time() -> None:
+    projector = Copies()
+    seen = looked(projector, sights(BATCH + 1))
+    assert projector.batches == [BATCH, 1]
+    assert seen.beyond[:, 0].tolist() == list(range(BATCH + 1))
+
+
+class Says:
+    """A language model that likes "bed" as much as the picture shows, all words alike by what is
+    said, and "mug" always."""
+
+    def __init__(self) -> None:
+        self.texts = set[str]()
+
+    def score(self, tokens: F32, text: str, words: Sequence[str]) -> list[float]:
+        self.texts.add(text)
+        assert all(word.startswith(" ") for word in words)
+        own = {" bed": float(tokens[0, 0]), " mug": 3.0}
+        return [own.get(word, 0.0) - len(text) - 5 * float(tokens[0, 1]) for word in words]
+
+
+def test_what_all_words_have_in_common_is_no_evidence() -> None:
+    says = Says()
+    expert = ByLanguage(Copies(), says.score)
+    found = expert.evidence("beyond", sights(), ["bed", "mug"])
+    # a reference that the picture speaks for speaks against all others
+    spoken = 1.0 - 1.0 / len(SIGHT_REFERENCES) if "bed" in SIGHT_REFERENCES else 1.0
+    assert found[:, 0].tolist() == pytest.approx([n * spoken for n in range(3)])
+    assert found[:, 1].tolist() == pytest.approx([n * (spoken - 1.0) for n in range(3)])
+    assert says.texts == {" Beyond is a"}
+
+
+def test_nothing_is_asked_about_no_names() -> None:
+    for kind in (ByEmbedding(embed), ByHead(Copies(), embed), ByLanguage(Copies(), Says().score)):
+        assert kind.evidence("view", sights(), []).shape == (3, 0)
+
+
+def test_names_that_nobody_was_taught_are_in_two_lists(tmp_path: Path) -> None:
+    (tmp_path / "names.toml").write_text('[held_out]\nsafe = ["safe"]\n')
+    with pytest.raises(ModelError, match="no lists of names that were never taught"):
+        never_taught(tmp_path)
+    (tmp_path / "beyond.toml").write_text('never_trained = ["mirror"]\n')
+    assert never_taught(tmp_path) == {"safe", "mirror"}
