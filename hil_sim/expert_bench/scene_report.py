@@ -13,7 +13,15 @@ from hil_sim.expert_bench.bank import Bank
 from hil_sim.expert_bench.report import gap, head, line
 from hil_sim.expert_bench.scene_bank import GATE, SceneRows
 from hil_sim.expert_bench.scene_speed import FRONTIERS, SceneSeconds
-from hil_sim.expert_bench.scene_views import NEVER, TABLE, TAUGHT, AreaRow, ViewTable
+from hil_sim.expert_bench.scene_views import (
+    GUESSING,
+    HEAD,
+    NEVER,
+    TABLE,
+    TAUGHT,
+    AreaRow,
+    ViewTable,
+)
 from hil_sim.expert_bench.scene_ways import PRIOR
 from hil_sim.expert_bench.statistics import Resampling, Values
 from hil_sim.expert_bench.view_questions import BEYOND_M
@@ -86,8 +94,7 @@ def _other_rungs(side: SideRows) -> list[str]:
 def aims(found: SceneFigures, seed: int) -> str:
     """What each kind, and what it is compared with, came to beside what was aimed for."""
     table = found.views
-    judges = list(dict.fromkeys(j for rows in table.areas.values() for j in rows))
-    judges += [j for j in table.rooms if j not in judges]
+    judges = _judges(table)
     lines = head("", "aim", *judges)
 
     def row(title: str, aim: str, cells: Mapping[str, str]) -> None:
@@ -124,9 +131,15 @@ def _drawn(side: SideRows, seed: int) -> Resampling:
     return Resampling([q.layout for q in side.bank.questions], seed)
 
 
+def _judges(table: ViewTable) -> list[str]:
+    """The kinds, then what they are compared with."""
+    others = (TABLE, GUESSING, PRIOR, HEAD)
+    return [*(kind for kind in table.rooms if kind not in others), *others]
+
+
 def details(table: ViewTable) -> str:
     """Less the table's, paired; and over all questions at once."""
-    judges = list(dict.fromkeys(j for rows in table.areas.values() for j in rows))
+    judges = [j for j in _judges(table) if j != HEAD]
     lines = head("", *judges)
     for (about, group), rows in table.areas.items():
         parts = [rows.get(j) for j in judges]

@@ -60,6 +60,7 @@ class SceneProjector(Protocol):
     text: str
     templates: dict[str, str]
     blank: F32
+    grid: tuple[int, ...]
 
     def look(self, features: F32, depth: F32, way: F32) -> SceneLooks: ...
 
@@ -123,7 +124,14 @@ class ByLanguage:
 
 
 def looked(projector: SceneProjector, views: Views) -> SceneLooks:
-    """All of them through the projector, a few at a time."""
+    """All of them through the projector, a few at a time. Raises ModelError for features of another
+    detector's."""
+    if views.features.shape[1:] != projector.grid:
+        shapes = (" x ".join(map(str, s)) for s in (views.features.shape[1:], projector.grid))
+        raise ModelError(
+            "views have {} features, the projector takes {}: make them again with the detector "
+            "that it was trained on: hil-sim beyond".format(*shapes)
+        )
     way = np.column_stack((views.column, views.range_m / FULL_RANGE_M)).astype(np.float32)
     features, depth = views.features, views.depth
     parts = [

@@ -46,6 +46,7 @@ class Copies:
     text = "the {}"
     templates: ClassVar = {"beyond": " Beyond is a", "view": " Here is a", "room": " It is a"}
     blank = np.zeros((1, 3), np.float32)
+    grid = (2, 1, 1)
 
     def __init__(self) -> None:
         self.batches = list[int]()
@@ -77,6 +78,13 @@ def test_the_head_has_one_answer_beyond_and_one_in_view() -> None:
 
 def test_the_way_is_told_in_parts_of_what_is_far() -> None:
     assert looked(Copies(), sights()).view[0].tolist() == [0.25, 0.5, 0.25]
+
+
+def test_another_detectors_views_are_refused() -> None:
+    projector = Copies()
+    projector.grid = (96, 1, 1)
+    with pytest.raises(ModelError, match="views have 2 x 1 x 1 features, the projector takes 96 x"):
+        looked(projector, sights())
 
 
 def test_large_numbers_go_through_a_few_at_a_time() -> None:
