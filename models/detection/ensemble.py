@@ -45,6 +45,8 @@ class DetectorEnsemble:
     and of our own beside another; 1: none rests but those of the other domain that add no word.
     `again`: the classifier of second looks, and what it looks for.
     `closer`: what is looked for is small.
+    `featured`: features are wanted, though one that does not tell them speaks for ours; one that
+    does looks, too, then.
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class DetectorEnsemble:
         self._frames = 0
         self._knows: dict[str, NDArray[np.bool_]] = {}
         self._classes: tuple[tuple[str, ...], ...] = ()
-        self.closer = False
+        self.closer = self.featured = False
         self._memo = _Memo()
         self._goal: int | None = None
         self._way: Way = "patch"
@@ -161,8 +163,18 @@ class DetectorEnsemble:
         one, places = fused(found, names, np.stack(knows), domain, self._weights)
         regions = _regions(places, at, said, view)
         return one._replace(
-            embeddings=regions, rooms=said.rooms, scene=said.scene, features=said.features
+            embeddings=regions,
+            rooms=said.rooms,
+            scene=said.scene,
+            features=self._features(said, image, rgb),
         )
+
+    def _features(self, said: RawDetections, image: object, rgb: NDArray[np.uint8]) -> Floats:
+        """Of the whole image, by the first of our own that tells them."""
+        if said.features.size or not self.featured:
+            return said.features
+        teller = next((name for name, d in self._ours.items() if d.tells_features), None)
+        return said.features if teller is None else self._view(teller, image, rgb, None).features
 
     def _whose_turn(self) -> list[str]:
         """Those of this domain, and others that have a word for what those have none for; in

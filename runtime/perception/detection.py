@@ -51,6 +51,9 @@ class SeekingDetector:
         self._all.set_vocabulary(goal.classes, self._rooms)
         self._all.look_for(goal.label)
         self._all.remember(config.detector.memo_frames)
+        self._all.featured = "sle" in config.panel.experts and (
+            config.experts.scene_layout != "embedding"
+        )
         self._all.begin()
         self._all.again, self._classes = again, goal.classes
         self._all.closer = goal.name in self._small

@@ -163,6 +163,22 @@ def test_which_file_tells_features_is_known_by_its_sum(
     assert DetectorEnsemble({"list": Sees(1, 0.7), "ours": ours}).features_of == ()
 
 
+def test_where_one_speaks_that_tells_no_features_another_is_asked_for_them(
+    constant_graph, encoder: TextEncoder, ours: OpenDetector
+) -> None:
+    parts = np.arange(24, dtype=np.float32).reshape(1, 2, 3, 4)
+    tells = open_detector(our_graph(constant_graph, encoder, features=parts), "rfnav", encoder)
+    home = FusionWeights(home={"drawn": "renderings", "photo": "photographs"})
+    both = DetectorEnsemble({"drawn": tells, "photo": ours}, "photographs", 2, home)
+    both.set_vocabulary(CLASSES, ("kitchen",))
+    assert both.detect(FRAME).features.size  # the first frame is looked at by all
+    assert not both.detect(FRAME).features.size
+    both.featured = True
+    seen = both.detect(FRAME)
+    assert (seen.features == parts[0]).all()
+    assert seen.rooms.size
+
+
 def test_ours_tells_rooms_looks_and_the_domain(ours: OpenDetector) -> None:
     other = Sees(1, 0.7)
     other.found = other.found._replace(boxes_px=np.array([(52, 8, 80, 40)], np.float32))
