@@ -1,25 +1,30 @@
 """What the three kinds of the expert ask, of models whose answers are given."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from layout_graph import write_layout
 
 from hil_sim.expert_bench.view_questions import SightRows
 from models.language.scene_layout import SceneLooks
+from models.store import manifest
 from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import VIEW_SCALE
 from runtime.core.voting.sight_experts import SIGHT_REFERENCES
 from runtime.errors import ModelError
 from runtime.perception.beholders import (
     BATCH,
+    PROJECTOR,
     ByEmbedding,
     ByHead,
     ByLanguage,
     looked,
     never_taught,
+    open_beholders,
 )
 
 WORDS = ("bed", "mug", "kitchen")
@@ -130,3 +135,22 @@ def test_names_that_nobody_was_taught_are_in_two_lists(tmp_path: Path) -> None:
         never_taught(tmp_path)
     (tmp_path / "beyond.toml").write_text('never_trained = ["mirror"]\n')
     assert never_taught(tmp_path) == {"safe", "mirror"}
+
+
+def test_the_default_models_are_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "layout.onnx"
+    write_layout(path, (2, 1, 1), "detector", "language")
+    located = manifest.located
+    monkeypatch.setattr(
+        manifest, "located", lambda name: path if name == PROJECTOR else located(name)
+    )
+    kinds, embed = open_beholders(("language", "head", "embedding"))
+    shown = sights()
+    shown = replace(shown, scene=np.tile(embed(["a room with a bed"]), (3, 1)))
+    nats = {kind: asked.evidence("beyond", shown, WORDS) for kind, asked in kinds.items()}
+    assert {kind: rows.shape for kind, rows in nats.items()} == dict.fromkeys(kinds, (3, 3))
+    # it is blind to the first view, whose features are none; the further ones are as it were louder
+    assert nats["language"][0] == pytest.approx([0.0] * 3, abs=1e-4)
+    assert nats["head"][2] == pytest.approx(2 * nats["head"][1], rel=1e-3)
+    assert nats["embedding"][:, 0] == pytest.approx([VIEW_SCALE] * 3, rel=1e-3)
+    assert not np.allclose(nats["language"][1], nats["language"][2])
