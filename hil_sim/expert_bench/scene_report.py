@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hil_sim.evaluation.summary import Figure, cell
-from hil_sim.expert_bench.auc import LEAST
+from hil_sim.expert_bench.auc import LEAST, Area
 from hil_sim.expert_bench.bank import Bank
 from hil_sim.expert_bench.report import gap, head, line
 from hil_sim.expert_bench.scene_bank import GATE, SceneRows
@@ -131,6 +131,10 @@ def _drawn(side: SideRows, seed: int) -> Resampling:
     return Resampling([q.layout for q in side.bank.questions], seed)
 
 
+def _area(area: Area | None) -> str:
+    return "–" if area is None else cell(area.figure)
+
+
 def _judges(table: ViewTable) -> list[str]:
     """The kinds, then what they are compared with."""
     others = (TABLE, GUESSING, PRIOR, HEAD)
@@ -145,8 +149,19 @@ def details(table: ViewTable) -> str:
         parts = [rows.get(j) for j in judges]
         title = f"{WHERE[about]}, {group}"
         lines.append(line(f"{title}: minus the table", *map(_gap, judges, parts)))
-        lines.append(line(f"{title}: pooled", *("–" if r is None else cell(r.micro.figure)
-                                                for r in parts)))  # fmt: skip
+        lines.append(
+            line(f"{title}: pooled", *(_area(None if r is None else r.micro) for r in parts))
+        )
+        if about == "beyond":
+            lines.append(
+                line(
+                    f"{title}: with the prior",
+                    *(_area(None if r is None else r.weighed) for r in parts),
+                )
+            )
+            gains = (gap(r.gain.figure) if r and r.gain and j != PRIOR else "–"
+                     for j, r in zip(judges, parts, strict=True))  # fmt: skip
+            lines.append(line(f"{title}: with the prior, minus the prior alone", *gains))
     own = (cell(table.ways[j].own) if j in table.ways else "–" for j in judges)
     lines.append(line("own evidence and a short way on", *own))
     return "\n".join(lines)
@@ -236,7 +251,7 @@ def figures(found: SceneFigures, seed: int) -> dict[str, Any]:
 
 
 def _plain(row: AreaRow) -> dict[str, Figure]:
-    return {name: area.figure for name, area in vars(row).items()}
+    return {name: area.figure for name, area in vars(row).items() if area is not None}
 
 
 def _side(side: SideRows, seed: int) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 this. Beside it what it has to beat: a table of things by room type."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, Protocol
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hil_sim.expert_bench.auc import LEAST, Area, HomeAreas
 from hil_sim.expert_bench.room_table import RoomTable
-from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways, prior_scores
+from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways, prior_scores, with_prior
 from hil_sim.expert_bench.view_questions import (
     Floats,
     Indices,
@@ -39,11 +39,14 @@ class Beholder(Protocol):
 @dataclass(frozen=True)
 class AreaRow:
     """Areas of one judge: the mean over names, all names' questions together, and the mean less
-    the table's, paired."""
+    the table's, paired. `weighed`: the mean with the prior, as a vote weighs both, and `gain` that
+    less the prior's alone; None of what is in view, for which there is no prior."""
 
     macro: Area
     micro: Area
     gap: Area
+    weighed: Area | None = None
+    gain: Area | None = None
 
 
 @dataclass(frozen=True)
@@ -120,12 +123,20 @@ def _areas(
     """What was counted needs no guessing."""
     homes = HomeAreas(questions.sights.home, seed)
     asked, true = questions.asked, questions.true
-    macro = {kind: homes.macro(values, asked, true, names) for kind, values in scores.items()
-             if kind != GUESSING or group == NEVER}  # fmt: skip
-    return {
-        kind: AreaRow(area, homes.micro(scores[kind], asked, true, names), area.minus(macro[TABLE]))
-        for kind, area in macro.items()
+    kinds = [kind for kind in scores if kind != GUESSING or group == NEVER]
+
+    def macro(values: Floats) -> Area:
+        return homes.macro(values, asked, true, names)
+
+    plain = {kind: macro(scores[kind]) for kind in kinds}
+    rows = {
+        kind: AreaRow(area, homes.micro(scores[kind], asked, true, names), area.minus(plain[TABLE]))
+        for kind, area in plain.items()
     }
+    for kind in kinds if PRIOR in scores else ():
+        weighed = macro(with_prior(scores[kind], scores[PRIOR])) if kind != PRIOR else plain[kind]
+        rows[kind] = replace(rows[kind], weighed=weighed, gain=weighed.minus(plain[PRIOR]))
+    return rows
 
 
 def _rooms(

@@ -34,13 +34,13 @@ def judge_ways(
     if not cases:
         return {}
     drawn = Resampling([questions.sights.home[rows[0]] for rows, _ in cases], seed)
-    prior, temperature = prior_scores(ways.unknown_m2), ExpertConfig().temperature
+    prior = prior_scores(ways.unknown_m2)
 
     def correlated(values: Floats) -> Figure:
         return drawn.mean(_correlations(values, ways, cases))
 
     found = {
-        judge: WayFigures(correlated(nats), correlated(nats / temperature + prior))
+        judge: WayFigures(correlated(nats), correlated(with_prior(nats, prior)))
         for judge, nats in scores.items()
     }
     none = Figure(math.nan, math.nan, math.nan, 0)
@@ -51,6 +51,11 @@ def prior_scores(unknown_m2: Floats) -> NDArray[np.float64]:
     """(N,) of the briefs -> (N, C) what a vote adds for it, whatever is looked for."""
     nats = UNKNOWN_WEIGHT * np.log(unknown_m2.astype(np.float64) + LEAST_M2)
     return np.repeat(nats[:, None], len(LABELLED), axis=1)
+
+
+def with_prior(nats: Floats, prior: Floats) -> Floats:
+    """Evidence and prior as a vote weighs them."""
+    return np.asarray(nats / ExpertConfig().temperature + prior, np.float64)
 
 
 def _cases(questions: ViewQuestions, ways: WaysOn, names: Indices) -> list[tuple[Indices, int]]:

@@ -18,6 +18,7 @@ from hil_sim.expert_bench.scene_views import (
     enough,
     judge_views,
 )
+from hil_sim.expert_bench.scene_ways import PRIOR
 from hil_sim.expert_bench.view_questions import Floats, SightRows, ViewBank, load_views
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.scenes.format import ROOM_TYPES
@@ -90,3 +91,19 @@ def test_photographs_have_a_row_of_their_own(views: ViewBank) -> None:
     assert set(told.photographs) == {"sees", HEAD}
     assert told.photographs["sees"].mean == 0.5
     assert told.photographs[HEAD].mean == 0.0
+
+
+def test_what_evidence_adds_to_the_prior_is_told(views: ViewBank) -> None:
+    beyond, count = views.beyond, len(views.beyond.sights)
+    near = np.arange(count) % 2 == 0
+    beyond.asked[:, BED], beyond.true[:, BED] = True, near
+    shown = beyond.sights.features[:, 0, 0, 0]
+    shown[:] = np.where(np.arange(count) % 4 < 2, np.where(near, 1, -1), 0)  # it sees every other
+    views.ways.unknown_m2[:] = np.where(np.arange(count) % 4 < 2, 1.0, np.where(near, 3.0, 0.1))
+    row = judged(views).areas["beyond", TAUGHT]["sees"]
+    alone = judged(views).areas["beyond", TAUGHT][PRIOR]
+    assert row.weighed is not None
+    assert row.gain is not None
+    assert row.weighed.mean == 1.0 > max(row.macro.mean, alone.macro.mean)
+    assert row.gain.mean == pytest.approx(1.0 - alone.macro.mean)
+    assert judged(views).areas["view", TAUGHT]["sees"].gain is None
