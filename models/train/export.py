@@ -1,7 +1,8 @@
 """`python -m models.train.export`: a checkpoint's averaged weights as one ONNX file.
 
 The graph ends after selection: boxes, objectness and word-space embeddings of the CANDIDATES most
-objectlike locations, and the scene's embedding. Weights are stored in half precision and cast
+objectlike locations, the scene's embedding, and (not in 8 bits) what the backbone saw of each part
+of the image. Weights are stored in half precision and cast
 when the file is loaded, or the file is in 8 bits. What torch and onnxruntime make of the same
 images must agree, before rounding to 8 bits.
 """
@@ -22,6 +23,7 @@ from torch import Tensor, nn
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
 from models.train.data import FULL
+from models.train.features import expose
 from models.train.graph import constants, halve, parse_size, set_metadata, simplified
 from models.train.network import Network
 from models.train.quantise import quantise
@@ -105,6 +107,8 @@ def export(
     halve(model)
     set_metadata(model, {**constants(learned), "format": FORMAT})
     onnx.save(model, str(out))
+    if not calibrate:
+        expose(out, out)
 
 
 def _trace(selected: Selected, out: Path, size: tuple[int, int]) -> None:
@@ -132,7 +136,7 @@ def check_parity(selected: Selected, path: Path, size: tuple[int, int]) -> None:
             mine = dict(
                 zip(OUTPUTS, (t.numpy() for t in selected(torch.from_numpy(image))), strict=True)
             )
-        theirs = dict(zip(OUTPUTS, session.run(None, {"image": image}), strict=True))
+        theirs = dict(zip(OUTPUTS, session.run(OUTPUTS, {"image": image}), strict=True))
         for name in ("objectness", "scene"):
             gap = float(np.abs(mine[name] - theirs[name]).max())
             if gap > TOLERANCE[name]:

@@ -10,12 +10,15 @@ from pathlib import Path
 import click
 import numpy as np
 import onnx
-from onnx import helper, shape_inference
+from onnx import helper, numpy_helper, shape_inference
 
 from models.errors import ModelFileError, told
 from models.onnx_session import open_session
+from models.train.compaction import Compaction
 
 OUTPUT = "features"
+WHOLE = "/features/whole"
+"""What is compacted."""
 POOLED = 2
 BACKBONE = "/network/backbone/blocks.15/project/Conv_output_0"
 NAMED = "/network/head/what/what.1/what.1.3_2/Relu_output_0"
@@ -41,11 +44,40 @@ def expose(path: Path, out: Path) -> tuple[int, ...]:
     if OUTPUT not in shapes:
         raise ModelFileError(f"{path}: its input has no fixed size; export it with one")
     graph.output.append(shapes[OUTPUT])
+    return _saved(model, path, out)
+
+
+def compact(path: Path, out: Path, compaction: Compaction) -> tuple[int, ...]:
+    """Write the detector at `path`, which tells its features whole, to `out`, which tells them
+    compacted; returns their shape. ModelFileError where it does not, or has them compacted."""
+    model = onnx.load(str(path))
+    graph = model.graph
+    told = next((o for o in graph.output if o.name == OUTPUT), None)
+    whole, kept = compaction.weight.shape
+    dims = [d.dim_value for d in told.type.tensor_type.shape.dim] if told else []
+    if told is None or dims[1:2] != [whole]:
+        raise ModelFileError(
+            f"{path}: {OUTPUT} {dims or 'missing'}; a compaction of {whole} channels needs a file "
+            "of models.train.features"
+        )
+    for node in graph.node:
+        node.output[:] = [WHOLE if name == OUTPUT else name for name in node.output]
+    weight = np.ascontiguousarray(compaction.weight.T[:, :, None, None])
+    for name, values in (("weight", weight), ("bias", compaction.bias)):
+        graph.initializer.append(numpy_helper.from_array(values, f"/features/{name}"))
+    inputs = [WHOLE, "/features/weight", "/features/bias"]
+    graph.node.append(helper.make_node("Conv", inputs, [OUTPUT], kernel_shape=[1, 1]))
+    told.type.tensor_type.shape.dim[1].dim_value = kept
+    return _saved(model, path, out)
+
+
+def _saved(model: onnx.ModelProto, path: Path, out: Path) -> tuple[int, ...]:
+    """Write the file; its other outputs must be those of `path`, to the last bit."""
     onnx.checker.check_model(model)
     before = _answers(path)
     onnx.save(model, str(out))
     after = _answers(out)
-    if any(not np.array_equal(before[name], after[name]) for name in before):
+    if any(not np.array_equal(before[name], after[name]) for name in before if name != OUTPUT):
         raise ModelFileError(f"{out}: answers otherwise than {path} did")
     return after[OUTPUT].shape
 
@@ -62,9 +94,14 @@ def _answers(path: Path) -> dict[str, np.ndarray]:
 @click.command(epilog="Example:  python -m models.train.features detector.onnx")
 @click.argument("path", type=click.Path(path_type=Path, exists=True))
 @click.option("--out", type=click.Path(path_type=Path), help="Another file; else the same.")
-def main(path: Path, out: Path | None) -> None:
+@click.option("--compaction", type=click.Path(path_type=Path, exists=True),
+              help="Of models.train.beyond: tell what is told in fewer numbers.")  # fmt: skip
+def main(path: Path, out: Path | None, compaction: Path | None) -> None:
     """Have the detector's file at PATH tell what its backbone saw."""
-    shape = expose(path, out or path)
+    if compaction is None:
+        shape = expose(path, out or path)
+    else:
+        shape = compact(path, out or path, Compaction.read(compaction))
     click.echo(f"{out or path}: {OUTPUT} {'x'.join(map(str, shape))}")
 
 
