@@ -1,0 +1,159 @@
+"""`python -m models.train.beyond_export`: a run of models.train.beyond as one ONNX file, and the
+detector's file with its compaction. Weights are in half precision, computing is in single; what
+torch and onnxruntime make of the same sights must agree."""
+
+import json
+import os
+import warnings
+from pathlib import Path
+
+import click
+import numpy as np
+import onnx
+import torch
+from torch import Tensor, nn
+
+from models.checksum import sha256
+from models.errors import ModelFileError, told
+from models.language.scene_layout import FORMAT, INPUTS, OUTPUTS, TEMPLATES, SceneLayout
+from models.store import manifest
+from models.train.beyond import COMPACTION, LANGUAGE, encoder
+from models.train.beyond_data import Homes, read_homes
+from models.train.beyond_head import answers, fit_gain, pictures, plain_head
+from models.train.beyond_language import mean_tokens
+from models.train.beyond_network import TEXT_DIM, PlainHead, Projector
+from models.train.beyond_words import LayoutWords, load_words
+from models.train.compaction import Compaction
+from models.train.export import OPSET
+from models.train.features import compact
+from models.train.graph import halve, set_metadata, simplified
+
+TOLERANCE = 0.05
+"""Of nats, and of a token's numbers, between torch and the file."""
+
+
+class Whole(nn.Module):
+    """Both networks as the runtime has them, evidence above its mean over sights."""
+
+    def __init__(self, head: PlainHead, projector: Projector, means: tuple[Tensor, Tensor],
+                 middle: Tensor, blank: Tensor, gain: float) -> None:  # fmt: skip
+        """`means` (386,) each of answers beyond and in view; `middle` (384,) of names' rows;
+        `gain` of what lies beyond."""
+        super().__init__()
+        self.gain = gain
+        self.head, self.projector = head, projector
+        for name, mean in zip(("beyond", "view"), means, strict=True):
+            mean = mean.clone()
+            mean[-1] = 0
+            self.register_buffer(name, mean)
+        self.register_buffer("middle", middle)
+        self.register_buffer("blank", blank)
+
+    def forward(
+        self, features: Tensor, depth: Tensor, way: Tensor
+    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+        """As SceneLayout's; the last are the tokens of no picture."""
+        answer = self.head(features, depth, way)
+        above = [
+            self._above(said - mean)
+            for said, mean in zip(answer[:2], (self.beyond, self.view), strict=True)
+        ]
+        beyond = torch.cat((self.gain * above[0][:, :-1], above[0][:, -1:]), 1)
+        return beyond, above[1], self.projector(features, depth, way), self.blank + 0 * way.sum()
+
+    def _above(self, answer: Tensor) -> Tensor:
+        vector = answer[:, :TEXT_DIM]
+        sure = answer[:, TEXT_DIM : TEXT_DIM + 1] - (vector @ self.middle)[:, None]
+        return torch.cat((vector, sure, answer[:, -1:]), 1)
+
+
+def whole(run: Path, homes: Homes, dev: Homes, words: LayoutWords) -> Whole:
+    """The networks of a run, with means over the sights of `homes` and a gain fitted on `dev`."""
+    head = plain_head(homes)
+    head.load_state_dict(_weights(run / "head.pt"))
+    learned = _weights(run / "projector.pt")
+    projector = Projector(
+        homes.features.shape[1], learned["start"], torch.zeros(TEXT_DIM, len(learned["start"]))
+    )
+    projector.load_state_dict(learned)
+    head.eval(), projector.eval()
+    beyond, view = answers(head, homes)
+    means = beyond[torch.from_numpy(homes.best)].mean(0), view.mean(0)
+    middle = words.canonical().mean(0)
+    gain = fit_gain(head, dev, words)
+    return Whole(head, projector, means, middle, mean_tokens(projector, homes), gain).eval()
+
+
+def _weights(path: Path) -> dict[str, Tensor]:
+    if not path.exists():
+        raise ModelFileError(f"{path}: missing; let models.train.beyond finish")
+    found: dict[str, Tensor] = torch.load(path, map_location="cpu", weights_only=True)
+    return found
+
+
+def export(network: Whole, out: Path, entries: dict[str, str], sights: list[Tensor]) -> None:
+    """Write `out` and check that it says of some sights what torch says. Raises ModelFileError."""
+    partial = out.with_suffix(".partial.onnx")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        torch.onnx.export(
+            network, tuple(x[:3] for x in sights), str(partial),
+            input_names=list(INPUTS), output_names=list(OUTPUTS), opset_version=OPSET, dynamo=False,
+            dynamic_axes={name: {0: "n"} for name in (*INPUTS, *OUTPUTS[:-1])},
+        )  # fmt: skip
+    model = simplified(partial)
+    halve(model)
+    set_metadata(model, {**entries, "format": FORMAT})
+    onnx.save(model, str(partial))
+    told = SceneLayout(partial)
+    theirs = told.look(*(x.numpy() for x in sights))
+    with torch.no_grad():
+        mine = [x.numpy() for x in network(*sights)]
+    for name, a, b in zip(OUTPUTS, mine, (*theirs, told.blank), strict=True):
+        gap = float(np.abs(a - b).mean() / max(1e-6, np.abs(a).mean()))
+        if gap > TOLERANCE:
+            raise ModelFileError(f"{out}: {name} differs from torch by {gap:.1%}; do not use it")
+    os.replace(partial, out)
+
+
+@click.command(
+    epilog="Example:  python -m models.train.beyond_export --run run --data beyond/train"
+)
+@click.option("--run", type=click.Path(path_type=Path, exists=True), required=True)
+@click.option("--data", type=click.Path(path_type=Path, exists=True), required=True,
+              help="The homes that it was taught with.")  # fmt: skip
+@click.option("--dev", type=click.Path(path_type=Path, exists=True), required=True)
+@click.option("--detector", type=click.Path(path_type=Path, exists=True),
+              default=Path("models/weights/rfnav-det.onnx"), show_default=True,
+              help="Whose features the homes have; it will tell them compacted.")  # fmt: skip
+@click.option("--detector-out", type=click.Path(path_type=Path), help="Default: the same.")
+@click.option("--out", type=click.Path(path_type=Path),
+              default=Path("models/weights/scene-layout.onnx"), show_default=True)  # fmt: skip
+def main(
+    run: Path, data: Path, dev: Path, detector: Path, detector_out: Path | None, out: Path
+) -> None:
+    """Write the scene-layout expert, and the detector that tells what it is shown."""
+    torch.set_num_threads(1)
+    compaction = Compaction.read(run / COMPACTION) if (run / COMPACTION).exists() else None
+    homes = read_homes(data, compaction)
+    words = load_words(homes.categories, homes.room_names, encoder().embed)
+    detector_out = detector_out or detector
+    if compaction is not None:
+        compact(detector, detector_out, compaction)
+    texts = dict(words.texts)
+    network = whole(run, homes, read_homes(dev, compaction), words)
+    entries = {
+        "detector": sha256(detector_out),
+        "language": sha256(manifest.fetch(LANGUAGE)),
+        "text": texts["thing"],
+        "templates": json.dumps({key: texts[key] for key in TEMPLATES}),
+    }
+    sights = pictures(homes, homes.frame[:64], homes.way()[:64])
+    export(network, out, entries, sights)
+    click.echo(f"gain {network.gain:g}")
+    for path in (detector_out, out):
+        click.echo(f"{path}: {path.stat().st_size} bytes, sha256 {sha256(path)}")
+
+
+if __name__ == "__main__":
+    told(main)
