@@ -9,6 +9,8 @@ from onnx import TensorProto, helper, numpy_helper
 
 from models.errors import ModelFileError
 from models.language.scene_layout import FORMAT, SceneLayout
+from models.onnx_session import open_session
+from models.store import manifest
 
 TOLD = {
     "format": FORMAT, "detector": "abc", "language": "def", "text": "a {}",
@@ -80,3 +82,21 @@ def test_other_files_are_refused_in_one_line(tmp_path: Path):
     told = {k: v for k, v in TOLD.items() if k != "language"}
     with pytest.raises(ModelFileError, match="its metadata lack 'language'"):
         SceneLayout(draw(tmp_path / "e.onnx", told))
+
+
+def test_the_shipped_file_belongs_to_the_shipped_models():
+    layout = SceneLayout(manifest.locate("scene-layout"))
+    known = {name: manifest.entry(name).files[0] for name in ("rfnav-det", "smollm2-135m")}
+    assert layout.detector == known["rfnav-det"].sha256
+    assert layout.language == known["smollm2-135m"].sha256
+    assert manifest.entry("scene-layout").size < 15e6
+    detector = open_session(manifest.locate("rfnav-det"))
+    told = next(o for o in detector.get_outputs() if o.name == "features")
+    assert tuple(told.shape[1:]) == layout.grid
+    rng = np.random.default_rng(0)
+    sights = rng.normal(size=(4, *layout.grid)), rng.uniform(0, 3, (4, 2, *layout.grid[1:]))
+    looked = layout.look(*sights, np.array([[0.1, 0.4], [0.5, 0.4], [0.9, 0.4], [0.5, 1.0]]))
+    assert all(np.isfinite(part).all() for part in looked)
+    assert looked.beyond.shape == looked.view.shape == (4, 386)
+    assert looked.tokens.shape == (4, *layout.blank.shape) == (4, 8, 576)
+    assert len({row.tobytes() for row in looked.beyond}) == 4
