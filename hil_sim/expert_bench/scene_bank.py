@@ -13,7 +13,8 @@ from hil_sim.expert_bench.judge import CONSENSUS, METHODS, Bench, Electorate
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, Vote
-from runtime.core.voting.likelihood_experts import LEAST_M2, UNKNOWN_WEIGHT
+from runtime.core.voting.likelihood_experts import LEAST_M2
+from runtime.core.voting.sight_experts import unknown_weight
 
 EXPERT, RIVAL = "sle", "r2f"
 LEAST_P = 1e-300
@@ -143,16 +144,19 @@ def _insight(config: Config, bank: Bank, voters: Electorate, expert: str) -> Ins
     for number, question in enumerate(bank.questions):
         vote = cast.of(expert, number)
         p = {} if isinstance(vote, Missing) else dict(vote.probabilities)
-        own.append(_correlation(question, _without_prior(question, p)))
+        weight = unknown_weight(getattr(vote, "rung", ""))
+        own.append(_correlation(question, _without_prior(question, p, weight)))
         voted.append(_correlation(question, p))
     return Insight(np.array(own), np.array(voted))
 
 
-def _without_prior(question: BenchQuestion, p: Mapping[int, float]) -> dict[int, float]:
+def _without_prior(
+    question: BenchQuestion, p: Mapping[int, float], weight: float
+) -> dict[int, float]:
     """Evidence over the temperature, up to a constant; equal where it was equal."""
     area = {f.id: f.unknown_m2 + LEAST_M2 for f in question.brief().frontiers}
     return {
-        id: round(math.log(max(share, LEAST_P)) - UNKNOWN_WEIGHT * math.log(area[id]), 6)
+        id: round(math.log(max(share, LEAST_P)) - weight * math.log(area[id]), 6)
         for id, share in p.items()
     }
 

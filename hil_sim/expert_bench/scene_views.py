@@ -134,7 +134,8 @@ def _areas(
         for kind, area in plain.items()
     }
     for kind in kinds if PRIOR in scores else ():
-        weighed = macro(with_prior(scores[kind], scores[PRIOR])) if kind != PRIOR else plain[kind]
+        both = scores[kind] if kind == PRIOR else with_prior(kind, scores[kind], scores[PRIOR])
+        weighed = macro(both)
         rows[kind] = replace(rows[kind], weighed=weighed, gain=weighed.minus(plain[PRIOR]))
     return rows
 

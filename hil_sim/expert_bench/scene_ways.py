@@ -13,6 +13,7 @@ from hil_sim.expert_bench.statistics import Resampling, Values, rank_correlation
 from hil_sim.expert_bench.view_questions import Floats, Indices, ViewQuestions, WaysOn
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.core.voting.likelihood_experts import LEAST_M2, UNKNOWN_WEIGHT, ExpertConfig
+from runtime.core.voting.sight_experts import unknown_weight
 
 PRIOR = "the prior alone"
 
@@ -40,7 +41,7 @@ def judge_ways(
         return drawn.mean(_correlations(values, ways, cases))
 
     found = {
-        judge: WayFigures(correlated(nats), correlated(with_prior(nats, prior)))
+        judge: WayFigures(correlated(nats), correlated(with_prior(judge, nats, prior)))
         for judge, nats in scores.items()
     }
     none = Figure(math.nan, math.nan, math.nan, 0)
@@ -53,9 +54,10 @@ def prior_scores(unknown_m2: Floats) -> NDArray[np.float64]:
     return np.repeat(nats[:, None], len(LABELLED), axis=1)
 
 
-def with_prior(nats: Floats, prior: Floats) -> Floats:
-    """Evidence and prior as a vote weighs them."""
-    return np.asarray(nats / ExpertConfig().temperature + prior, np.float64)
+def with_prior(judge: str, nats: Floats, prior: Floats) -> Floats:
+    """Evidence and prior as a judge's vote weighs them."""
+    share = unknown_weight(judge) / UNKNOWN_WEIGHT
+    return np.asarray(nats / ExpertConfig().temperature + share * prior, np.float64)
 
 
 def _cases(questions: ViewQuestions, ways: WaysOn, names: Indices) -> list[tuple[Indices, int]]:

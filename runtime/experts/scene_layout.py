@@ -19,6 +19,7 @@ from runtime.clock import Deadline
 from runtime.core.types import F32, Absence, Brief, Missing, Sight, Vote
 from runtime.core.voting import sight_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig
+from runtime.core.voting.sight_experts import HEAD, LANGUAGE
 from runtime.experts.likelihood import ENOUGH
 from runtime.experts.panel import Expert
 from runtime.experts.scorer import Scorer
@@ -100,7 +101,7 @@ class SceneLayoutExperts:
         row = self.row(self.layout.text.format(brief.goal))
         beyond = np.stack([view.beyond for view in views.values()])
         nats = dict(zip(views, self.layout.evidence(beyond, row).tolist(), strict=True))
-        return sight_experts.vote_sights(brief, _finite(nats), cfg)
+        return sight_experts.vote_sights(brief, _finite(nats), cfg, HEAD)
 
     def _by_language(self, cfg: ExpertConfig, brief: Brief, by: Deadline) -> Vote | Missing:
         if self.scorer is None:
@@ -118,7 +119,7 @@ class SceneLayoutExperts:
         if by.passed() and len(known) < ENOUGH * len(digests):
             return Missing("sle", Absence.LATE, f"{len(known)} of {len(digests)} views answered")
         nats = {i: known[view.digest] for i, view in views.items() if view.digest in known}
-        return sight_experts.vote_sights(brief, _finite(nats), cfg)
+        return sight_experts.vote_sights(brief, _finite(nats), cfg, LANGUAGE)
 
     def _looked_at(self, brief: Brief) -> dict[int, SeenView] | Missing:
         """By frontier that was seen, of those that are a choice."""

@@ -10,6 +10,7 @@ from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
+from runtime.core.voting.sight_experts import HEAD, LANGUAGE
 from runtime.experts.cloud import RUNG, Bill, Cloud
 from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.likelihood import LikelihoodExperts
@@ -18,8 +19,6 @@ from runtime.experts.reasoner import Reasoner
 from runtime.experts.scene_layout import SceneLayoutExperts
 
 LOCAL: Final = "local"
-LANGUAGE: Final = "language"
-HEAD: Final = "head"
 EMBEDDING: Final = "embedding"
 LOCAL_SHARE = 0.6
 """Of the time left, that a model on the robot has while another rung is below it."""

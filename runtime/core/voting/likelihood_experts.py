@@ -249,15 +249,16 @@ def recommend(
     evidence: Mapping[int, float],
     told: Mapping[int, str],
     cfg: ExpertConfig,
+    unknown_weight: float = UNKNOWN_WEIGHT,
 ) -> Vote | Missing:
     """p = softmax of the evidence (nats) over the frontiers that have any, times a prior: the more
-    is unknown behind one, the more may be there. The set is those with p >= bar / n. Nothing above
-    the bar is an abstention, not an empty set."""
+    is unknown behind one, the more may be there: its area to the power of `unknown_weight`. The
+    set is those with p >= bar / n. Nothing above the bar is an abstention, not an empty set."""
     if not evidence:
         return Missing(expert, Absence.NO_EVIDENCE)
     ids = sorted(evidence)
     top = max(evidence.values())
-    area = {f.id: (f.unknown_m2 + LEAST_M2) ** UNKNOWN_WEIGHT for f in brief.frontiers}
+    area = {f.id: (f.unknown_m2 + LEAST_M2) ** unknown_weight for f in brief.frontiers}
     weights = [area[i] * math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
     total = math.fsum(weights)
     p = {i: w / total for i, w in zip(ids, weights, strict=True)}
@@ -271,14 +272,19 @@ def recommend(
 
 
 def vote_where_known(
-    expert: str, brief: Brief, evidence: Mapping[int, tuple[float, str]], cfg: ExpertConfig
+    expert: str,
+    brief: Brief,
+    evidence: Mapping[int, tuple[float, str]],
+    cfg: ExpertConfig,
+    unknown_weight: float = UNKNOWN_WEIGHT,
 ) -> Vote | Missing:
     """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""
     if not evidence:
         return Missing(expert, Absence.NO_EVIDENCE)
     known = {f.id: evidence.get(f.id, (0.0, "nothing known")) for f in brief.frontiers}
     nats = {i: value for i, (value, _) in known.items()}
-    return recommend(expert, brief, nats, {i: told for i, (_, told) in known.items()}, cfg)
+    texts = {i: told for i, (_, told) in known.items()}
+    return recommend(expert, brief, nats, texts, cfg, unknown_weight)
 
 
 def spoken_room(name: str) -> str:

@@ -7,10 +7,12 @@ other words after the same view, and on the same word after no view.
 
 from collections.abc import Iterable, Mapping
 from statistics import fmean
+from typing import Final
 
 from runtime.core.types import Brief, Missing, Vote
 from runtime.core.voting.likelihood_experts import (
     REFERENCES,
+    UNKNOWN_WEIGHT,
     VIEW,
     ExpertConfig,
     LikelihoodQuestion,
@@ -19,12 +21,25 @@ from runtime.core.voting.likelihood_experts import (
 
 SIGHT_REFERENCES = tuple(word for word in REFERENCES if word != "sofa")
 """One token each: a view is read once for all of them."""
+HEAD, LANGUAGE = "head", "language"
+"""Rungs: of the network alone, of the language model that is shown what it makes of a view."""
+HEAD_UNKNOWN_WEIGHT: Final = 0.25
+"""Of the unknown area behind a frontier, where the evidence was taught how much lies beyond: what
+it knows already must not count twice."""
 
 
-def vote_sights(brief: Brief, nats: Mapping[int, float], cfg: ExpertConfig) -> Vote | Missing:
-    """SLE by what was taught of views: `nats` by frontier that was seen; of others nothing is
+def vote_sights(
+    brief: Brief, nats: Mapping[int, float], cfg: ExpertConfig, rung: str
+) -> Vote | Missing:
+    """SLE on a rung that was taught views: `nats` by frontier that was seen; of others nothing is
     known."""
-    return vote_where_known("sle", brief, {i: (value, VIEW) for i, value in nats.items()}, cfg)
+    told = {i: (value, VIEW) for i, value in nats.items()}
+    return vote_where_known("sle", brief, told, cfg, unknown_weight(rung))
+
+
+def unknown_weight(rung: str) -> float:
+    """Exponent of the unknown area behind a frontier in the prior of SLE on a rung."""
+    return HEAD_UNKNOWN_WEIGHT if rung == HEAD else UNKNOWN_WEIGHT
 
 
 def sight_questions(context: str, goal: str, seen: Iterable[str]) -> tuple[LikelihoodQuestion, ...]:

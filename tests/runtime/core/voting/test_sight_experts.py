@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 from runtime.core.voting.likelihood_experts import ExpertConfig, LikelihoodQuestion
 from runtime.core.voting.sight_experts import (
+    HEAD,
+    LANGUAGE,
     SIGHT_REFERENCES,
     sight_evidence,
     sight_questions,
@@ -52,8 +54,20 @@ def test_a_view_of_which_not_all_is_answered_has_no_evidence():
 
 def test_of_a_frontier_that_was_never_seen_nothing_is_known():
     told = Brief("mug", 0, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2, 3)))
-    assert vote_sights(told, {2: -9.0}, CFG) == Missing("sle", Absence.NO_PREFERENCE)
-    good = vote_sights(told, {2: 2.0}, CFG)
+    assert vote_sights(told, {2: -9.0}, CFG, LANGUAGE) == Missing("sle", Absence.NO_PREFERENCE)
+    good = vote_sights(told, {2: 2.0}, CFG, LANGUAGE)
     assert isinstance(good, Vote)
     assert (good.frontiers, good.reason) == ((2,), "2: the view toward it (0.93)")
-    assert vote_sights(told, {}, CFG) == Missing("sle", Absence.NO_EVIDENCE)
+    assert vote_sights(told, {}, CFG, HEAD) == Missing("sle", Absence.NO_EVIDENCE)
+
+
+def test_what_was_taught_how_much_lies_beyond_counts_the_unknown_area_less():
+    areas = {1: 0.0, 2: 19.8}
+    told = Brief(
+        "mug", 0, tuple(FrontierBrief(i, 1.0, (), (), unknown_m2=m2) for i, m2 in areas.items())
+    )
+    for rung, power in ((LANGUAGE, 0.5), (HEAD, 0.25)):
+        vote = vote_sights(told, {1: 0.0, 2: 0.0}, CFG, rung)
+        assert isinstance(vote, Vote)
+        p = dict(vote.probabilities)
+        assert p[2] / p[1] == pytest.approx((20.0 / 0.2) ** power)
