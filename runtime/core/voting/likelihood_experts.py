@@ -44,7 +44,7 @@ class ExpertConfig:
         within=(0.0, 100.0),
     )
     scene_layout: SceneRung = key(
-        "embedding",
+        "head",
         "How SLE judges a view without a model that sees: by a network that was taught what lies "
         'beyond, "head", or "language", which shows the view to the language model; "embedding": '
         "by its likeness to the goal's place, of which it was taught nothing.",

@@ -29,7 +29,7 @@ from runtime.experts.scorer import Scorer
 from runtime.experts.seating import Seating
 
 PATIENCE_S = 20.0
-CFG = ExpertConfig()
+CFG = ExpertConfig(scene_layout="embedding")
 ROOMS = ("bathroom", "bedroom", "kitchen")
 SINK, LAMP = NearbyObject("sink", 0.9, 0.2), NearbyObject("lamp", 0.9, 0.2)
 BRIEF = Brief(
