@@ -89,7 +89,7 @@ def list_models() -> None:
         except ModelFileError:
             state = "not here or damaged"
         size = f"{model.size / 1e6:.1f} MB" if model.size else "size ?"
-        click.echo(f"{model.name:20} {model.task:9} {size:>9}  {model.licence:11} {state}")
+        click.echo(f"{model.name:20} {model.task:12} {size:>9}  {model.licence:11} {state}")
 
 
 @models_command.command(epilog="Example:  rfnav models evaluate --data frames/val --dev frames/dev")
