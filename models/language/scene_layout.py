@@ -84,8 +84,8 @@ class SceneLayout:
         return SceneLooks(*self._run(features, depth, way)[: len(SceneLooks._fields)])
 
     def evidence(self, answer: Floats, row: Floats) -> Floats:
-        """(N, D + 2) `beyond` or `view`, (D,) a text's row -> (N,) nats that it is there, above
-        what it is in the mean over views of homes."""
+        """(N, D + 2) `beyond` or `view`, (D,) a text's row -> (N,) nats that it is there;
+        beyond: above what it is in the mean over views of homes."""
         return np.asarray(answer[:, VECTOR] @ row + answer[:, SURE], np.float32)
 
     def _run(self, *given: Floats) -> list[Floats]:

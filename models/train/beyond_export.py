@@ -33,19 +33,18 @@ TOLERANCE = 0.05
 
 
 class Whole(nn.Module):
-    """Both networks as the runtime has them, evidence above its mean over sights."""
+    """Both networks as the runtime has them, evidence of what lies beyond above its mean over
+    sights. What is in view is left as it is: of room types, some are seen more often."""
 
-    def __init__(self, head: PlainHead, projector: Projector, means: tuple[Tensor, Tensor],
-                 middle: Tensor, blank: Tensor, gain: float) -> None:  # fmt: skip
-        """`means` (386,) each of answers beyond and in view; `middle` (384,) of names' rows;
-        `gain` of what lies beyond."""
+    def __init__(self, head: PlainHead, projector: Projector, mean: Tensor, middle: Tensor,
+                 blank: Tensor, gain: float) -> None:  # fmt: skip
+        """`mean` (386,) of answers beyond and their `gain`; `middle` (384,) of names' rows."""
         super().__init__()
         self.gain = gain
         self.head, self.projector = head, projector
-        for name, mean in zip(("beyond", "view"), means, strict=True):
-            mean = mean.clone()
-            mean[-1] = 0
-            self.register_buffer(name, mean)
+        mean = mean.clone()
+        mean[-1] = 0
+        self.register_buffer("mean", mean)
         self.register_buffer("middle", middle)
         self.register_buffer("blank", blank)
 
@@ -54,12 +53,9 @@ class Whole(nn.Module):
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """As SceneLayout's; the last are the tokens of no picture."""
         answer = self.head(features, depth, way)
-        above = [
-            self._above(said - mean)
-            for said, mean in zip(answer[:2], (self.beyond, self.view), strict=True)
-        ]
-        beyond = torch.cat((self.gain * above[0][:, :-1], above[0][:, -1:]), 1)
-        return beyond, above[1], self.projector(features, depth, way), self.blank + 0 * way.sum()
+        above = self._above(answer[0] - self.mean)
+        beyond = torch.cat((self.gain * above[:, :-1], above[:, -1:]), 1)
+        return beyond, self._above(answer[1]), self.projector(features, depth, way), self.blank + 0 * way.sum()
 
     def _above(self, answer: Tensor) -> Tensor:
         vector = answer[:, :TEXT_DIM]
@@ -77,11 +73,11 @@ def whole(run: Path, homes: Homes, dev: Homes, words: LayoutWords) -> Whole:
     )
     projector.load_state_dict(learned)
     head.eval(), projector.eval()
-    beyond, view = answers(head, homes)
-    means = beyond[torch.from_numpy(homes.best)].mean(0), view.mean(0)
+    beyond, _ = answers(head, homes)
+    mean = beyond[torch.from_numpy(homes.best)].mean(0)
     middle = words.canonical().mean(0)
     gain = fit_gain(head, dev, words)
-    return Whole(head, projector, means, middle, mean_tokens(projector, homes), gain).eval()
+    return Whole(head, projector, mean, middle, mean_tokens(projector, homes), gain).eval()
 
 
 def _weights(path: Path) -> dict[str, Tensor]:
