@@ -221,8 +221,8 @@ def _packed(frames: list[_Seen], rows: list[dict[str, object]]) -> HomeViews:
 
 
 def write_views(path: Path, views: HomeViews) -> None:
-    """Whole or not at all."""
-    draft = path.with_name(f".{os.getpid()}-{path.name}")
+    """Whole or not at all; what is left of a write that was killed is no `*.npz`."""
+    draft = path.with_name(f".{os.getpid()}-{path.name}.part")
     with draft.open("wb") as file:
         np.savez(file, format=FORMAT, categories=np.array(LABELLED),
                  room_names=np.array(ROOM_TYPES), **vars(views))  # fmt: skip

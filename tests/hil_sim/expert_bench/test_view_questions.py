@@ -1,6 +1,7 @@
 """What is asked about views, from the files that hold them."""
 
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import pytest
@@ -74,6 +75,21 @@ def test_layouts_of_replicas_are_one(tmp_path: Path) -> None:
     for name in ("FloorPlan_Train3_1", "FloorPlan_Train3_5"):
         write_views(tmp_path / HOMES / f"{name}.npz", home_views())
     assert set(load_views(tmp_path).beyond.sights.home) == {"FloorPlan_Train3"}
+
+
+def test_a_write_that_was_cut_short_is_no_home(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = write_homes(tmp_path, homes=1)
+
+    def killed(file: IO[bytes], **arrays: object) -> None:
+        file.write(b"PK half a home")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "savez", killed)
+    with pytest.raises(KeyboardInterrupt):
+        write_views(folder / HOMES / "val-300001.npz", home_views())
+    assert load_views(folder).homes == 1
 
 
 def test_a_folder_without_views_says_how_to_make_them(tmp_path: Path) -> None:
