@@ -77,12 +77,15 @@ class ViewBank:
 
 def load_views(folder: Path, most: int = 0, seed: int = 0, sighted: bool = True) -> ViewBank:
     """About `most` rows a home for each kind of question, drawn by the seed, whole moments; 0 takes
-    all. Without `sighted` all but features and depth, which are large. RfNavError when a file is
-    none."""
-    files = sorted((folder / HOMES).glob("*.npz"))
-    if not files:
+    all. Without `sighted` all but features and depth, which are large. Homes without a view are
+    passed over. RfNavError when a file is none, or no home has a view."""
+    read = []
+    for path in sorted((folder / HOMES).glob("*.npz")):
+        views = read_views(path)
+        if len(views.frame):
+            read.append(_home(views, layout_of(path.stem), most, seed, sighted))
+    if not read:
         raise RfNavError(f"{folder}: no views; make them: hil-sim beyond --out {folder}")
-    read = [_home(read_views(path), layout_of(path.stem), most, seed, sighted) for path in files]
     return ViewBank(
         _joined([r.beyond for r in read]),
         _ways([r.ways for r in read]),

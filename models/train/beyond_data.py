@@ -81,26 +81,31 @@ class Homes:
 
 
 def read_homes(folder: Path, change: Change | None = None) -> Homes:
-    """All files of a folder; `change` is applied to each home's features. Raises ModelFileError."""
+    """All homes of a folder that have a view toward a frontier; `change` is applied to each one's
+    features. Raises ModelFileError."""
     parts: list[dict[str, Array]] = []
     names: tuple[tuple[str, ...], ...] = ()
     frames = moments = 0
-    for at, path in enumerate(home_files(folder)):
+    for path in home_files(folder):
         part = _read(path)
         own = tuple(tuple(map(str, part.pop(name))) for name in OF_ALL)
         if names and own != names:
             raise ModelFileError(f"{path}: other categories or rooms than the first; make it anew")
         names = own
+        if not len(part["frame"]):
+            continue
         if change is not None:
             part["features"] = change(part["features"].astype(np.float32)).astype(np.float16)
         count = len(part["features"])
-        part["home"] = np.full(len(part["frame"]), at)
-        part["frame_home"] = np.full(count, at)
+        part["home"] = np.full(len(part["frame"]), len(parts))
+        part["frame_home"] = np.full(count, len(parts))
         part["frame"] = part["frame"].astype(np.int64) + frames
         _, order = np.unique(part["moment"], return_inverse=True)
         part["moment"] = order + moments
         frames, moments = frames + count, moments + int(order.max(initial=-1)) + 1
         parts.append(part)
+    if not parts:
+        raise ModelFileError(f"{folder}: no home has a view; make more with `hil-sim beyond`")
     table = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return Homes(**table, categories=names[0], room_names=names[1])
 
@@ -120,7 +125,10 @@ def feature_sample(folder: Path, rng: np.random.Generator) -> Floats:
     drawn = []
     for path in files:
         seen = _read(path, ("features",))["features"]
-        drawn.append(seen[rng.permutation(len(seen))[:each]])
+        if len(seen):
+            drawn.append(seen[rng.permutation(len(seen))[:each]])
+    if not drawn:
+        raise ModelFileError(f"{folder}: no home has a view; make more with `hil-sim beyond`")
     return np.concatenate(drawn).astype(np.float32)
 
 

@@ -9,7 +9,7 @@ from looked import BED, MUG, home_views, write_homes
 
 from hil_sim.expert_bench.bank import HOMES
 from hil_sim.expert_bench.view_questions import AHEAD, BEYOND_M, load_views
-from hil_sim.expert_bench.views import write_views
+from hil_sim.expert_bench.views import KINDS, HomeViews, write_views
 from runtime.errors import RfNavError
 
 
@@ -90,6 +90,18 @@ def test_a_write_that_was_cut_short_is_no_home(
     with pytest.raises(KeyboardInterrupt):
         write_views(folder / HOMES / "val-300001.npz", home_views())
     assert load_views(folder).homes == 1
+
+
+def test_a_home_without_a_view_is_passed_over(tmp_path: Path) -> None:
+    folder = write_homes(tmp_path, homes=2)
+    empty = HomeViews(**{name: np.array([], kind) for name, kind in KINDS.items()})  # all (0,)
+    write_views(folder / HOMES / "val-300000.npz", empty)
+    bank = load_views(folder)
+    assert bank.homes == 1
+    assert set(bank.in_view.sights.home) == {"val-300001"}
+    write_views(folder / HOMES / "val-300001.npz", empty)
+    with pytest.raises(RfNavError, match="no views"):
+        load_views(folder)
 
 
 def test_a_folder_without_views_says_how_to_make_them(tmp_path: Path) -> None:

@@ -19,6 +19,28 @@ def test_homes_are_read_one_behind_the_other(tmp_path: Path):
     assert feature_sample(tmp_path, np.random.default_rng(0)).shape == (48, CHANNELS, 6, 8)
 
 
+def test_a_home_without_a_view_is_passed_over(tmp_path: Path):
+    draw_homes(tmp_path, 3, seed=1)
+    paths = sorted((tmp_path / "homes").glob("*.npz"))
+
+    def empty(path: Path) -> None:
+        with np.load(path) as file:
+            kept = {name: file[name] for name in file}
+        none = {name: values[:0].reshape(-1) for name, values in kept.items()}
+        named = {name: kept[name] for name in ("categories", "room_names")}
+        np.savez(path, **none | named)
+
+    empty(paths[0])
+    homes = read_homes(tmp_path, lambda features: features[:, :5])
+    assert homes.home.tolist() == [0] * 60 + [1] * 60
+    assert len(homes.features) == len(feature_sample(tmp_path, np.random.default_rng(0))) == 48
+    empty(paths[1])
+    empty(paths[2])
+    for read in (read_homes, lambda folder: feature_sample(folder, np.random.default_rng(0))):
+        with pytest.raises(ModelFileError, match="no home has a view"):
+            read(tmp_path)
+
+
 def test_what_is_in_view_or_mapped_is_not_asked(tmp_path: Path):
     draw_homes(tmp_path, 1, seed=1)
     homes = read_homes(tmp_path)
