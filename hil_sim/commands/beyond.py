@@ -1,8 +1,11 @@
 """`hil-sim beyond`: what robots see toward frontiers, and what truly lies behind them."""
 
+import dataclasses
+import json
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -13,7 +16,16 @@ from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
 
-HOMES = "homes"
+HOMES, PLAN_FILE = "homes", "beyond.json"
+
+
+@dataclass(frozen=True)
+class BeyondPlan:
+    """Which homes a folder is of; how many there are may grow."""
+
+    seed: int
+    split: str
+    replicas: bool
 
 
 @click.command(
@@ -34,11 +46,13 @@ def beyond_command(
     """Drive through homes with true object names, and keep, for each frontier, the views toward it
     and what lies behind: to train the scene-layout expert on, and to judge it by.
 
-    A run that was interrupted goes on with the same command.
+    A run that was interrupted goes on with the same command, or with more homes.
     """
+    if replicas and split != "train":
+        raise click.UsageError("--replicas are of the split train alone: leave out one of the two")
+    _claim(out, BeyondPlan(seed, split, replicas))
     names = home_names(homes, seed, split, replicas)
     folder = out / HOMES
-    folder.mkdir(parents=True, exist_ok=True)
     todo = [name for name in names if not (folder / f"{name}.npz").exists()]
     spawn = multiprocessing.get_context("spawn")
     with (
@@ -61,6 +75,23 @@ def beyond_command(
     rows, frames = (sum(len(column) for column in columns) for columns in (
         [v.frame for v in homes_views], [v.room for v in homes_views]))  # fmt: skip
     click.echo(f"{len(names)} homes in {folder}: {rows} views in {frames} frames")
+
+
+def _claim(folder: Path, plan: BeyondPlan) -> None:
+    """Say which homes the folder is of, or check that it says the same. RfNavError when it says
+    another thing, or nothing that can be read."""
+    path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
+    if not path.is_file():
+        (folder / HOMES).mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(ours, indent=1) + "\n", encoding="utf-8")
+        return
+    try:
+        theirs = dataclasses.asdict(BeyondPlan(**json.loads(path.read_text(encoding="utf-8"))))
+    except (OSError, TypeError, ValueError) as error:
+        raise RfNavError(f"{path}: not a plan of homes ({error}); use another folder") from error
+    changed = sorted(key for key in ours if theirs[key] != ours[key])
+    if changed:
+        raise RfNavError(f"{path}: was made with other {', '.join(changed)}; use another folder")
 
 
 def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:
