@@ -38,7 +38,8 @@ class SceneRows:
     """What one kind of the expert came to on a bank's questions, (N,) each. `votes`: it voted, NaN
     where fewer than two frontiers have a view. `shuffled`: the same evidence after each frontier
     was given another's picture, NaN where not all could be; `kept`: on these questions as it was.
-    `regret_m` by method of GATE. `rungs`: of its votes, how many came by which rung."""
+    `regret_m` by method of GATE, and `absent_m` by those where others vote too, without its vote.
+    `rungs`: of its votes, how many came by which rung."""
 
     votes: Values
     insight: Insight
@@ -46,6 +47,7 @@ class SceneRows:
     shuffled: Insight
     kept: Insight
     regret_m: Mapping[str, Values]
+    absent_m: Mapping[str, Values]
     rungs: Mapping[str, int]
 
 
@@ -65,7 +67,13 @@ def judge_scene(
         votes.append(float(isinstance(vote, Vote)) if _viewed(question) > 1 else np.nan)
         if isinstance(vote, Vote):
             rungs[vote.rung] = rungs.get(vote.rung, 0) + 1
-    rows = {name: bench.row(load(None, (*settings, *METHODS[name])), CLEAN) for name in GATE}
+    methods = {name: load(None, (*settings, *METHODS[name])) for name in GATE}
+    rows = {name: bench.row(method, CLEAN) for name, method in methods.items()}
+    absent = {
+        name: bench.spoilt(method, "one absent", EXPERT)
+        for name, method in methods.items()
+        if name != EXPERT
+    }
     voters.check()
     return SceneRows(
         np.array(votes),
@@ -74,6 +82,7 @@ def judge_scene(
         Insight(np.where(moved, other.own, np.nan), np.where(moved, other.voted, np.nan)),
         Insight(np.where(moved, insight.own, np.nan), np.where(moved, insight.voted, np.nan)),
         {name: row.regret_m for name, row in rows.items()},
+        {name: row.regret_m for name, row in absent.items()},
         dict(sorted(rungs.items())),
     )
 
