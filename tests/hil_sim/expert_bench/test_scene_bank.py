@@ -26,6 +26,7 @@ from runtime.clock import Deadline
 from runtime.config import Config
 from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Sight, Vote
 from runtime.core.voting.likelihood_experts import recommend
+from runtime.core.voting.sight_experts import vote_sights
 from runtime.experts.panel import EXPERTS
 
 Sees = Callable[[FrontierBrief], float]
@@ -33,16 +34,16 @@ Sees = Callable[[FrontierBrief], float]
 
 class Electors:
     """SLE has the evidence that a function sees in a frontier that it has a view of; R2F's is the
-    number of the frontier. Both weigh it as the runtime's experts do."""
+    number of the frontier. Both weigh it as the runtime's experts do, SLE as on its rung."""
 
-    def __init__(self, sees: Sees) -> None:
-        self._sees = sees
+    def __init__(self, sees: Sees, rung: str = "local") -> None:
+        self._sees, self._rung = sees, rung
 
     def asked(self, config: Config, questions: Sequence[object]) -> Votes:
         def sle(brief: Brief, by: Deadline) -> Vote | Missing:
             nats = {f.id: self._sees(f) for f in brief.frontiers if f.view.size}
-            told = dict.fromkeys(nats, "seen")
-            return recommend("sle", brief, nats if len(nats) > 1 else {}, told, config.experts)
+            vote = vote_sights(brief, nats if len(nats) > 1 else {}, config.experts, self._rung)
+            return replace(vote, rung=self._rung) if isinstance(vote, Vote) else vote
 
         def r2f(brief: Brief, by: Deadline) -> Vote | Missing:
             nats = {f.id: float(f.id) for f in brief.frontiers}
@@ -81,8 +82,8 @@ def picture(f: FrontierBrief) -> float:
     return float(f.view[0])
 
 
-def judged(sees: Sees = picture, of: Bank | None = None) -> SceneRows:
-    return judge_scene(of or bank(), (), Electors(sees))
+def judged(sees: Sees = picture, of: Bank | None = None, rung: str = "local") -> SceneRows:
+    return judge_scene(of or bank(), (), Electors(sees, rung))
 
 
 def test_who_knows_the_way_by_the_picture() -> None:
@@ -101,11 +102,12 @@ def test_who_goes_by_the_place_is_not_found_out_by_other_pictures_alone() -> Non
     assert rows.shuffled.own.tolist() == [pytest.approx(1.0)] * 4
 
 
-def test_own_evidence_is_without_the_prior() -> None:
-    rows = judged(lambda f: 0.0, bank(areas=(1, 4, 9)))
+@pytest.mark.parametrize("rung", ["head", "language"])
+def test_own_evidence_is_without_the_prior(rung: str) -> None:
+    rows = judged(lambda f: 0.0, bank(areas=(1, 4, 9)), rung)
     assert np.isnan(rows.insight.own).all()  # it knows nothing
     assert rows.insight.voted.tolist() == [pytest.approx(1.0)] * 4
-    against = judged(lambda f: -0.1 * picture(f), bank(areas=(1, 4, 9)))
+    against = judged(lambda f: -0.1 * picture(f), bank(areas=(1, 4, 9)), rung)
     assert against.insight.own.tolist() == [pytest.approx(-1.0)] * 4
     assert against.insight.voted.tolist() == [pytest.approx(1.0)] * 4
     assert prior_insight(bank(areas=(1, 4, 9))).tolist() == [pytest.approx(1.0)] * 4

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways
+from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways, with_prior
 from hil_sim.expert_bench.view_questions import SightRows, ViewQuestions, WaysOn
 from hil_sim.ground_truth.labels import LABELLED
 
@@ -14,8 +14,9 @@ NATS = [2.0, 1.0, 0.0]
 
 
 def judged(
-    evidence: list[float], onward_m: list[float], areas: list[float], asked: bool = True
-) -> dict[str, WayFigures]:
+    evidence: list[float], onward_m: list[float], areas: list[float], asked: bool = True,
+    judge: str = "sees",
+) -> dict[str, WayFigures]:  # fmt: skip
     """Of three frontiers a moment, in homes of their own."""
     rows, count = len(evidence), len(LABELLED)
     none = np.zeros((0, 0))
@@ -26,7 +27,7 @@ def judged(
     nats = np.zeros((rows, count))
     nats[:, BED[0]] = evidence
     ways = WaysOn(np.arange(rows) // 3, ways_m, np.array(areas))
-    return judge_ways(ViewQuestions(sights, every, every), ways, {"sees": nats}, BED, 0)
+    return judge_ways(ViewQuestions(sights, every, every), ways, {judge: nats}, BED, 0)
 
 
 def test_who_knows_the_way() -> None:
@@ -44,6 +45,24 @@ def test_the_prior_is_weighed_as_in_a_vote() -> None:
     assert math.isnan(found[PRIOR].own.mean)
 
 
+@pytest.mark.parametrize(
+    ("judge", "step", "voted"),
+    [
+        ("language", 20.0, -1.0),
+        ("language", 40.0, 1.0),
+        ("head", 400.0, -1.0),
+        ("head", 1600.0, 1.0),
+    ],
+)
+def test_the_network_counts_the_prior_half(judge: str, step: float, voted: float) -> None:
+    """Each frontier has so many times the area of the one before it, against a nat over the
+    temperature, 0.6: they are even at 28 times with the square root, at 786 with the fourth."""
+    areas = [10.0, 10.0 * step, 10.0 * step**2]
+    assert judged(NATS, [3.0, 2.0, 1.0], areas, judge=judge)[judge].voted.mean == voted
+    weighed = with_prior(judge, np.array([[0.6]]), np.array([[3.0]]))
+    assert weighed.item() == pytest.approx(2.5 if judge == "head" else 4.0)
+
+
 def test_two_frontiers_are_no_order() -> None:
     assert judged(NATS, [1.0, 2.0, math.inf], [1.0] * 3) == {}
     assert judged(NATS, [1.0, 2.0, 3.0], [1.0] * 3, asked=False) == {}
@@ -52,4 +71,5 @@ def test_two_frontiers_are_no_order() -> None:
 def test_who_says_the_same_of_all_knows_nothing() -> None:
     found = judged([0.5] * 3, [1.0, 2.0, 3.0], [1.0] * 3)["sees"]
     assert found.own.n == 0
-    assert found.own.mean != pytest.approx(0.0)
+    assert math.isnan(found.own.mean)
+    assert math.isnan(found.voted.mean)
