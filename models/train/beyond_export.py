@@ -55,7 +55,12 @@ class Whole(nn.Module):
         answer = self.head(features, depth, way)
         above = self._above(answer[0] - self.mean)
         beyond = torch.cat((self.gain * above[:, :-1], above[:, -1:]), 1)
-        return beyond, self._above(answer[1]), self.projector(features, depth, way), self.blank + 0 * way.sum()
+        return (
+            beyond,
+            self._above(answer[1]),
+            self.projector(features, depth, way),
+            self.blank + 0 * way.sum(),
+        )
 
     def _above(self, answer: Tensor) -> Tensor:
         vector = answer[:, :TEXT_DIM]
