@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Final, NamedTuple
 
 from runtime.clock import Deadline
 from runtime.core.mapping.keyframes import Keyframe
@@ -25,6 +25,14 @@ LOCAL_SHARE = 0.6
 CLOUD_SHARE = 0.85
 
 
+class Unseated(NamedTuple):
+    """Why there is no network that was taught views, in a line. `fault`: its file is of no use;
+    else it goes with other models than there are, and nothing is wrong."""
+
+    why: str
+    fault: bool = False
+
+
 @dataclass
 class Seating:
     """The models that answer for the experts. `language` names the one that answers on the robot,
@@ -38,7 +46,7 @@ class Seating:
     reasoner: Reasoner | None = None  # a large one
     vision: Reasoner | None = None  # one that sees
     looks_in_words: bool = False
-    layout: SceneLayoutExperts | str = ""  # a network that was taught views; else why there is none
+    layout: SceneLayoutExperts | Unseated | None = None  # taught views; None: not opened yet
     cloud: Cloud | None = None
     layout_rung: SceneRung = EMBEDDING  # how SLE was last seated
     answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
@@ -92,7 +100,7 @@ class Seating:
         errors = [
             *(self.by_likelihood.scorer.errors if self.by_likelihood is not None else ()),
             *(self.vision.errors if self.vision is not None else ()),
-            *([self.layout_error] if self.layout_error else ()),
+            *([self.layout_note] if self.layout_fails else ()),
         ]
         told: dict[str, object] = {
             "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
@@ -107,13 +115,19 @@ class Seating:
         return self.cloud.bills() if self.cloud is not None else ()
 
     @property
-    def layout_error(self) -> str:
+    def layout_note(self) -> str:
         """Why views are not judged as configured; "" when they are."""
-        if self.layout_rung == EMBEDDING:
+        if self.layout_rung == EMBEDDING or self.layout is None:
             return ""
-        if isinstance(self.layout, str):
-            return self.layout
+        if isinstance(self.layout, Unseated):
+            return self.layout.why
         return self.layout.mute if self.layout_rung == LANGUAGE else ""
+
+    @property
+    def layout_fails(self) -> bool:
+        """Whether they are not because a file is of no use."""
+        asked = self.layout_rung != EMBEDDING
+        return asked and isinstance(self.layout, Unseated) and self.layout.fault
 
     def experts(self, names: Sequence[str], cfg: ExpertConfig) -> dict[str, Expert]:
         """Those of these names, as `cfg` has them vote."""
@@ -150,10 +164,10 @@ class Seating:
     def _by_layout(self, cfg: ExpertConfig) -> list[Rung]:
         """SLE's by a network that was taught views, where it is to be asked."""
         layout, share = self.layout, self._share()
-        if cfg.scene_layout == EMBEDDING:
+        if cfg.scene_layout == EMBEDDING or layout is None:
             return []
-        if isinstance(layout, str):
-            why = Missing("sle", Absence.NO_MODEL, layout)
+        if isinstance(layout, Unseated):
+            why = Missing("sle", Absence.NO_MODEL, layout.why)
             return [Rung(cfg.scene_layout, lambda brief, by: why)]
         head = Rung(HEAD, layout.head(cfg), share)
         if cfg.scene_layout == HEAD:

@@ -26,7 +26,7 @@ from runtime.experts.reasoner import Reasoner
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
-from runtime.experts.seating import EMBEDDING, Seating
+from runtime.experts.seating import EMBEDDING, Seating, Unseated
 from runtime.log import say
 from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
@@ -58,6 +58,7 @@ class LoadedModels:
         self._speaker: Speaker | None = None
         self._cloud = Cloud(config.cloud, clock) if config.cloud.enabled else None
         self._panel: Panel | None = None
+        self._noted = ""  # how views are not judged, as it was said last
         kept = manifest.cache_dir().parent / "embeddings.npz"
         self._encoder = TextEncoder(_directory(TEXT_MODEL), models.threads, kept)
         self._words = words_of(vocabulary)
@@ -218,14 +219,15 @@ class LoadedModels:
         if not names:
             return {}
         seating = self._open_seating()
-        if "sle" in names and config.experts.scene_layout != EMBEDDING and not seating.layout:
+        if "sle" in names and config.experts.scene_layout != EMBEDDING and seating.layout is None:
             seating.layout = self._open_layout()
         seats = seating.experts(names, config.experts)
-        if seating.layout_error:  # SLE goes on by the rung below
-            say(seating.layout_error)
+        if seating.layout_note not in ("", self._noted):  # SLE goes on by the rung below
+            self._noted = seating.layout_note
+            say(self._noted)
         return seats
 
-    def _open_layout(self) -> SceneLayoutExperts | str:
+    def _open_layout(self) -> SceneLayoutExperts | Unseated:
         return seat_layout(
             lambda: _file(MODEL),
             self._detector.features_of(),

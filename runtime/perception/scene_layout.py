@@ -10,9 +10,10 @@ from models.language.scene_layout import SceneLayout
 from runtime.core.types import F32
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
+from runtime.experts.seating import Unseated
 
 MODEL: Final = "scene-layout"  # as the manifest has it
-REMEDY: Final = 'or set research.scene_layout = "embedding"'
+REMEDY: Final = 'research.scene_layout = "embedding"'
 
 
 class Speaker(NamedTuple):
@@ -28,18 +29,19 @@ def seat_layout(
     speaker: Speaker | None,
     row: Callable[[str], F32],
     threads: int,
-) -> SceneLayoutExperts | str:
-    """The experts, or in a line why they cannot be. `detectors`: SHA-256 of each file that may tell
-    features; `row`: text -> its (D,) embedding."""
+) -> SceneLayoutExperts | Unseated:
+    """The experts, or in a line why they cannot be: a fault where the file is missing or damaged.
+    `detectors`: SHA-256 of each file that may tell features; `row`: text -> its (D,) embedding."""
     try:
         path = locate()
         layout = SceneLayout(path, threads)
     except ModelFileError as error:
-        return str(error)
-    if not detectors:
-        return f"{path}: none of models.detectors tells what it sees of a view; add one, {REMEDY}"
-    if any(sha256 != layout.detector for sha256 in detectors):
-        return f"{path}: made for another detector than models.detectors has; fetch both, {REMEDY}"
+        return Unseated(str(error), fault=True)
+    if layout.detector not in detectors:
+        return Unseated(
+            f"{path}: made for a detector that models.detectors does not have; SLE goes by "
+            f"likeness, as with {REMEDY}"
+        )
     mute = _why_mute(layout, path, speaker)
     return SceneLayoutExperts(layout, row, speaker.scorer if speaker and not mute else None, mute)
 

@@ -26,7 +26,7 @@ from runtime.experts.panel import SEATED, Panel
 from runtime.experts.reasoner import Reasoner
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
-from runtime.experts.seating import Seating
+from runtime.experts.seating import Seating, Unseated
 
 PATIENCE_S = 20.0
 CFG = ExpertConfig(scene_layout="embedding")
@@ -293,12 +293,13 @@ def test_where_the_language_model_cannot_be_shown_views_the_network_has_a_word_i
     assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((2,), "head")
     silent, cfg = taught(stack, "language", None)
     assert voted(silent.experts(SEATED, cfg)["sle"](SEEN, never())) == ((2,), "head")
-    assert silent.health()["errors"] == ["no words"]
+    assert silent.layout_note == "no words"
+    assert silent.health()["errors"] == []  # another model than it goes with is no fault
 
 
 def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) -> None:
     seats, cfg = taught(stack, "head", None)
-    seats.layout = "scene-layout.onnx: no such model file"
+    seats.layout = Unseated("scene-layout.onnx: no such model file", fault=True)
     assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((1,), "embedding")
     assert seats.health()["errors"] == ["scene-layout.onnx: no such model file"]
     seats.likeness = lambda brief: NO_VIEWS
@@ -307,3 +308,11 @@ def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) ->
     assert outcome == Missing("sle", Absence.NO_EVIDENCE, why)
     seats.experts(SEATED, CFG)
     assert seats.health()["errors"] == []  # nobody wants it
+
+
+def test_a_network_for_another_detector_is_noted_and_is_no_fault(stack: ExitStack) -> None:
+    seats, cfg = taught(stack, "head", None)
+    seats.layout = Unseated("made for another detector")
+    assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((1,), "embedding")
+    assert seats.layout_note == "made for another detector"
+    assert seats.health()["errors"] == []

@@ -329,7 +329,7 @@ def test_a_second_look_is_of_its_goal_alone(
         assert len(looks) == 2  # the umbrella's second look goes on
 
 
-def test_a_scene_layout_that_is_not_there_is_said_once_a_goal_and_sle_goes_on_without(
+def test_a_scene_layout_that_is_not_there_is_said_once_and_sle_goes_on_without(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("runtime.perception.loaded_models.MODEL", "/nowhere/layout.onnx")
@@ -341,9 +341,23 @@ def test_a_scene_layout_that_is_not_there_is_said_once_a_goal_and_sle_goes_on_wi
         outcome = models.seated(config)["sle"](told, never())
         assert isinstance(outcome, Vote)
         assert (outcome.frontiers, outcome.rung) == ((4,), "embedding")
+        models.seated(config)
         (error,) = models.health()["errors"]
     assert str(error).startswith("/nowhere/layout.onnx: no such model file")
-    assert str(error) in capsys.readouterr().err
+    assert capsys.readouterr().err.count(str(error)) == 1
+
+
+def test_a_detector_without_a_scene_layout_expert_is_no_fault(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = "panel.experts=['sle']", "models.detectors=['nanodet-g']", "models.threads=1"
+    config = configured(tmp_path, *settings)
+    with LoadedModels(config, SystemClock()) as models:
+        for goal in ("toilet", "bed"):
+            models.accept(goal, config)
+        assert models.health()["errors"] == []
+    said = capsys.readouterr().err
+    assert said.count("made for a detector that models.detectors does not have") == 1
 
 
 @pytest.mark.parametrize("rung", ["head", "language"])

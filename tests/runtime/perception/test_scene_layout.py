@@ -10,6 +10,7 @@ from models.errors import ModelFileError
 from runtime.clock import SystemClock
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
+from runtime.experts.seating import Unseated
 from runtime.perception.scene_layout import Speaker, seat_layout
 
 PATH = Path("scene-layout.onnx")
@@ -33,19 +34,20 @@ def test_beside_its_detector_and_language_model_it_has_both_voices() -> None:
         assert (told.scorer, told.mute) == (scorer, "")
 
 
-@pytest.mark.parametrize(
-    ("detectors", "why"),
-    [
-        ((), "none of models.detectors tells what it sees of a view"),
-        (("other",), "made for another detector than models.detectors has"),
-        (("detector", "other"), "made for another detector than models.detectors has"),
-    ],
-)
-def test_beside_another_detector_it_is_not_used(detectors: tuple[str, ...], why: str) -> None:
+@pytest.mark.parametrize("detectors", [(), ("other",), ("other", "another")])
+def test_beside_other_detectors_alone_it_is_not_used_and_nothing_is_wrong(
+    detectors: tuple[str, ...],
+) -> None:
     told = seat_layout(lambda: PATH, detectors, None, row, 1)
-    assert isinstance(told, str)
-    assert told.startswith(f"scene-layout.onnx: {why}")
-    assert 'research.scene_layout = "embedding"' in told
+    assert isinstance(told, Unseated)
+    assert not told.fault
+    assert told.why.startswith("scene-layout.onnx: made for a detector that models.detectors does")
+    assert 'research.scene_layout = "embedding"' in told.why
+
+
+def test_another_detector_beside_its_own_does_not_matter() -> None:
+    told = seat_layout(lambda: PATH, ("other", "detector"), None, row, 1)
+    assert isinstance(told, SceneLayoutExperts)
 
 
 def test_beside_another_language_model_it_has_no_words() -> None:
@@ -69,7 +71,8 @@ def test_a_file_that_is_missing_or_damaged_is_said_in_a_line(
     def damaged(path: Path, threads: int) -> TaughtLayout:
         raise ModelFileError(f"{path}: not a usable ONNX file")
 
-    assert seat_layout(missing, ("detector",), None, row, 1) == "scene-layout: no such model"
+    told = seat_layout(missing, ("detector",), None, row, 1)
+    assert told == Unseated("scene-layout: no such model", fault=True)
     monkeypatch.setattr("runtime.perception.scene_layout.SceneLayout", damaged)
     told = seat_layout(lambda: PATH, ("detector",), None, row, 1)
-    assert told == "scene-layout.onnx: not a usable ONNX file"
+    assert told == Unseated("scene-layout.onnx: not a usable ONNX file", fault=True)
