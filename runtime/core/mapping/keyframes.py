@@ -77,6 +77,11 @@ class Keyframe:
     depth: F16 = field(default_factory=lambda: NO_PARTS)
 
     @property
+    def tells(self) -> tuple[bool, bool]:
+        """Of what the image shows: its parts, and the whole. One that tells more is larger."""
+        return self.features.size > 0, self.embedding.size > 0
+
+    @property
     def size_bytes(self) -> int:
         """Of its arrays."""
         held = self.embedding, self.image, self.features, self.depth
@@ -137,11 +142,11 @@ def _sharpness(rgb: U8) -> float:
 
 def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
-    them; what is too many or too much is forgotten, the oldest first."""
+    them or tells less; what is too many or too much is forgotten, the oldest first."""
     at = frame.pose
     beside = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
     same = [f for f in beside if _alike(f.pose, at)]
-    if any(frame.sharpness < BLURRED * old.sharpness for old in same):
+    if any(_worse(frame, old) for old in same):
         return
     for old in same:
         frames.remove(old)
@@ -150,6 +155,12 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     held = sum(f.size_bytes for f in frames)
     while held > KEYFRAMES_BYTES and len(frames) > 1:
         held -= frames.pop(0).size_bytes
+
+
+def _worse(frame: Keyframe, old: Keyframe) -> bool:
+    """Whether it tells less than the older one, or as much and is blurred beside it."""
+    told, before = (f.tells for f in (frame, old))
+    return told < before or (told == before and frame.sharpness < BLURRED * old.sharpness)
 
 
 def best_views(

@@ -101,6 +101,19 @@ def test_a_blurred_one_does_not_replace_a_sharp_one():
     assert [f.embedding[0] for f in frames] == [1.0]
 
 
+def test_one_that_tells_less_does_not_replace_one_that_tells_more():
+    none, whole = (np.zeros(n, np.float32) for n in (0, 1))
+    of_nothing = replace(frame(0, 0, 0, 0), embedding=none, sharpness=10.0)
+    of_whole = replace(of_nothing, embedding=whole, sharpness=4.0)
+    of_parts = replace(of_whole, features=PARTS.astype(np.float16), sharpness=1.0)
+    ranked = [of_nothing, of_whole, of_parts]
+    for old in range(3):
+        for new in range(3):
+            frames = [ranked[old]]
+            keep(frames, replace(ranked[new], pose=Pose(0.1, 0, 0)))
+            assert frames[0].pose.x_m == (0.0 if new < old else 0.1)
+
+
 def test_images_are_kept_when_asked_for_and_told_where_the_frontier_is():
     assert take(observed(), seen(NOTHING), Mount(), 0).image.size == 0
     kept = take(observed(), seen(NOTHING), Mount(), 320)
