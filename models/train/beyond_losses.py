@@ -7,10 +7,8 @@ from torch import Tensor
 from torch.nn import functional as F
 
 from models.train.beyond_data import Homes
-from models.train.beyond_scores import LEAST_M2, UNKNOWN_WEIGHT
+from models.train.beyond_scores import LEAST_M2, TEMPERATURE, UNKNOWN_WEIGHT
 
-TEMPERATURE = 0.6
-"""Of the vote's softmax over frontiers: runtime.core.voting.likelihood_experts."""
 WALK_M = 1.5
 """So much farther on is exp(-1) as good."""
 LEAST_AREA_M2 = 0.3

@@ -10,8 +10,12 @@ from models.train.beyond_data import Homes, Moments
 Floats = NDArray[np.float64]
 LEAST_POSITIVES = 10
 """Of a name, to be counted."""
-UNKNOWN_WEIGHT, LEAST_M2 = 0.5, 0.2
-"""Of the vote's prior: runtime.core.voting.likelihood_experts."""
+UNKNOWN_WEIGHT, LEAST_M2, TEMPERATURE = 0.5, 0.2, 0.6
+"""Of the vote's prior, and of its softmax over frontiers: runtime.core.voting.likelihood_experts.
+Both networks are taught beside this prior; a vote by the head alone weighs it less,
+runtime.core.voting.sight_experts.HEAD_UNKNOWN_WEIGHT."""
+REFERENCES = ("bed", "table", "toilet", "refrigerator", "lamp", "desk", "plant")
+"""What the evidence of a name is measured against: runtime.core.voting.sight_experts."""
 
 
 @dataclass(frozen=True)

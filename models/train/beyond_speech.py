@@ -11,12 +11,11 @@ import torch
 from torch import Tensor
 
 from models.language.gguf import load
+from models.train.beyond_scores import REFERENCES
 from models.train.beyond_words import LayoutWords
 from models.train.llama import FrozenLlama
 from models.train.names import Embed
 
-REFERENCES = ("bed", "table", "toilet", "refrigerator", "lamp", "desk", "plant")
-"""What the evidence of a name is measured against: runtime.core.voting.likelihood_experts."""
 BEGINS = 1
 """The token that a text would begin with: what a picture's first soft token starts as."""
 BRIDGED, STRENGTH = 2500, 3.0

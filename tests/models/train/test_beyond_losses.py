@@ -8,7 +8,6 @@ torch = pytest.importorskip("torch")
 
 from models.train.beyond_data import Homes, Moments, read_homes  # noqa: E402
 from models.train.beyond_losses import (  # noqa: E402
-    TEMPERATURE,
     WALK_M,
     LayoutFacts,
     beyond_loss,
@@ -16,6 +15,7 @@ from models.train.beyond_losses import (  # noqa: E402
     room_loss,
     view_loss,
 )
+from models.train.beyond_scores import TEMPERATURE  # noqa: E402
 
 
 @pytest.fixture
