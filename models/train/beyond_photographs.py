@@ -9,6 +9,7 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
+from models.checksum import sha256
 from models.detection.boxes import letterbox
 from models.detection.detector import FEATURES
 from models.errors import ModelFileError
@@ -25,14 +26,16 @@ def read_photographs(
     say: Callable[[str], None],
 ) -> Photographs:  # fmt: skip
     """The folder's images that have a room type, as `detector` sees them; `kept` is a file that
-    remembers it. `change` is applied to the features. Raises ModelFileError."""
-    if not kept.exists():
+    remembers it, of one detector: another one looks again. `change` is applied to the features.
+    Raises ModelFileError."""
+    own = sha256(detector)
+    if _seen_by(kept) != own:
         frames = [f for f in read_frames(folder, ()) if f.room in rooms]
         if not frames:
             raise ModelFileError(f"{folder}: no image has one of the rooms {', '.join(rooms)}")
         features = look(detector, [f.path for f in frames], say)
         partial = kept.with_suffix(".partial.npz")
-        np.savez(partial, features=features, room=np.array([f.room for f in frames]))
+        np.savez(partial, features=features, room=np.array([f.room for f in frames]), detector=own)
         partial.replace(kept)
     with np.load(kept, allow_pickle=False) as file:
         features, named = file["features"], file["room"].tolist()
@@ -40,6 +43,14 @@ def read_photographs(
     seen = seen if change is None else change(seen)
     room = torch.tensor([rooms.index(name) for name in named])
     return Photographs(torch.from_numpy(seen), room)
+
+
+def _seen_by(kept: Path) -> str:
+    """The digest of the detector whose features are kept; "" where none is, or it is not told."""
+    if not kept.exists():
+        return ""
+    with np.load(kept, allow_pickle=False) as file:
+        return str(file["detector"]) if "detector" in file else ""
 
 
 def look(detector: Path, images: list[Path], say: Callable[[str], None]) -> NDArray[np.float16]:

@@ -11,6 +11,7 @@ torch = pytest.importorskip("torch")
 
 from models.errors import ModelFileError  # noqa: E402
 from models.store import manifest  # noqa: E402
+from models.train import beyond_photographs  # noqa: E402
 from models.train.beyond_photographs import read_photographs  # noqa: E402
 
 WEIGHTS = Path(manifest.__file__).parents[1] / "weights"
@@ -38,6 +39,22 @@ def test_photographs_of_known_rooms_are_seen_once(tmp_path: Path) -> None:
     (tmp_path / "photos" / "annotations.json").unlink()
     again = read_photographs(*given, lambda features: features[:, :3], print)
     torch.testing.assert_close(again.features, seen.features[:, :3])
+
+
+def test_another_detector_looks_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    draw(tmp_path / "photos")
+
+    def look(detector: Path, images: list[Path], say: object) -> np.ndarray:
+        return np.full((len(images), 4, 6, 8), float(detector.read_text()), np.float16)
+
+    monkeypatch.setattr(beyond_photographs, "look", look)
+    kept, detector = tmp_path / "kept.npz", tmp_path / "detector.onnx"
+    np.savez(kept, features=np.zeros((1, 4, 6, 8)), room=["kitchen"])  # nobody knows by whom
+    for told in ("1", "2", "1"):
+        detector.write_text(told)
+        seen = read_photographs(tmp_path / "photos", detector, kept, ROOMS, None, print)
+        assert seen.features.unique().tolist() == [float(told)]
+        assert seen.room.tolist() == [1, 0]
 
 
 def test_a_detector_that_does_not_tell_is_refused(tmp_path: Path) -> None:
