@@ -118,7 +118,8 @@ def export(network: Whole, out: Path, entries: dict[str, str], sights: list[Tens
 
 
 @click.command(
-    epilog="Example:  python -m models.train.beyond_export --run run --data beyond/train"
+    epilog="Example:  python -m models.train.beyond_export --run run --data beyond/train "
+    "--dev beyond/dev"
 )
 @click.option("--run", type=click.Path(path_type=Path, exists=True), required=True)
 @click.option("--data", type=click.Path(path_type=Path, exists=True), required=True,

@@ -13,7 +13,7 @@ from models.language.scene_layout import SceneLayout  # noqa: E402
 from models.store import manifest  # noqa: E402
 from models.train import beyond_language  # noqa: E402
 from models.train.beyond_data import Moments, read_homes  # noqa: E402
-from models.train.beyond_export import export, whole  # noqa: E402
+from models.train.beyond_export import export, main, whole  # noqa: E402
 from models.train.beyond_head import Lesson, pictures, plain_head  # noqa: E402
 from models.train.beyond_language import ProjectorTrainer, examine_projector  # noqa: E402
 from models.train.beyond_network import evidence  # noqa: E402
@@ -25,6 +25,12 @@ ENTRIES = {
     "detector": "d", "language": "l", "text": "{}",
     "templates": '{"beyond": " a", "view": " b", "room": " c"}',
 }  # fmt: skip
+
+
+def test_the_example_names_what_is_required() -> None:
+    required = [p.opts[0] for p in main.params if p.required]
+    assert required == ["--run", "--data", "--dev"]
+    assert all(f"{name} " in f"{main.epilog} " for name in required)
 
 
 @pytest.mark.slow
