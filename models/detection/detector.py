@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args
 
@@ -138,6 +137,7 @@ class OpenDetector:
         self, session: onnxruntime.InferenceSession, path: Path, encoder: TextEncoder
     ) -> None:
         self._session, self._encoder, self._path = session, encoder, path
+        self.sha256 = sha256(path)  # of what was loaded: the file may be another one later
         constants = _constants(session, path)
         try:
             self._scale, self._bias = constants["scale"], constants["bias"]
@@ -158,11 +158,6 @@ class OpenDetector:
             "embeddings": True,
             "classes": None,
         }
-
-    @cached_property
-    def sha256(self) -> str:
-        """Of its file."""
-        return sha256(self._path)
 
     def set_vocabulary(self, classes: Sequence[Sequence[str]], rooms: Sequence[str]) -> None:
         """Embed the names; the next frames are compared with them."""

@@ -68,6 +68,11 @@ class SceneLayout:
                 f"{path}: its metadata lack {error}; make it anew with models.train.beyond_export"
             ) from error
         self.grid = tuple(self._session.get_inputs()[0].shape[1:])
+        if len(self.grid) != 3 or not all(isinstance(size, int) for size in self.grid):
+            raise ModelFileError(
+                f"{path}: features are {self.grid}, not three numbers: channels, rows, columns; "
+                "make it anew with models.train.beyond_export"
+            )
         none = [
             np.zeros((1, *shape), np.float32) for shape in (self.grid, (2, *self.grid[1:]), (2,))
         ]

@@ -158,7 +158,9 @@ def test_which_file_tells_features_is_known_by_its_sum(
     tells = open_detector(path, "rfnav", encoder)
     both = DetectorEnsemble({"list": Sees(1, 0.7), "tells": tells}, weights=HOME)
     both.set_vocabulary(CLASSES, ())
-    assert both.features_of == (sha256(path),)
+    loaded = sha256(path)
+    path.write_bytes(b"another model")  # is not what runs
+    assert both.features_of == (loaded,)
     assert (both.detect(FRAME).features == parts[0]).all()
     assert DetectorEnsemble({"list": Sees(1, 0.7), "ours": ours}).features_of == ()
 

@@ -18,7 +18,12 @@ TOLD = {
 }  # fmt: skip
 
 
-def draw(path: Path, told: dict[str, str], outputs: tuple[str, ...] = ()) -> Path:
+def draw(
+    path: Path,
+    told: dict[str, str],
+    outputs: tuple[str, ...] = (),
+    parts: tuple[int | str, ...] = (5, 2, 4),
+) -> Path:
     """A file whose `beyond` is (way's column, its range, 1, 2); 2 tokens of 3 numbers."""
     more = np.tile(np.array([[1.0, 2.0]], np.float32), (1, 1))
     nodes = [
@@ -38,7 +43,7 @@ def draw(path: Path, told: dict[str, str], outputs: tuple[str, ...] = ()) -> Pat
         numpy_helper.from_array(np.array([-1, 2, 3], np.int64), "shape"),
         numpy_helper.from_array(np.full((2, 3), 7, np.float32), "kept"),
     ]
-    shapes = {"features": ["n", 5, 2, 4], "depth": ["n", 2, 2, 4], "way": ["n", 2]}
+    shapes = {"features": ["n", *parts], "depth": ["n", 2, 2, 4], "way": ["n", 2]}
     given = [helper.make_tensor_value_info(k, TensorProto.FLOAT, v) for k, v in shapes.items()]
     names = outputs or ("beyond", "view", "tokens", "blank")
     ends = [helper.make_tensor_value_info(k, TensorProto.FLOAT, None) for k in names]
@@ -82,6 +87,12 @@ def test_other_files_are_refused_in_one_line(tmp_path: Path):
     told = {k: v for k, v in TOLD.items() if k != "language"}
     with pytest.raises(ModelFileError, match="its metadata lack 'language'"):
         SceneLayout(draw(tmp_path / "e.onnx", told))
+
+
+@pytest.mark.parametrize("parts", [(5, "rows", "columns"), (None, 2, 4)])
+def test_parts_of_no_fixed_number_are_refused_in_one_line(tmp_path: Path, parts):
+    with pytest.raises(ModelFileError, match="not three numbers: channels, rows, columns"):
+        SceneLayout(draw(tmp_path / "a.onnx", TOLD, parts=parts))
 
 
 def test_the_shipped_file_belongs_to_the_shipped_models():
