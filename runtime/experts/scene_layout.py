@@ -127,7 +127,8 @@ class SceneLayoutExperts:
             return Missing("sle", Absence.NO_EVIDENCE)
         seen = {f.id: f.sight for f in brief.frontiers if f.sight is not None}
         views = {id: self._view(sight) for id, sight in seen.items() if _shows(sight)}
-        return views or Missing("sle", Absence.NO_IMAGES)
+        told = f"of {len(seen)} views none shows anything" if seen else "no view of a frontier"
+        return views or Missing("sle", Absence.NO_IMAGES, told)
 
     def _view(self, sight: Sight) -> SeenView:
         across = round(sight.column * ACROSS) / ACROSS

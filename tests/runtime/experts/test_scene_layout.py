@@ -102,10 +102,12 @@ def test_a_frontier_that_was_never_seen_counts_as_unknown(experts: SceneLayoutEx
 @pytest.mark.parametrize("by", ["head", "language"])
 def test_without_a_view_it_has_no_word(experts: SceneLayoutExperts, by: str) -> None:
     ask = getattr(experts, by)(CFG)
-    assert ask(brief(None, None), NEVER) == Missing("sle", Absence.NO_IMAGES)
+    unseen = Missing("sle", Absence.NO_IMAGES, "no view of a frontier")
+    assert ask(brief(None, None), NEVER) == unseen
     one_colour = replace(sight(0.5), features=np.full((3, 2, 4), 2.5, np.float16))
     broken = replace(sight(0.5), features=np.full((3, 2, 4), np.nan, np.float16))
-    assert ask(brief(one_colour, broken), NEVER) == Missing("sle", Absence.NO_IMAGES)
+    blank = Missing("sle", Absence.NO_IMAGES, "of 2 views none shows anything")
+    assert ask(brief(one_colour, broken), NEVER) == blank
     assert ask(brief(sight(0.5)), NEVER) == Missing("sle", Absence.NO_EVIDENCE)  # no choice
     assert looks(experts) == []
 

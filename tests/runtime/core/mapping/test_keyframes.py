@@ -55,7 +55,7 @@ def seen(features: np.ndarray) -> Detections:
 def observed() -> Observation:
     k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
     grey, depth = np.full((480, 640, 3), 90, np.uint8), np.full((480, 640), 2.0, np.float32)
-    grey[::8, ::8] += 40
+    grey[:, 320:] += 40
     return Observation(1, grey, depth, Pose(0, 0, 0), k)
 
 
@@ -155,10 +155,15 @@ def test_a_keyframe_of_a_detector_that_does_not_tell_gives_no_sight():
     assert sight_toward(told.bare(), at(2.0, 0.0)) is None
 
 
-def test_a_picture_of_one_colour_shows_nothing():
-    plain = replace(observed(), rgb=np.full((480, 640, 3), 90, np.uint8))
-    assert take(observed(), seen(PARTS), Mount(), 0).features.size
+@pytest.mark.parametrize("noise", [0.0, 1.0, 2.0, 3.0])
+def test_a_picture_of_one_colour_shows_nothing_whatever_its_noise(noise: float):
+    rng = np.random.default_rng(7)
+    wall = np.array([90.0, 120.0, 200.0]) + rng.normal(0.0, noise, (480, 640, 3))
+    plain = replace(observed(), rgb=wall.round().astype(np.uint8))
     assert not take(plain, seen(PARTS), Mount(), 0).features.size
+    wall[:, 320:] += 30.0  # the edge of a door
+    edge = replace(plain, rgb=wall.round().astype(np.uint8))
+    assert take(edge, seen(PARTS), Mount(), 0).features.size
 
 
 def test_what_half_precision_has_no_number_for_stays_finite():
