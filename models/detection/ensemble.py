@@ -166,15 +166,20 @@ class DetectorEnsemble:
             embeddings=regions,
             rooms=said.rooms,
             scene=said.scene,
-            features=self._features(said, image, rgb),
+            features=self._features([said, *found], image, rgb),
         )
 
-    def _features(self, said: RawDetections, image: object, rgb: NDArray[np.uint8]) -> Floats:
-        """Of the whole image, by the first of our own that tells them."""
-        if said.features.size or not self.featured:
-            return said.features
+    def _features(
+        self, found: Sequence[RawDetections], image: object, rgb: NDArray[np.uint8]
+    ) -> Floats:
+        """Of the whole image: what the first of those `found` tells, that of who speaks for ours;
+        where they are wanted, the first other's, else by a look of one that tells them."""
+        told = found if self.featured else found[:1]
+        known = next((f.features for f in told if f.features.size), found[0].features)
+        if known.size or not self.featured:
+            return known
         teller = next((name for name, d in self._ours.items() if d.tells_features), None)
-        return said.features if teller is None else self._view(teller, image, rgb, None).features
+        return known if teller is None else self._view(teller, image, rgb, None).features
 
     def _whose_turn(self) -> list[str]:
         """Those of this domain, and others that have a word for what those have none for; in

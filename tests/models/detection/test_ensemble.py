@@ -181,6 +181,22 @@ def test_where_one_speaks_that_tells_no_features_another_is_asked_for_them(
     assert seen.rooms.size
 
 
+def test_one_that_has_looked_anyway_is_not_asked_for_its_features_again(
+    constant_graph, encoder: TextEncoder, ours: OpenDetector, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    parts = np.arange(24, dtype=np.float32).reshape(1, 2, 3, 4)
+    tells = open_detector(our_graph(constant_graph, encoder, features=parts), "rfnav", encoder)
+    assert isinstance(tells, OpenDetector)
+    looks, look = [], tells.look
+    monkeypatch.setattr(tells, "look", lambda rgb: (looks.append(1), look(rgb))[1])
+    both = DetectorEnsemble({"first": ours, "tells": tells}, "photographs", weights=HOME)
+    both.set_vocabulary(CLASSES, ())
+    assert not both.detect(FRAME).features.size  # of who speaks, where nobody wants them
+    both.featured = True
+    assert (both.detect(FRAME).features == parts[0]).all()
+    assert len(looks) == 2
+
+
 def test_ours_tells_rooms_looks_and_the_domain(ours: OpenDetector) -> None:
     other = Sees(1, 0.7)
     other.found = other.found._replace(boxes_px=np.array([(52, 8, 80, 40)], np.float32))
