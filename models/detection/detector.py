@@ -145,6 +145,7 @@ class OpenDetector:
         except KeyError as error:
             raise ModelFileError(f"{path}: its metadata lacks value.{error.args[0]}") from error
         self.gain, self.shift = constants["gain"], constants["shift"]
+        _count_outputs(session, path)
         self._photographs = _direction(session, path)
         self._input = session.get_inputs()[0]
         self.size = image_size(self._input.shape, path)
@@ -177,11 +178,6 @@ class OpenDetector:
         image, fit = letterbox(checked(rgb), *self.size)
         feed = np.ascontiguousarray(image.transpose(2, 0, 1)[None], np.float32)
         outputs = run(self._session, {self._input.name: feed}, self._path)
-        if len(outputs) not in (len(OUTPUTS), len(OUTPUTS) + 1):
-            raise ModelFileError(
-                f"{self._path}: {len(outputs)} outputs; expected {', '.join(OUTPUTS)}, and perhaps "
-                f"{FEATURES}"
-            )
         boxes, objectness, regions, *of_image = (out[0] for out in outputs)
         return DetectorView(fit.undo(boxes, *rgb.shape[:2]), objectness, regions, *of_image)
 
@@ -229,6 +225,15 @@ class OpenDetector:
         return sigmoid(cosines.astype(np.float64) * self._scale + self._bias)
 
 
+def _count_outputs(session: onnxruntime.InferenceSession, path: Path) -> None:
+    """ModelFileError where there are not as many as ours have: they go by their order."""
+    count = len(session.get_outputs())
+    if count not in (len(OUTPUTS), len(OUTPUTS) + 1):
+        raise ModelFileError(
+            f"{path}: {count} outputs; expected {', '.join(OUTPUTS)}, and perhaps {FEATURES}"
+        )
+
+
 def _direction(session: onnxruntime.InferenceSession, path: Path) -> Floats | None:
     """(D + 1,) weights of the scene vector, and a constant, that tell photographs; None without."""
     written = session.get_modelmeta().custom_metadata_map.get(PHOTOGRAPHS)
@@ -238,7 +243,7 @@ def _direction(session: onnxruntime.InferenceSession, path: Path) -> Floats | No
         row = np.array(json.loads(written), np.float32)
     except (ValueError, TypeError):
         row = np.zeros(0, np.float32)
-    width = next(o for o in session.get_outputs() if o.name == OUTPUTS[-1]).shape[-1]
+    width = session.get_outputs()[OUTPUTS.index("scene")].shape[-1]
     if row.shape != (width + 1,) or not np.isfinite(row).all():
         raise ModelFileError(
             f"{path}: {PHOTOGRAPHS} in its metadata is no list of {width + 1} numbers; make it "

@@ -229,6 +229,27 @@ def test_a_direction_of_no_use_is_one_line(constant_graph, encoder: TextEncoder)
         open_detector(path, "rfnav", encoder)
 
 
+def test_outputs_go_by_their_order_whatever_their_names(
+    constant_graph, encoder: TextEncoder
+) -> None:
+    row = np.full(385, 0.5)
+    outputs = {
+        "b": np.zeros((1, 1, 4), np.float32), "o": np.zeros((1, 1), np.float32),
+        "e": np.zeros((1, 1, 384), np.float32), "s": np.zeros((1, 384), np.float32),
+    }  # fmt: skip
+    metadata = {
+        "format": "rf-nav-detector/1", "value.scale": "20", "value.bias": "-10",
+        "value.room_scale": "10", "photographs": str(row.tolist()),
+    }  # fmt: skip
+    found = open_detector(constant_graph(outputs, (64, 96), metadata), "rfnav", encoder)
+    assert isinstance(found, OpenDetector)
+    assert found.photograph_odds(found.look(FRAME).scene) == pytest.approx(0.5)
+    del outputs["s"]
+    path = constant_graph(outputs, (64, 96), metadata)
+    with pytest.raises(ModelFileError, match="3 outputs; expected boxes, objectness, embeddings"):
+        open_detector(path, "rfnav", encoder)
+
+
 def test_what_is_small_is_looked_at_more_closely_while_others_rest() -> None:
     drawn, photo = Sees(0, 0.6), Sees(0, 0.8)
     both = DetectorEnsemble({"drawn": drawn, "photo": photo}, "renderings", 2, HOME)
