@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from models.detection.boxes import pairwise_iou
 from models.detection.clip import ClipDetector, Way
 from models.detection.closer import Window, joined, joined_views, part
-from models.detection.detections import Detector, Floats, RawDetections, checked
+from models.detection.detections import NO_FEATURES, Detector, Floats, RawDetections, checked
 from models.detection.detector import DetectorView, OpenDetector, open_detector
 from models.detection.domain import DomainEvidence, DomainSetting
 from models.detection.fusion import ONE_THING_IOU, FusedPlaces, FusionWeights, fused, read_weights
@@ -23,6 +23,7 @@ from models.store import manifest
 from models.words.text_encoder import TextEncoder
 
 T = TypeVar("T")
+Seen = TypeVar("Seen", DetectorView, RawDetections)
 SECOND = "second look"
 
 
@@ -45,8 +46,8 @@ class DetectorEnsemble:
     and of our own beside another; 1: none rests but those of the other domain that add no word.
     `again`: the classifier of second looks, and what it looks for.
     `closer`: what is looked for is small.
-    `featured`: features are wanted, though one that does not tell them speaks for ours; one that
-    does looks, too, then.
+    `features_from`: SHA-256 of the file whose features are wanted, though another speaks for ours,
+    and no other's; "": those of the one that speaks.
     """
 
     def __init__(
@@ -67,7 +68,7 @@ class DetectorEnsemble:
         self._frames = 0
         self._knows: dict[str, NDArray[np.bool_]] = {}
         self._classes: tuple[tuple[str, ...], ...] = ()
-        self.closer = self.featured = False
+        self.closer, self.features_from = False, ""
         self._memo = _Memo()
         self._goal: int | None = None
         self._way: Way = "patch"
@@ -173,12 +174,12 @@ class DetectorEnsemble:
         self, found: Sequence[RawDetections], image: object, rgb: NDArray[np.uint8]
     ) -> Floats:
         """Of the whole image: what the first of those `found` tells, that of who speaks for ours;
-        where they are wanted, the first other's, else by a look of one that tells them."""
-        told = found if self.featured else found[:1]
+        where a file's are wanted, that one's, of its own look or of one more."""
+        told = found if self.features_from else found[:1]
         known = next((f.features for f in told if f.features.size), found[0].features)
-        if known.size or not self.featured:
+        if known.size or not self.features_from:
             return known
-        teller = next((name for name, d in self._ours.items() if d.tells_features), None)
+        teller = next((n for n, d in self._ours.items() if d.sha256 == self.features_from), None)
         return known if teller is None else self._view(teller, image, rgb, None).features
 
     def _whose_turn(self) -> list[str]:
@@ -199,7 +200,7 @@ class DetectorEnsemble:
         self, name: str, image: object, rgb: NDArray[np.uint8], near: Window | None
     ) -> DetectorView:
         ours = self._ours[name]
-        view = self._memo.get((image, name), lambda: ours.look(rgb))
+        view = self._wanted(name, self._memo.get((image, name), lambda: ours.look(rgb)))
         if near is None:
             return view
         closer = self._memo.get((image, name, near), lambda: ours.look(part(rgb, near)))
@@ -212,11 +213,18 @@ class DetectorEnsemble:
         key: tuple[object, ...] = image, name, self._classes
         if isinstance(detector, ClipDetector | GroundingDetector):
             key = *key, self._goal, self._way  # of others the answer is the same
-        found = self._memo.get(key, lambda: detector.detect(rgb))
+        found = self._wanted(name, self._memo.get(key, lambda: detector.detect(rgb)))
         if near is None:
             return found
         closer = self._memo.get((*key, near), lambda: detector.detect(part(rgb, near)))
         return joined(found, closer, near)
+
+    def _wanted(self, name: str, seen: Seen) -> Seen:
+        """Without features, where another's are wanted."""
+        ours = self._ours.get(name)
+        if ours is None or self.features_from in ("", ours.sha256):
+            return seen
+        return seen._replace(features=NO_FEATURES)
 
 
 class _Memo:

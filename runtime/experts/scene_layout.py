@@ -42,7 +42,10 @@ class LayoutOutputs(Protocol):
 
 class LayoutNetwork(Protocol):
     """The network; models/language/scene_layout.py has it. `blank` (n, width) are tokens of no
-    view, `template` is said after them, `text` puts a goal for the text encoder."""
+    view, `template` is said after them, `text` puts a goal for the text encoder; `detector`:
+    SHA-256 of the file whose features it was taught."""
+
+    detector: str
 
     @property
     def blank(self) -> F32: ...

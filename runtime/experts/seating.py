@@ -124,6 +124,13 @@ class Seating:
         return self.layout.mute if self.layout_rung == LANGUAGE else ""
 
     @property
+    def features_from(self) -> str:
+        """SHA-256 of the detector's file whose features views are judged by; "" where by none."""
+        if self.layout_rung == EMBEDDING or not isinstance(self.layout, SceneLayoutExperts):
+            return ""
+        return self.layout.layout.detector
+
+    @property
     def layout_fails(self) -> bool:
         """Whether they are not because a file is of no use."""
         asked = self.layout_rung != EMBEDDING

@@ -51,9 +51,6 @@ class SeekingDetector:
         self._all.set_vocabulary(goal.classes, self._rooms)
         self._all.look_for(goal.label)
         self._all.remember(config.detector.memo_frames)
-        self._all.featured = "sle" in config.panel.experts and (
-            config.experts.scene_layout != "embedding"
-        )
         self._all.begin()
         self._all.again, self._classes = again, goal.classes
         self._all.closer = goal.name in self._small
@@ -105,6 +102,10 @@ class SeekingDetector:
     def features_of(self) -> tuple[str, ...]:
         """SHA-256 of each file that may tell `Detections.features`."""
         return self._all.features_of
+
+    def tell_features_of(self, sha256: str) -> None:
+        """From now on `Detections.features` are of this file alone; "": of what speaks for ours."""
+        self._all.features_from = sha256
 
     def domain(self) -> dict[str, object]:
         """What the images are taken for, as JSON."""

@@ -66,7 +66,9 @@ class LoadedModels:
         if error := self._encoder.keep():  # nothing depends on it but how soon the next start is
             say(error)
         if config.panel.experts:
-            self._open_seating()
+            seating = self._open_seating()
+            if _wants_layout(config):  # while the files are those that were loaded
+                seating.layout = self._open_layout()
 
     def __enter__(self) -> Self:
         return self
@@ -111,6 +113,7 @@ class LoadedModels:
 
         appeals = seating.appeals(config.panel.experts) if seating else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
+        self._detector.tell_features_of(seating.features_from if seating else "")
         return understood, self._panel
 
     @models_told()
@@ -219,7 +222,7 @@ class LoadedModels:
         if not names:
             return {}
         seating = self._open_seating()
-        if "sle" in names and config.experts.scene_layout != EMBEDDING and seating.layout is None:
+        if seating.layout is None and _wants_layout(config):
             seating.layout = self._open_layout()
         seats = seating.experts(names, config.experts)
         if seating.layout_note not in ("", self._noted):  # SLE goes on by the rung below
@@ -253,6 +256,10 @@ def _fitting(models: ModelsConfig) -> ModelsConfig:
         return models
     say(f"models.threads: is {models.threads}, this machine has {here} processors: {here} are used")
     return replace(models, threads=here)
+
+
+def _wants_layout(config: Config) -> bool:
+    return "sle" in config.panel.experts and config.experts.scene_layout != EMBEDDING
 
 
 def _directory(name: str) -> Path:

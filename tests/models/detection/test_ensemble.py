@@ -175,7 +175,7 @@ def test_where_one_speaks_that_tells_no_features_another_is_asked_for_them(
     both.set_vocabulary(CLASSES, ("kitchen",))
     assert both.detect(FRAME).features.size  # the first frame is looked at by all
     assert not both.detect(FRAME).features.size
-    both.featured = True
+    both.features_from = tells.sha256
     seen = both.detect(FRAME)
     assert (seen.features == parts[0]).all()
     assert seen.rooms.size
@@ -192,9 +192,28 @@ def test_one_that_has_looked_anyway_is_not_asked_for_its_features_again(
     both = DetectorEnsemble({"first": ours, "tells": tells}, "photographs", weights=HOME)
     both.set_vocabulary(CLASSES, ())
     assert not both.detect(FRAME).features.size  # of who speaks, where nobody wants them
-    both.featured = True
+    both.features_from = tells.sha256
     assert (both.detect(FRAME).features == parts[0]).all()
     assert len(looks) == 2
+
+
+def test_features_are_of_the_file_that_is_wanted_and_of_no_other(
+    constant_graph, encoder: TextEncoder
+) -> None:
+    parts = np.arange(24, dtype=np.float32).reshape(1, 2, 3, 4)
+    each = [
+        open_detector(our_graph(constant_graph, encoder, features=n * parts), "rfnav", encoder)
+        for n in (1, 2)
+    ]
+    both = DetectorEnsemble(dict(zip(("drawn", "photo"), each, strict=True)), weights=HOME)
+    both.set_vocabulary(CLASSES, ("kitchen",))
+    both.remember(1)
+    assert (both.detect(FRAME).features == parts[0]).all()
+    for n, wanted in ((2, each[1]), (1, each[0])):
+        both.features_from = wanted.sha256
+        assert (both.detect(FRAME).features == n * parts[0]).all()
+    both.features_from = "another's"
+    assert not both.detect(FRAME).features.size
 
 
 def test_ours_tells_rooms_looks_and_the_domain(ours: OpenDetector) -> None:

@@ -284,6 +284,7 @@ def test_views_are_judged_as_configured_and_by_their_likeness_else(
     assert voted(ask(SEEN, never())) == want
     assert voted(ask(UNSEEN, never())) == ((1,), "embedding")
     assert seats.health()["errors"] == []
+    assert seats.features_from == ("" if rung == "embedding" else "detector")
 
 
 def test_where_the_language_model_cannot_be_shown_views_the_network_has_a_word_itself(
@@ -315,4 +316,5 @@ def test_a_network_for_another_detector_is_noted_and_is_no_fault(stack: ExitStac
     seats.layout = Unseated("made for another detector")
     assert voted(seats.experts(SEATED, cfg)["sle"](SEEN, never())) == ((1,), "embedding")
     assert seats.layout_note == "made for another detector"
+    assert seats.features_from == ""
     assert seats.health()["errors"] == []

@@ -341,7 +341,8 @@ def test_a_scene_layout_that_is_not_there_is_said_once_and_sle_goes_on_without(
         outcome = models.seated(config)["sle"](told, never())
         assert isinstance(outcome, Vote)
         assert (outcome.frontiers, outcome.rung) == ((4,), "embedding")
-        models.seated(config)
+        models.accept("toilet", config)
+        assert models._detector._all.features_from == ""  # nobody would look at them
         (error,) = models.health()["errors"]
     assert str(error).startswith("/nowhere/layout.onnx: no such model file")
     assert capsys.readouterr().err.count(str(error)) == 1
@@ -375,6 +376,9 @@ def test_sle_is_shown_what_the_detector_saw(
     rng = np.random.default_rng(0)
     k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
     with LoadedModels(config, SystemClock()) as models:
+        path.unlink()  # it was opened with the others
+        models.accept("toilet", config)
+        assert models._detector._all.features_from == sha256(detector)
         seen = []
         for n, frontier in enumerate(BRIEF.frontiers):
             rgb = cv2.resize(rng.integers(0, 255, (6, 8, 3), np.uint8), (640, 480))
@@ -385,5 +389,9 @@ def test_sle_is_shown_what_the_detector_saw(
             seen.append(replace(frontier, sight=sight))
         vote = models.seated(config)["sle"](replace(BRIEF, frontiers=tuple(seen)), never())
         assert models.health()["errors"] == []
+        models.accept(
+            "toilet", replace(config, experts=replace(config.experts, scene_layout="embedding"))
+        )
+        assert models._detector._all.features_from == ""
     assert isinstance(vote, Vote)
     assert vote.rung == rung
