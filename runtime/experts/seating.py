@@ -143,8 +143,8 @@ class Seating:
             brief, self.likeness(brief), cfg
         )
         rungs = {name: [local[name]] if name in local else [] for name in names}
+        self.layout_rung = cfg.scene_layout if "sle" in rungs else EMBEDDING
         if "sle" in rungs:
-            self.layout_rung = cfg.scene_layout
             rungs["sle"] += self._by_layout(cfg)
         return {
             name: self._noting(name, with_fallback(name, self._rungs(name, first, below[name])))

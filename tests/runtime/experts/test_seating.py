@@ -309,6 +309,9 @@ def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) ->
     assert outcome == Missing("sle", Absence.NO_EVIDENCE, why)
     seats.experts(SEATED, CFG)
     assert seats.health()["errors"] == []  # nobody wants it
+    seats.experts(SEATED, cfg)
+    seats.experts(("o2f", "r2f"), cfg)
+    assert seats.health()["errors"] == []  # SLE has no seat
 
 
 def test_a_network_for_another_detector_is_noted_and_is_no_fault(stack: ExitStack) -> None:
