@@ -144,12 +144,12 @@ class Seating:
         )
         rungs = {name: [local[name]] if name in local else [] for name in names}
         self.layout_rung = cfg.scene_layout if "sle" in rungs else EMBEDDING
-        if "sle" in rungs:
-            rungs["sle"] += self._by_layout(cfg)
-        return {
-            name: self._noting(name, with_fallback(name, self._rungs(name, first, below[name])))
+        taught = {"sle": self._by_layout(cfg)} if "sle" in rungs else {}
+        found = {
+            name: [*self._rungs(name, first, taught.get(name, [])), Rung(EMBEDDING, below[name])]
             for name, first in rungs.items()
         }
+        return {n: self._noting(n, with_fallback(n, each)) for n, each in found.items()}
 
     def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
         """By name: the cloud, for experts that it has not answered for on this brief already."""
@@ -162,15 +162,20 @@ class Seating:
         below = self.by_embedding if self.by_embedding.used else None
         return [experts for experts in (self.by_likelihood, below) if experts is not None]
 
-    def _rungs(self, name: str, local: list[Rung], below: Expert) -> list[Rung]:
-        rungs = list(local)
-        if self.cloud is not None:
-            rungs.append(Rung(RUNG, self.cloud.expert(name), CLOUD_SHARE, self.cloud.ready))
-        return [*rungs, Rung(EMBEDDING, below)]
+    def _rungs(self, name: str, local: list[Rung], taught: list[Rung]) -> list[Rung]:
+        """The network that was taught views is above a cloud that would be shown none, and below
+        one that is: to most views it has an answer, and none below would be asked."""
+        if self.cloud is None:
+            return [*local, *taught]
+        cloud = Rung(RUNG, self.cloud.expert(name), CLOUD_SHARE, self.cloud.ready)
+        return [*local, cloud, *taught] if self._shows_cloud() else [*local, *taught, cloud]
+
+    def _shows_cloud(self) -> bool:
+        return self.cloud is not None and self.cloud.cfg.sends_images
 
     def _by_layout(self, cfg: ExpertConfig) -> list[Rung]:
         """SLE's by a network that was taught views, where it is to be asked."""
-        layout, share = self.layout, self._share()
+        layout, share = self.layout, LOCAL_SHARE if self._shows_cloud() else self._share()
         if cfg.scene_layout == EMBEDDING or layout is None:
             return []
         if isinstance(layout, Unseated):

@@ -287,6 +287,22 @@ def test_views_are_judged_as_configured_and_by_their_likeness_else(
     assert seats.features_from == ("" if rung == "embedding" else "detector")
 
 
+@pytest.mark.parametrize(("privacy", "rung"), [("full", "cloud"), ("text", "head")])
+def test_a_cloud_that_is_sent_pictures_is_asked_before_the_network_that_was_taught_views(
+    stack: ExitStack, tmp_path: Path, privacy: str, rung: str
+) -> None:
+    server = stack.enter_context(Server(lambda body: (200, completion(answer([1])))))
+    seats, cfg = taught(stack, "head", None)
+    seats.cloud = cloud_at(stack, tmp_path, server, privacy=privacy)
+    pictured = replace(SEEN, frontiers=tuple(replace(f, image=b"x") for f in SEEN.frontiers))
+    ask = seats.experts(SEATED, cfg)["sle"]
+    assert voted(ask(pictured, never())) == ((1,) if rung == "cloud" else (2,), rung)
+    assert voted(ask(SEEN, never())) == ((2,), "head")  # of which the cloud has no picture
+    assert len(server.requests) == (rung == "cloud")
+    server.behave = "break"
+    assert voted(ask(replace(pictured, stamp_ns=12), never())) == ((2,), "head")
+
+
 def test_where_the_language_model_cannot_be_shown_views_the_network_has_a_word_itself(
     stack: ExitStack,
 ) -> None:
