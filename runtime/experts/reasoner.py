@@ -112,6 +112,10 @@ class Reasoner:
         """For people: how far the encoding of pictures is."""
         return self._pictures.told() if self._pictures is not None else {}
 
+    def forget(self) -> None:
+        """Ask about every picture anew from here on."""
+        self._looks = {}  # whoever is asking goes on with those that it began with
+
     def ready(self, by: Deadline) -> bool:
         """Whether the model is free, or busy with what is still waited for; one that hangs is
         neither."""
@@ -160,11 +164,12 @@ class Reasoner:
         shown = [(f, *_question(brief, f)) for f in brief.frontiers if f.image]
         if len(shown) < 2 or self._pictures is None:
             return Missing("sle", Absence.NO_IMAGES)
-        encoded = self._pictures.of((f.image for f, _, key in shown if key not in self._looks), by)
+        looks = self._looks
+        encoded = self._pictures.of((f.image for f, _, key in shown if key not in looks), by)
         nats = {
-            f.id: self._nats(messages, key, encoded.get(f.image), by)
+            f.id: self._nats(looks, messages, key, encoded.get(f.image), by)
             for f, messages, key in shown
-            if key in self._looks or f.image in encoded
+            if key in looks or f.image in encoded
         }
         if len(nats) < 2:
             return self._unseen(brief)
@@ -172,14 +177,19 @@ class Reasoner:
         return recommend("sle", brief, nats, told, cfg)
 
     def _nats(
-        self, messages: list[dict[str, Any]], key: bytes, picture: Encoded | None, by: Deadline
+        self,
+        looks: dict[bytes, float],
+        messages: list[dict[str, Any]],
+        key: bytes,
+        picture: Encoded | None,
+        by: Deadline,
     ) -> float:
-        if key not in self._looks:
+        if key not in looks:
             nats = self._do(lambda seconds: self._model.likes(messages, seconds, [picture]), by)
-            self._looks[key] = float(nats)
-            while len(self._looks) > LOOKS_KEPT:
-                del self._looks[next(iter(self._looks))]
-        return self._looks[key]
+            looks[key] = float(nats)
+            while len(looks) > LOOKS_KEPT:
+                del looks[next(iter(looks))]
+        return looks[key]
 
     def _do(self, work: Callable[[float], Any], by: Deadline) -> Any:
         """Queue a call and wait for it; raises Late, or what the model raised."""

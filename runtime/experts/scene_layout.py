@@ -97,6 +97,11 @@ class SceneLayoutExperts:
         """Whether the language model does not hang."""
         return self.scorer is None or math.isinf(by.at_s) or not self.scorer.stuck
 
+    def forget(self) -> None:
+        """Look at every view anew from here on."""
+        with self._lock:
+            self._views.clear()
+
     def _by_head(self, cfg: ExpertConfig, brief: Brief, by: Deadline) -> Vote | Missing:
         views = self._looked_at(brief)
         if isinstance(views, Missing):

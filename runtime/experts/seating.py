@@ -60,9 +60,11 @@ class Seating:
 
     def forget(self) -> None:
         """Score all that is asked from here on anew."""
-        for experts in (self.by_likelihood, self.by_embedding):
+        for experts in (self.by_likelihood, self.by_embedding, self.reasoner, self.vision):
             if experts is not None:
                 experts.forget()
+        if isinstance(self.layout, SceneLayoutExperts):
+            self.layout.forget()
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         """Score objects that are on the map by now, in the background."""

@@ -89,6 +89,9 @@ def test_each_picture_is_asked_about_once() -> None:
         assert len(model.asked) == 2
         assert sorted(model.encoded) == [b"carpet", b"tiles"]  # with for ever to wait for it
         assert [bytes(p) for (p,) in model.shown] == [b"tiles", b"carpet"]
+        reasoner.forget()
+        assert isinstance(look(BRIEF, never()), Vote)
+        assert len(model.asked) == 4
         one = Brief("toilet", 0, BRIEF.frontiers[1:])
         assert look(one, never()) == Missing("sle", Absence.NO_IMAGES)
 

@@ -204,7 +204,9 @@ def test_an_expert_that_the_cloud_answered_for_does_not_appeal(
 
 
 class Eyes:
-    """Sees the goal in the picture "two"."""
+    """Sees the goal in the picture "two", and counts how often it is asked."""
+
+    asked = 0
 
     def encode(self, image: bytes) -> np.ndarray:
         return np.frombuffer(image, np.uint8)
@@ -222,6 +224,7 @@ class Eyes:
     def likes(
         self, messages: list[dict[str, Any]], seconds: float, pictures: Sequence[Any]
     ) -> float:
+        self.asked += 1
         return 2.0 if "dHdv" in str(messages) else -2.0  # base64 of "two"
 
 
@@ -328,6 +331,22 @@ def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) ->
     seats.experts(SEATED, cfg)
     seats.experts(("o2f", "r2f"), cfg)
     assert seats.health()["errors"] == []  # SLE has no seat
+
+
+def test_what_is_forgotten_is_looked_at_again(stack: ExitStack) -> None:
+    seats, cfg = taught(stack, "head", None)
+    eyes = Eyes()
+    seats.vision = stack.enter_context(Reasoner(eyes, SystemClock(), 100, sees=True))
+    seen = seats.layout.layout.ways if isinstance(seats.layout, SceneLayoutExperts) else []
+    table = seats.experts(SEATED, cfg)
+    looks = []
+    for forgets in (False, False, True):
+        if forgets:
+            seats.forget()
+        table["sle"](SEEN, never())
+        table["sle"](BRIEF, never())
+        looks.append((len(seen), eyes.asked))
+    assert looks == [(2, 2), (2, 2), (4, 4)]
 
 
 def test_a_network_for_another_detector_is_noted_and_is_no_fault(stack: ExitStack) -> None:
