@@ -40,6 +40,7 @@ class PictureEncoder:
         self._condition = threading.Condition()
         self._frames: tuple[Keyframe, ...] = ()  # that are kept, the oldest first
         self._wanted: tuple[bytes, ...] = ()  # by the last that asked
+        self._waiting: list[tuple[bytes, ...]] = []  # what each that waits wants
         self._done: dict[bytes, Encoded] = {}
         self._failed: dict[bytes, str] = {}
         self._changed = self._closed = False
@@ -47,11 +48,15 @@ class PictureEncoder:
         self._thread = threading.Thread(target=self._work, name="pictures", daemon=True)
         self._thread.start()
 
-    def close(self) -> None:
-        """End the thread after the image under way."""
+    def stop(self) -> None:
+        """Have the thread end after the image under way; nobody waits any more."""
         with self._condition:
             self._closed = True
             self._condition.notify_all()
+
+    def close(self) -> None:
+        """End the thread after the image under way."""
+        self.stop()
         self._thread.join(timeout=5.0)
 
     @property
@@ -78,9 +83,18 @@ class PictureEncoder:
             wanted = self._wanted = tuple(dict.fromkeys(images))
             self._changed = True
             self._condition.notify_all()
-            while math.isinf(by.at_s) and not self._closed and self._left(wanted):
-                self._clock.wait(self._condition, by.at_s)
+            if math.isinf(by.at_s):
+                self._wait_for(wanted, by)
             return {image: self._done[image] for image in wanted if image in self._done}
+
+    def _wait_for(self, wanted: tuple[bytes, ...], by: Deadline) -> None:
+        """Until they are encoded, whoever else asks meanwhile. The condition is held."""
+        self._waiting.append(wanted)
+        try:
+            while not self._closed and self._left(wanted):
+                self._clock.wait(self._condition, by.at_s)
+        finally:
+            self._waiting.remove(wanted)
 
     def _left(self, images: Sequence[bytes]) -> list[bytes]:
         """Those that are neither encoded nor known to be impossible."""
@@ -96,10 +110,7 @@ class PictureEncoder:
             try:
                 encoded = self._model.encode(image)
             except Exception as error:  # noqa: BLE001 -- told, and the next may do
-                told = " ".join(str(error).split())[:160] or type(error).__name__
-                with self._condition:
-                    self._failed[image] = told
-                    self._condition.notify_all()
+                self._fail(image, error)
                 continue
             with self._condition:
                 self._done[image] = encoded
@@ -112,14 +123,30 @@ class PictureEncoder:
             with self._condition:
                 if self._closed:
                     return None
-                frames, wanted, self._changed = self._frames, self._wanted, False
-            newest = [f.jpeg for f in reversed(frames) if f.image.size]
+                frames, self._changed = self._frames, False
+            newest = [self._file(f) for f in reversed(frames) if f.image.size]
             with self._condition:
-                image = self._chosen(tuple(dict.fromkeys((*wanted, *newest))), len(wanted))
+                each = *self._waiting, self._wanted
+                needed = tuple(dict.fromkeys(image for wanted in each for image in wanted))
+                image = self._chosen(tuple(dict.fromkeys((*needed, *newest))), len(needed))
                 if image is not None:
                     return image
                 while not self._changed and not self._closed:
                     self._condition.wait()
+
+    def _file(self, frame: Keyframe) -> bytes:
+        """A keyframe's JPEG; b"" where none can be made, which is then known to be impossible."""
+        try:
+            return frame.jpeg
+        except Exception as error:  # noqa: BLE001 -- told, and the next may do
+            self._fail(b"", error)
+            return b""
+
+    def _fail(self, image: bytes, error: Exception) -> None:
+        told = " ".join(str(error).split())[:160] or type(error).__name__
+        with self._condition:
+            self._failed[image] = told
+            self._condition.notify_all()
 
     def _chosen(self, ranked: Sequence[bytes], needed: int) -> bytes | None:
         """The first image that is not encoded, while there is room; what there is no room for is

@@ -123,3 +123,39 @@ def test_what_cannot_be_encoded_is_tried_once() -> None:
         assert encoder.of([b"x"], never()) == {}
     assert (tower.seen, encoder.errors) == ([b"x"], ["not a picture"])
     encoder.close()
+
+
+def test_two_that_wait_are_both_answered() -> None:
+    tower = Tower(let=0)
+    encoder, answers = PictureEncoder(tower, SystemClock()), []
+    images = [f.jpeg for f in frames(5)]
+
+    def ask(shown: list[bytes]) -> None:
+        answers.append(sorted(encoder.of(shown, never())) == sorted(shown))
+
+    askers = [threading.Thread(target=ask, args=(part,)) for part in (images[:3], images[3:])]
+    for asker in askers:
+        asker.start()
+    with encoder._condition:
+        assert encoder._condition.wait_for(lambda: len(encoder._waiting) == 2, PATIENCE_S)
+    tower.let.release(1000)
+    for asker in askers:
+        asker.join(PATIENCE_S)
+    encoder.close()
+    assert answers == [True, True]
+    assert sorted(tower.seen) == sorted(images)
+
+
+def test_a_keyframe_of_which_no_file_can_be_made_does_not_stop_the_others() -> None:
+    tower = Tower()
+    encoder, kept = PictureEncoder(tower, SystemClock()), frames(2)
+    broken = Keyframe(
+        Pose(9.0, 0.0, 0.0), np.zeros(0, np.float32), image=np.zeros((2, 2, 7), np.uint8)
+    )
+    encoder.hold([*kept, broken])
+    assert len(encoder.of([f.jpeg for f in kept], never())) == 2
+    assert len(encoder.errors) == 1
+    encoder.hold(kept)
+    encoder.of([frames(5)[4].jpeg], never())
+    assert encoder.errors == []
+    encoder.close()
