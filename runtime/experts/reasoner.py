@@ -94,6 +94,8 @@ class Reasoner:
         with self._condition:
             self._closed = True
             self._condition.notify_all()
+        if self._pictures is not None:
+            self._pictures.stop()  # both end at once
         self._thread.join(timeout=5.0)
         if self._pictures is not None:
             self._pictures.close()
@@ -135,7 +137,7 @@ class Reasoner:
         if name == "sle" and self._pictures is not None:
             encoded = self._pictures.of((f.image for f in brief.frontiers if f.image), by)
             told = [f if f.image in encoded else replace(f, image=b"") for f in brief.frontiers]
-            if not encoded and any(f.image for f in brief.frontiers):
+            if len(encoded) < 2 and any(f.image for f in brief.frontiers):
                 return self._unseen(brief)
             brief, shown = replace(brief, frontiers=tuple(told)), {"pictures": [*encoded.values()]}
         prompt = prompted_experts.compose(name, brief, images=self._sees, marks=False)

@@ -2,6 +2,8 @@
 
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -126,13 +128,17 @@ def test_what_is_not_encoded_yet_is_not_waited_for() -> None:
 def test_an_image_that_is_none_is_told_and_the_vote_goes_on_without_it() -> None:
     model = Model()
     model.unfit = (b"carpet",)
+    wood = FrontierBrief(12, 3.0, (), (("hall", 1.0),), image=b"wood")
+    three = replace(BRIEF, frontiers=(*BRIEF.frontiers, wood))
     with Reasoner(model, SystemClock(), 150, sees=True) as reasoner:
-        got = reasoner.look(ExpertConfig())(BRIEF, never())
         told = "of 2 too few are encoded yet; no picture"
-        assert got == Missing("sle", Absence.NO_IMAGES, told)
+        for ask in (reasoner.look(ExpertConfig()), reasoner.expert("sle")):
+            assert ask(BRIEF, never()) == Missing(
+                "sle", Absence.NO_IMAGES, told
+            )  # one is no choice
         assert reasoner.errors == ["no picture"]
         model.say = '{"reason": "tiles", "frontiers": [4]}'
-        assert isinstance(reasoner.expert("sle")(BRIEF, never()), Vote)
+        assert isinstance(reasoner.expert("sle")(three, never()), Vote)
     assert "There is no picture of it." in str(model.asked[-1][0])
 
 
@@ -182,3 +188,45 @@ def test_a_model_that_hangs_is_waited_for_no_longer_than_allowed() -> None:
             assert reasoner._condition.wait_for(lambda: reasoner._running is None, PATIENCE_S)
         assert isinstance(reasoner.expert("o2f")(BRIEF, Deadline.never(clock)), Vote)
     assert len(model.asked) == 2
+
+
+def test_closing_ends_the_encoding_while_a_call_is_under_way() -> None:
+    clock, called, encoding = ManualClock(), threading.Event(), threading.Event()
+    go, on = threading.Event(), threading.Event()
+
+    def hang() -> str:
+        called.set()
+        assert go.wait(PATIENCE_S)
+        return '{"reason": "", "frontiers": [9]}'
+
+    def ask() -> None:
+        with suppress(Late):
+            reasoner.expert("o2f")(BRIEF, Deadline.never(clock))
+
+    model, encode = Model(hang), Model().encode
+    seen: list[bytes] = []
+
+    def slow(image: bytes) -> np.ndarray:
+        seen.append(image)
+        encoding.set()
+        assert on.wait(PATIENCE_S)
+        return encode(image)
+
+    model.encode = slow  # type: ignore[method-assign]
+    reasoner = Reasoner(model, clock, 150, sees=True)
+    assert reasoner._pictures is not None
+    reasoner._pictures.of([b"tiles", b"carpet"], Deadline.after(1.0, clock))
+    asker = threading.Thread(target=ask)
+    closer = threading.Thread(target=reasoner.close)
+    asker.start()
+    assert called.wait(PATIENCE_S)
+    assert encoding.wait(PATIENCE_S)
+    closer.start()
+    with reasoner._pictures._condition:
+        told = reasoner._pictures._condition.wait_for(lambda: reasoner._pictures._closed, 2.0)
+    on.set()
+    go.set()
+    for thread in (asker, closer):
+        thread.join(PATIENCE_S)
+    assert told
+    assert seen == [b"tiles"]
