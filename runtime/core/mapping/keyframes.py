@@ -85,9 +85,9 @@ class Keyframe:
 
     @property
     def size_bytes(self) -> int:
-        """Of its arrays."""
+        """Of its arrays, and of the JPEG once that is made."""
         held = self.embedding, self.image, self.features, self.depth
-        return sum(array.nbytes for array in held)
+        return sum(array.nbytes for array in held) + len(self.__dict__.get("jpeg", b""))
 
     @cached_property
     def jpeg(self) -> bytes:
@@ -151,7 +151,8 @@ def _contrast(rgb: U8) -> int:
 
 def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
-    them or tells less; what is too many or too much is forgotten, the oldest first."""
+    them or tells less; what is too many or too much is forgotten, the oldest first, of
+    what is too much the images before all else."""
     at = frame.pose
     beside = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
     same = [f for f in beside if _alike(f.pose, at)]
@@ -161,7 +162,19 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
         frames.remove(old)
     frames.append(frame)
     del frames[:-KEYFRAMES_KEPT]
+    _bound(frames)
+
+
+def _bound(frames: list[Keyframe]) -> None:
+    """Within KEYFRAMES_BYTES: images go first, which take most, then keyframes, the oldest of
+    each; the newest stays whole."""
     held = sum(f.size_bytes for f in frames)
+    for n, frame in enumerate(frames[:-1]):
+        if held <= KEYFRAMES_BYTES:
+            return
+        if frame.image.size:
+            frames[n] = replace(frame, image=NO_IMAGE)
+            held -= frame.size_bytes - frames[n].size_bytes
     while held > KEYFRAMES_BYTES and len(frames) > 1:
         held -= frames.pop(0).size_bytes
 

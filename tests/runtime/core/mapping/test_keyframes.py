@@ -174,11 +174,17 @@ def test_what_half_precision_has_no_number_for_stays_finite():
 
 def test_keyframes_take_no_more_memory_than_they_may(monkeypatch: pytest.MonkeyPatch):
     one = take(observed(), seen(PARTS), Mount(), 320)
-    monkeypatch.setattr("runtime.core.mapping.keyframes.KEYFRAMES_BYTES", 2 * one.size_bytes)
-    assert one.size_bytes == 320 * 240 * 3 + 5 * 6 * 8 * 2
+    parts = 5 * 6 * 8 * 2
+    assert one.size_bytes == 320 * 240 * 3 + parts
+    monkeypatch.setattr(
+        "runtime.core.mapping.keyframes.KEYFRAMES_BYTES", one.size_bytes + 2 * parts
+    )
     frames: list[Keyframe] = []
     for n in range(3):
         keep(frames, replace(one, pose=Pose(2.0 * n, 0, 0)))
-    assert [f.pose.x_m for f in frames] == [2.0, 4.0]
+    assert [(f.pose.x_m, f.image.size > 0) for f in frames] == [(0, False), (2, False), (4, True)]
+    assert all(f.features.size for f in frames)
+    assert frames[2].jpeg
+    assert frames[2].size_bytes == one.size_bytes + len(frames[2].jpeg)
     keep(frames, replace(one, pose=Pose(6.0, 0, 0), image=np.zeros((1000, 999, 3), np.uint8)))
     assert [f.pose.x_m for f in frames] == [6.0]  # the newest stays, however large
