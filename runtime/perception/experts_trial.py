@@ -154,14 +154,23 @@ class _Trial:
             yield f"panel.decide_budget_s: {budget_s:g} would hold it; {usual_s:g} is the default"
 
     def _timed(self) -> float:
+        goal = self._accepted(TIMED)
         began_s = time.perf_counter()
-        self._votes(TIMED, FRONTIERS)
+        self._asked(goal, FRONTIERS)
         return time.perf_counter() - began_s
 
     def _votes(self, text: str, count: int) -> dict[str, Vote | Missing]:
+        return self._asked(self._accepted(text), count)
+
+    def _accepted(self, text: str) -> str:
+        """The goal's name, once all that is scored for it before a vote is."""
+        goal, _ = self.models.accept(text, self.config)
+        self.models.settle(Deadline.never(self.clock))
+        return goal.name
+
+    def _asked(self, goal: str, count: int) -> dict[str, Vote | Missing]:
         """On so many frontiers: the views, again and again, and each time another place in them.
         One expert after the other: on few cores they take that long at once, too."""
-        goal, _ = self.models.accept(text, self.config)
         rounds = math.ceil(count / len(self.seen))
         frontiers = tuple(
             replace(
@@ -169,7 +178,7 @@ class _Trial:
             )
             for n in range(count)
         )
-        brief, never = Brief(goal.name, 0, frontiers), Deadline.never(self.clock)
+        brief, never = Brief(goal, 0, frontiers), Deadline.never(self.clock)
         return {name: ask(brief, never) for name, ask in self.models.seated(self.config).items()}
 
     def _frontier(self, view: _View, classes: Sequence[str]) -> FrontierBrief:

@@ -10,9 +10,13 @@ from mmproj import write_mmproj
 from models.detection.trial import RENDERS
 from models.errors import ModelFileError
 from models.store import manifest
-from runtime.config import load
+from runtime.clock import Deadline, SystemClock
+from runtime.config import Config, load
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing
+from runtime.experts.panel import Expert
 from runtime.perception import experts_trial
 from runtime.perception.experts_trial import Voter
+from runtime.perception.goal_words import Goal
 
 
 @pytest.mark.parametrize(
@@ -40,6 +44,39 @@ def test_what_does_not_vote() -> None:
         assert Voter.named(name, "", "", 1) is None
     with pytest.raises(ModelFileError, match="minilm: is a model for text, and neither sees nor"):
         Voter.named("minilm", "", "", 1)
+
+
+class AcceptsSlowly:
+    """Experts that answer at once, of models whose goal takes time until it is scored."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+
+    def accept(self, goal: str, config: Config) -> tuple[Goal, None]:
+        self.now_s += 3.0
+        return Goal(goal, goal, ((goal,),), "as it is"), None
+
+    def settle(self, by: Deadline) -> bool:
+        self.now_s += 4.0
+        return True
+
+    def health(self) -> dict[str, object]:
+        return {}
+
+    def seated(self, config: Config) -> dict[str, Expert]:
+        def ask(brief: Brief, by: Deadline) -> Missing:
+            self.now_s += 0.5
+            return Missing("o2f", Absence.NO_MODEL)
+
+        return {"o2f": ask}
+
+
+def test_a_vote_is_timed_without_what_is_done_before_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    models = AcceptsSlowly()
+    monkeypatch.setattr(experts_trial.time, "perf_counter", lambda: models.now_s)
+    seen = [FrontierBrief(0, 1.0, (), ())]
+    trial = experts_trial._Trial(models, load(None, ()), SystemClock(), [], seen)  # type: ignore[arg-type]
+    assert next(trial.times()).startswith("a vote on 8 frontiers: 0.50 s where nothing")
 
 
 @pytest.mark.slow
