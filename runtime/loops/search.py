@@ -64,6 +64,8 @@ class Search:
     seconds: dict[str, float] = field(default_factory=dict)
     record: Record = unrecorded
     whereabouts: Whereabouts = field(default_factory=Whereabouts)
+    first_look: bool = True  # is still to come
+    handed: Keyframe | None = None  # the newest that who sees was handed
 
     @classmethod
     def begin(cls, order: Order, record: Record = unrecorded) -> "Search":
@@ -138,7 +140,6 @@ class Search:
         self.record("heard", {"name": "looked", "value": obs.stamp_ns})
         self.record("detections", detections)
         known, newest = dict(world.semantic.instances), world.semantic.next_id
-        kept = _last(world.keyframes)
         navigate.place(world, obs, detections, outline, obs.mount or self.config.camera, cfg)
         gone = [i for id, i in known.items() if id not in world.semantic.instances]
         if gone:
@@ -147,9 +148,17 @@ class Search:
         if ahead and world.semantic.next_id != newest:
             names = sorted({i.name for i in world.semantic.instances.values()})
             models.notice(self.goal.name, tuple(names))
-        if ahead and _last(world.keyframes) is not kept:
-            models.hold(world.keyframes)
+        if ahead or self.first_look:
+            self._hand_over(world.keyframes, models)
         return world
+
+    def _hand_over(self, frames: Sequence[Keyframe], models: SearchModels) -> None:
+        """Keyframes, to who sees, where there is a new one since the last time. At the first look
+        in any case: those of the search before are forgotten, or go on."""
+        newest = frames[-1] if frames else None
+        if self.first_look or newest is not self.handed:
+            models.hold(frames)
+        self.first_look, self.handed = False, newest
 
     def act(self, world: World) -> Command:
         """What to do now, where it may."""
@@ -279,7 +288,3 @@ def seen(
         return models.detect(obs.rgb, lambda: surfaces_window(obs, mount))
     labels = bus.labels(obs.stamp_ns, labels_s)
     return None if labels is None else read_labels(labels, search.order.names, models.rooms)
-
-
-def _last(frames: Sequence[Keyframe]) -> Keyframe | None:
-    return frames[-1] if frames else None

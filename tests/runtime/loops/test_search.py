@@ -147,18 +147,27 @@ def test_experts_hear_of_new_objects_only_where_there_is_time_ahead(tmp_path: Pa
         assert noticed == [("bed",)]
 
 
-def test_who_sees_is_handed_the_keyframes_whenever_one_is_kept(tmp_path: Path) -> None:
+def test_who_sees_is_handed_the_keyframes_once_there_is_time_for_new_ones(tmp_path: Path) -> None:
     home = Apartment.of(TWO_ROOMS, Pose(5.2, 2.3, 0.0))
     with search_for(home, "bed", tmp_path, "keyframes.image_width_px=64") as (search, models):
         held = []
         models.hold = lambda frames: held.append(len(frames))  # type: ignore[method-assign]
         obs = search.prepared(home.observe())
         outline = search.survey(obs)
-        search.place(obs, models.detect(obs.rgb), outline, models, ahead=False)
-        assert held == []
-        for at, kept in ((obs.pose, [1]), (Pose(5.8, 2.3, 0.0), [1, 2])):
-            search.place(replace(obs, pose=at), models.detect(obs.rgb), outline, models)
-            assert held == kept
+        edges = np.kron(np.eye(2, dtype=np.uint8), np.full((240, 320), 200, np.uint8))
+        sharp = replace(obs, rgb=np.repeat(edges[:, :, None], 3, axis=2))
+        blurred = replace(obs, rgb=np.full_like(sharp.rgb, 90))
+
+        def place(seen: Observation, x_m: float, ahead: bool) -> list[int]:
+            seen = replace(seen, pose=Pose(x_m, 2.3, 0.0))
+            search.place(seen, models.detect(seen.rgb), outline, models, ahead)
+            return held
+
+        assert place(sharp, 5.2, ahead=False) == [1]  # what was held before is of another search
+        assert place(sharp, 5.8, ahead=False) == [1]
+        assert place(blurred, 5.8, ahead=True) == [1, 2]  # kept while there was no time
+        assert place(blurred, 5.8, ahead=True) == [1, 2]
+        assert place(sharp, 6.4, ahead=True) == [1, 2, 3]
 
 
 @pytest.mark.parametrize("key", ["mount='tf'", "mount='fixed'"])
