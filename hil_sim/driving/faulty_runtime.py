@@ -21,6 +21,7 @@ class Hanging:
     """Never answers."""
 
     identity = "fault: hangs"  # its scores are never taken for a model's
+    sha256 = ""  # nor is it shown views
 
     def __init__(self, path: Path, threads: int = 1) -> None:
         pass
@@ -34,6 +35,7 @@ class Babbling:
     """Answers at once, without sense: any number, and now and then none at all."""
 
     identity = "fault: talks nonsense"
+    sha256 = ""
 
     def __init__(self, path: Path, threads: int = 1) -> None:
         pass
