@@ -103,8 +103,8 @@ def test_what_stands_in_front_holds_from_the_first_image_and_lets_go_with_the_ne
         held = made.caution(AHEAD, HERE)
         assert held.kind is HaltKind.OBSTACLE
         assert held.allowed(AHEAD) == Twist(0.0, 0.0)
+        until(hurried.is_set)  # by who is asked to drive on: before anything else is asked
         assert made.caution(Twist(0.0, 1.0), HERE) == FREE
-        until(hurried.is_set)
         streams.show(FREE_VIEW)
         until(lambda: made.caution(AHEAD, HERE) == FREE)
 
