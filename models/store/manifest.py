@@ -178,6 +178,13 @@ def located(name: str) -> Path:
     return Path(name) if by_path(name) else fetch(name)
 
 
+def first_file(name: str) -> Path:
+    """A path to a file as it is, else the first of a model's files, fetched when it is not here.
+    Raises ModelFileError."""
+    path = located(name)
+    return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path
+
+
 def called(name: str) -> str:
     """What a model goes by: its name; of a path the name of the model whose only file has the same
     bytes, else the path."""

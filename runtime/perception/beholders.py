@@ -18,12 +18,12 @@ from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import SCENE, VIEW_SCALE
 from runtime.core.voting.sight_experts import SIGHT_REFERENCES
 from runtime.errors import ModelError
+from runtime.experts.scene_layout import HALFWAY_M
 from runtime.perception.model_errors import models_told
+from runtime.perception.scene_layout import MODEL
 
-TEXT_MODEL, LANGUAGE, PROJECTOR = "minilm", "smollm2-135m", "scene-layout"
+TEXT_MODEL, LANGUAGE = "minilm", "smollm2-135m"
 THREADS = 1
-FULL_RANGE_M = 5.0
-"""The way's second number is 1 there."""
 BATCH = 64
 TRAINING = manifest.PACKAGE / "train"
 About = Literal["beyond", "view", "room"]
@@ -132,7 +132,7 @@ def looked(projector: SceneProjector, views: Views) -> SceneLooks:
             "views have {} features, the projector takes {}: make them again with the detector "
             "that it was trained on: hil-sim beyond".format(*shapes)
         )
-    way = np.column_stack((views.column, views.range_m / FULL_RANGE_M)).astype(np.float32)
+    way = np.column_stack((views.column, views.range_m / HALFWAY_M)).astype(np.float32)
     features, depth = views.features, views.depth
     parts = [
         projector.look(features[at : at + BATCH].astype(np.float32),
@@ -160,16 +160,18 @@ def open_beholders(kinds: Sequence[str]) -> Opened:
         if kind == "embedding":
             found[kind] = ByEmbedding(embed)
         elif kind == "head":
-            found[kind] = ByHead(SceneLayout(_file(PROJECTOR), THREADS), embed)
+            found[kind] = ByHead(SceneLayout(manifest.first_file(MODEL), THREADS), embed)
         else:
-            model = LanguageModel(_file(LANGUAGE), THREADS)
-            found[kind] = ByLanguage(SceneLayout(_file(PROJECTOR), THREADS), _scored_by(model))
+            model = LanguageModel(manifest.first_file(LANGUAGE), THREADS)
+            found[kind] = ByLanguage(
+                SceneLayout(manifest.first_file(MODEL), THREADS), _scored_by(model)
+            )
     return Opened(found, embed)
 
 
 def never_taught(folder: Path = TRAINING) -> frozenset[str]:
-    """Categories of which no name was ever trained on, by neither the detector nor the projector.
-    Raises ModelError when their lists cannot be read."""
+    """Categories of which no name was ever taught to the projector; of some the detector, whose
+    features it sees, was taught them. Raises ModelError when their lists cannot be read."""
     try:
         detector, projector = (read_toml(folder / name) for name in ("names.toml", "beyond.toml"))
         return frozenset({*detector["held_out"], *projector["never_trained"]})
@@ -179,8 +181,3 @@ def never_taught(folder: Path = TRAINING) -> frozenset[str]:
 
 def _scored_by(model: LanguageModel) -> Score:
     return lambda tokens, text, words: model.score(text, words, tokens)
-
-
-def _file(name: str) -> Path:
-    path = manifest.located(name)
-    return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path

@@ -153,14 +153,17 @@ class LoadedModels:
         elif models.language == models.vision:  # one model for all experts
             seating.reasoner = seating.vision
         else:
-            path, sizes = _file(models.language), (models.context_tokens, models.gpu_layers)
+            path, sizes = (
+                manifest.first_file(models.language),
+                (models.context_tokens, models.gpu_layers),
+            )
             seating.reasoner = self._reason(
                 ReasoningModel(path, models.threads, *sizes), sees=False
             )
         return seating
 
     def _open_scorer(self) -> Scorer:
-        local = LanguageModel(_file(self._models.language), self._models.threads)
+        local = LanguageModel(manifest.first_file(self._models.language), self._models.threads)
         path = Path(self._models.score_file) if self._models.score_file else default_path()
         file = ScoreFile(path, local.identity)
         scorer = Scorer([(self._models.language, local)], self._clock, file, self._book)
@@ -232,7 +235,7 @@ class LoadedModels:
 
     def _open_layout(self) -> SceneLayoutExperts | Unseated:
         return seat_layout(
-            lambda: _file(MODEL),
+            lambda: manifest.first_file(MODEL),
             self._detector.features_of(),
             self._speaker,
             lambda text: self._encoder.embed([text])[0],
@@ -265,13 +268,6 @@ def _wants_layout(config: Config) -> bool:
 def _directory(name: str) -> Path:
     path = Path(name)
     return path if path.is_dir() else manifest.fetch(name)
-
-
-def _file(name: str) -> Path:
-    """A path to a file as it is, else the first of a model's from the manifest, fetched when it is
-    not here."""
-    path = manifest.located(name)
-    return next(p for p in sorted(path.iterdir()) if p.is_file()) if path.is_dir() else path
 
 
 def _style(name: str, configured: str) -> str:

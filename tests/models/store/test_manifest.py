@@ -210,3 +210,12 @@ def test_the_shipped_manifest_is_complete() -> None:
     known = store.load_manifest()
     assert {"smollm2-135m", "minilm", "efficientnet-lite0"} <= set(known)
     assert all(len(f.sha256) == 64 and f.sources for e in known.values() for f in e.files)
+
+
+def test_a_model_is_its_first_file_and_a_path_to_a_file_is_that(tmp_path: Path) -> None:
+    folder = tmp_path / "two.files"
+    folder.mkdir()
+    for name in ("b.gguf", "a.gguf"):
+        (folder / name).touch()
+    assert store.first_file(str(folder)) == folder / "a.gguf"
+    assert store.first_file(str(folder / "b.gguf")) == folder / "b.gguf"

@@ -18,7 +18,6 @@ from runtime.core.voting.sight_experts import SIGHT_REFERENCES
 from runtime.errors import ModelError
 from runtime.perception.beholders import (
     BATCH,
-    PROJECTOR,
     ByEmbedding,
     ByHead,
     ByLanguage,
@@ -26,6 +25,7 @@ from runtime.perception.beholders import (
     never_taught,
     open_beholders,
 )
+from runtime.perception.scene_layout import MODEL
 
 WORDS = ("bed", "mug", "kitchen")
 
@@ -141,9 +141,7 @@ def test_the_default_models_are_opened(tmp_path: Path, monkeypatch: pytest.Monke
     path = tmp_path / "layout.onnx"
     write_layout(path, (2, 1, 1), "detector", "language")
     located = manifest.located
-    monkeypatch.setattr(
-        manifest, "located", lambda name: path if name == PROJECTOR else located(name)
-    )
+    monkeypatch.setattr(manifest, "located", lambda name: path if name == MODEL else located(name))
     kinds, embed = open_beholders(("language", "head", "embedding"))
     shown = sights()
     shown = replace(shown, scene=np.tile(embed(["a room with a bed"]), (3, 1)))
