@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hil_sim.commands.demo_serve import check_served, serve
 from hil_sim.driving.base_wires import MavlinkWire
 from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.driving.episode_run import run_episode
@@ -43,9 +44,12 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
     "demo",
     epilog="Examples:  hil-sim demo --goal toilet   |   "
     "hil-sim demo --goal plant --scene cedar --start 3   |   "
-    "hil-sim demo --goal bed --protocol onrobot --fault person:at=40",
+    "hil-sim demo --goal bed --protocol onrobot --fault person:at=40   |   hil-sim demo --serve",
 )
-@click.option("--goal", required=True, help='What to find, e.g. "toilet".')
+@click.option("--goal", default="", help='What to find, e.g. "toilet".')
+@click.option("--serve", "serves", is_flag=True,
+              help="Stay up, with `rfnav run` beside it, for `rfnav find`.")  # fmt: skip
+@click.option("--listen", help="With --serve: its bus; tcp/127.0.0.1:7447 otherwise.")
 @click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
 @click.option("--method", default="rfnav", show_default=True, help=f"{', '.join((*SINGLE, *COW))}.")
@@ -69,12 +73,25 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option(
     "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
 )
-def demo_command(**given: Any) -> None:
+@click.pass_context
+def demo_command(context: click.Context, /, **given: Any) -> None:
     """Let the robot find something in a furnished home, and tell what it does and why.
 
     Writes OUT/{summary.json, decisions.jsonl, map.png}. Exit status: 0 found, 1 not found,
-    2 an error.
+    2 an error. With --serve the robot stays up until Ctrl-C, and does what it is asked for; what
+    is kept of it is in out/serve.
     """
+    if given["serves"]:
+        check_served(context)
+        serve(given)
+    elif given["listen"]:
+        raise click.UsageError("--listen goes with --serve")
+    else:
+        _episode(given)
+
+
+def _episode(given: dict[str, Any]) -> None:
+    """One search, and the exit status."""
     began_s = time.monotonic()
     goal, method, start = " ".join(given["goal"].split()), given["method"], given["start"]
     if not goal:

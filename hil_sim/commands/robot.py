@@ -1,6 +1,7 @@
 """`hil-sim robot`: a simulated robot for a service that is installed."""
 
 import math
+from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +11,13 @@ import numpy as np
 from hil_sim.driving.camera_process import CameraProcess
 from hil_sim.driving.living_robot import NAME, LivingRobot, Mate, RobotBus
 from hil_sim.driving.rig import open_world
+from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import parse_faults
 from hil_sim.simulation.mishaps import Mishaps
 from hil_sim.simulation.noise import generator
-from hil_sim.simulation.protocol import EXTRAS, protocol_named
+from hil_sim.simulation.protocol import EXTRAS, Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.core.types import Pose
 
@@ -42,20 +44,28 @@ def robot_command(**given: Any) -> None:
     until Ctrl-C. Its topics are called as in the runtime's default configuration.
     """
     protocol = protocol_named("onrobot", "level", (), given["sensors"])
-    scene, faults = open_scene(given["scene"]), parse_faults(given["faults"])
+    scene = open_scene(given["scene"])
     keep_stdout_for_python()
     with ExitStack() as stack:
-        bus = RobotBus(given["listen"])
-        stack.callback(bus.hang_up)
-        world = stack.enter_context(open_world(scene, Assets(), given["renderer"]))
-        camera = CameraProcess(scene, protocol, NAME, given["seed"], given["renderer"])
-        stack.enter_context(camera)
-        mishaps = Mishaps(faults, given["seed"], NAME, scene, world, world.populate)
-        start = start_in(world, given["start"])
-        robot = LivingRobot(start, Mate(world, camera, bus, mishaps, protocol), given["seed"])
+        robot = living_in(scene, protocol, given, given["listen"], stack)
         click.echo(f"a robot stands in {scene.name}; its bus is {given['listen']}; Ctrl-C ends it")
         while True:
             robot.tick()
+
+
+def living_in(
+    scene: Scene, protocol: Protocol, given: Mapping[str, Any], endpoint: str, stack: ExitStack
+) -> LivingRobot:
+    """A robot in a home, on a bus of its own. `given`: faults, seed, start and renderer, as a
+    command has them."""
+    faults, seed, renderer = parse_faults(given["faults"]), given["seed"], given["renderer"]
+    bus = RobotBus(endpoint)
+    stack.callback(bus.hang_up)
+    world = stack.enter_context(open_world(scene, Assets(), renderer))
+    camera = stack.enter_context(CameraProcess(scene, protocol, NAME, seed, renderer))
+    mishaps = Mishaps(faults, seed, NAME, scene, world, world.populate)
+    start = start_in(world, given["start"])
+    return LivingRobot(start, Mate(world, camera, bus, mishaps, protocol), seed)
 
 
 def start_in(world: "ScenePhysics", number: int) -> Pose:

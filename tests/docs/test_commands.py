@@ -288,7 +288,7 @@ def test_there_is_much_to_check() -> None:
     [
         ("```sh\nhil-sim demo --goal toilet   # one episode\n```", None),
         ("```sh\nhil-sim demo --goal bed \\\n  --scene cedar\n```", None),
-        ("```sh\nhil-sim demo\n```", "goal is missing"),
+        ("```sh\nhil-sim show maple\n```", "out is missing"),
         ("as `hil-sim demo` does", None),
         ("```sh\nhil-sim drive --goal toilet\n```", "no command drive"),
         ("```\nhil-sim demo --goal toilet --sceen cedar\n```", "No such option"),
