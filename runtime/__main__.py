@@ -39,6 +39,7 @@ from runtime.loops.desk import Answering
 from runtime.loops.drawings import Drawings
 from runtime.loops.goal_request import Terms
 from runtime.loops.goals import Custom
+from runtime.loops.known_desk import KnownDesk
 from runtime.loops.loading import LoadingEndedError, leave, loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.places_desk import PlacesDesk
@@ -57,6 +58,7 @@ from runtime.record import Record
 from runtime.robot.bases import opened_base, watched
 from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
+from runtime.robot.frame_names import ODOM
 from runtime.robot.loopback import check_alone
 from runtime.service.goal_queue import GoalFile
 from runtime.service.notify import Systemd
@@ -236,14 +238,16 @@ def _serve(
 ) -> None:
     bus, control, _, _, clock, _, _, garbage = parts
     custom, answers = _custom(terms, bus, config)
+    known = lambda: bus.frame_of("odom", ODOM), bus.origin_xy, clock, DRAWINGS_NICE
     drawn = config.bus.draws, bus, control.status, clock, DRAWINGS_NICE
     with (
         closing(Drawings(*drawn, lambda: telemetry.newest.status)) as drawer,
+        closing(KnownDesk(*known)) as desk,
         _memory(custom, answers, bus, config, clock) as memory,
     ):
         loop = RealTime(
             *parts, record, custom=custom, drawer=drawer, answers=answers, telemetry=telemetry,
-            memory=memory,
+            memory=memory, known=desk,
         )  # fmt: skip
         garbage.begin()
         loop.run(until)

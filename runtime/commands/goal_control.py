@@ -78,7 +78,7 @@ def _told(answer: dict[str, Any], what: str) -> None:
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
 def ask_command(kind: str, request: str, path: Path | None, settings: tuple[str, ...]) -> None:
     """Send the JSON REQUEST to rfnav/KIND and print the JSON that is answered: goal, cancel, pause,
-    resume, result, status, why, zones, places, stop, release.
+    resume, result, status, why, things, where, map, zones, places, stop, release.
 
     Exit status 1 when it was refused, 2 when it is no JSON or nobody answers.
     """

@@ -119,7 +119,7 @@ class GoalLife:
         """Search for it from now on, perhaps in place of all that was asked for before; what is
         told of that. RfNavError when it cannot be begun: then what is under way goes on, unless
         it is the journal that cannot be written."""
-        means, before = self._means, self._before()
+        means, before = self._means, self.newest()
         usd = means.spent_usd()  # what is accepted next has an account of its own
         charge = means.control.condition(forget=False).battery_percent
         with means.detector.paused():  # no look while the words change
@@ -247,7 +247,7 @@ class GoalLife:
     def told(self) -> dict[str, object]:
         """For rfnav/status."""
         search = self.drive.search if self.drive else None
-        latest = self._before()
+        latest = self.newest()
         return {
             "goal": search.goal.text if search else None,
             "id": search.order.id if search else None,
@@ -262,7 +262,7 @@ class GoalLife:
             "driven_m": self.drive.feedback.way_m() if self.drive else None,
         }
 
-    def _before(self) -> Search | None:
+    def newest(self) -> Search | None:
         """The newest search."""
         return self.drive.search if self.drive else self._last[0] if self._last else None
 

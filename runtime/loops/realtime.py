@@ -20,6 +20,7 @@ from runtime.loops.desk import NOTHING_ELSE, Answering, Desk
 from runtime.loops.detector_worker import DetectorWorker, Surveyed
 from runtime.loops.drawings import Drawer, NoDrawings
 from runtime.loops.goals import USUAL, Custom, GoalLife
+from runtime.loops.known_desk import KnownDesk
 from runtime.loops.means import Means
 from runtime.loops.order import SearchModels
 from runtime.loops.ports import Control, Decisions, LoopDetector, RealTimeBus
@@ -30,6 +31,7 @@ from runtime.loops.shedding import Shedding
 from runtime.record import Record, unrecorded
 from runtime.robot.battery import Battery
 from runtime.robot.bus import Request
+from runtime.service.atlas import ASK
 from runtime.service.outcomes import FailCause, GoalEnd
 from runtime.service.telemetry import Telemetry
 from runtime.tracing.budgets import Budgets
@@ -64,6 +66,7 @@ class RealTime:
         answers: Mapping[str, Answering] = NOTHING_ELSE,
         telemetry: Telemetry | None = None,
         memory: HomeMemory | None = None,
+        known: KnownDesk | None = None,
     ) -> None:
         self._memory = memory
         self._telemetry = telemetry = telemetry or Telemetry(clock)
@@ -90,6 +93,9 @@ class RealTime:
             "status": lambda request: self._status(),
             "why": telemetry.why,
         }
+        if known is not None:
+            known.search = self._seen
+            ours |= dict.fromkeys(ASK, known.answer)
         self._desk = Desk(ours | dict(answers))
 
     def run(self, until: Callable[[], bool]) -> None:
@@ -152,6 +158,13 @@ class RealTime:
             ends = goals.drive.over(self._clock.now_s())
         if ends is not None:
             goals.end(ends)
+
+    def _seen(self) -> Search | None:
+        """The newest search, where its map is of the odometry of now."""
+        search = self._goals.newest()
+        if search is None or search.world is None or self._memory is None:
+            return search
+        return search if self._memory.holds(search.world) else None
 
     def _tell_changes(self) -> None:
         """Log how the runtime's standing has changed, and journal it while a search is on."""

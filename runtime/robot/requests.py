@@ -39,6 +39,9 @@ QUERIES: Final = {
     "goal": QueryKind(waiting=4, steers=True),
     "why": QueryKind(),
     "places": QueryKind(),
+    "things": QueryKind(),
+    "where": QueryKind(),
+    "map": QueryKind(),
     "zones": QueryKind(),  # what a search makes of them is recorded with it
 }
 

@@ -6,11 +6,13 @@ import struct
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr
+from typing import Any
 
 import numpy as np
 from answers import REFUSALS, refused, refused_in_a_line, scratch
 from goal_bench import Bench
 from kept_entries import asked_of_places
+from lived_in import lived_in
 from manual_clock import ManualClock
 from other_half import (
     battery_state,
@@ -41,6 +43,7 @@ from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
 from runtime.robot.transforms import TF, CameraConfig
+from runtime.service.atlas import asked_name, atlas_of
 from runtime.service.bounds import read_bounds
 from runtime.service.telemetry import Telemetry, untold
 from runtime.service.zones import Surroundings, Zones
@@ -189,6 +192,15 @@ def no_likeness(texts: Sequence[str]) -> np.ndarray:
 GOAL_WORDS = words_of(load_vocabulary())
 
 
+def asked_where(body: dict[str, Any]) -> dict[str, object]:
+    """Of a home with a mug."""
+    try:
+        return KNOWN.told("where", asked_name(body))
+    except ValueError as error:
+        refused(str(error))
+        return {"accepted": False, "error": str(error)}
+
+
 def request(data: bytes) -> None:
     """A query of any kind, under a harness or not. It is answered whatever it says."""
     if not data:
@@ -206,6 +218,8 @@ def request(data: bytes) -> None:
             answer = WATCH.why(taken)
         if kind in ("pause", "resume", "result"):
             answer |= getattr(IDLE.life, kind)(taken)
+        if kind == "where":
+            answer = asked_where(taken.body)
         if kind == "places":
             answer = asked_of_places(taken)
         if kind == "zones":
@@ -227,6 +241,7 @@ def request(data: bytes) -> None:
     assert asker.answers == 1
 
 
+KNOWN = atlas_of(lived_in(), (("mug", "cup"),), "odom", (0.0, 0.0))
 QUERY_KINDS = list(QUERIES)
 HARNESS = 128  # and up, of the first byte
 IDLE = Bench(scratch())
@@ -257,6 +272,7 @@ GOALS = [
         "afterwards": "return",
     },
     {"id": "a1b2c3d4"},
+    {"name": "the red mugs"},
     {"reason": "enough"},
     {"decision": 3},
     {"stop": 1},
