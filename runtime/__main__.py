@@ -27,6 +27,8 @@ from runtime.commands.goal_control import (
     resume_command,
 )
 from runtime.commands.guard import guard_command
+from runtime.commands.home import place_command, places_command, zone_command
+from runtime.commands.known import map_command, things_command, where_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.commands.status import status_command
@@ -96,6 +98,12 @@ cli.add_command(guard_command)
 cli.add_command(understand_command)
 cli.add_command(status_command)
 cli.add_command(why_command)
+cli.add_command(where_command)
+cli.add_command(things_command)
+cli.add_command(places_command)
+cli.add_command(place_command)
+cli.add_command(zone_command)
+cli.add_command(map_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

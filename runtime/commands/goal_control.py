@@ -8,6 +8,7 @@ from typing import Any, Final
 
 import click
 
+from runtime.commands.options import service_options
 from runtime.commands.running import running
 from runtime.config import load
 from runtime.errors import SensorError
@@ -27,8 +28,7 @@ def _asked(
 
 @click.command("cancel", epilog="Examples:  rfnav cancel   |   rfnav cancel 5f3a09c1")
 @click.argument("id", required=False)
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 def cancel_command(id: str | None, path: Path | None, settings: tuple[str, ...]) -> None:
     """End the goal under way and all that wait, or the one of that ID alone.
 
@@ -43,8 +43,7 @@ def cancel_command(id: str | None, path: Path | None, settings: tuple[str, ...])
 
 
 @click.command("pause", epilog="Example:  rfnav pause")
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 def pause_command(path: Path | None, settings: tuple[str, ...]) -> None:
     """Have the robot stand until `rfnav resume`; it goes on looking, and its time stands still.
 
@@ -54,8 +53,7 @@ def pause_command(path: Path | None, settings: tuple[str, ...]) -> None:
 
 
 @click.command("resume", epilog="Example:  rfnav resume")
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 def resume_command(path: Path | None, settings: tuple[str, ...]) -> None:
     """Have a paused robot go on.
 
@@ -74,8 +72,7 @@ def _told(answer: dict[str, Any], what: str) -> None:
 @click.command("ask", epilog="Examples:  rfnav ask stop   |   rfnav ask zones '{\"list\": true}'")
 @click.argument("kind")
 @click.argument("request", default="{}")
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 def ask_command(kind: str, request: str, path: Path | None, settings: tuple[str, ...]) -> None:
     """Send the JSON REQUEST to rfnav/KIND and print the JSON that is answered: goal, cancel, pause,
     resume, result, status, why, things, where, map, zones, places, stop, release.

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 import click
 
+from runtime.commands.options import service_options
 from runtime.commands.running import Running, running
 from runtime.commands.status_screen import screen, wrong
 from runtime.config import Config, load
@@ -27,8 +28,7 @@ HOME, REST_OF_LINE, REST = "\x1b[H", "\x1b[K", "\x1b[J"
 @click.command("status", epilog="Examples:  rfnav status   |   rfnav status --watch")
 @click.option("--watch", is_flag=True, help="Go on, redrawn in place, until Ctrl-C.")
 @click.option("--json", "as_json", is_flag=True, help="The service's own answer, with `wrong`.")
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 def status_command(
     watch: bool, as_json: bool, path: Path | None, settings: tuple[str, ...]
 ) -> None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from runtime.commands.options import service_options
 from runtime.commands.running import Running, running
 from runtime.commands.status_screen import printable
 from runtime.config import load
@@ -31,8 +32,7 @@ NONE = {"decision": "Nothing was decided yet.", "stop": "Nothing has held the ba
     type=click.Path(path_type=Path, dir_okay=False),
     help="Of a search that is over: its decisions.jsonl.",
 )
-@click.option("--config", "path", type=click.Path(path_type=Path), help="The robot's TOML file.")
-@click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Override one key.")
+@service_options
 @click.option("--json", "as_json", is_flag=True, help="As one JSON object.")
 def why_command(
     number: int | None,
