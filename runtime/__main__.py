@@ -29,6 +29,7 @@ from runtime.commands.goal_control import (
 from runtime.commands.guard import guard_command
 from runtime.commands.home import place_command, places_command, zone_command
 from runtime.commands.known import map_command, things_command, where_command
+from runtime.commands.mqtt import mqtt_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.commands.status import status_command
@@ -104,6 +105,7 @@ cli.add_command(places_command)
 cli.add_command(place_command)
 cli.add_command(zone_command)
 cli.add_command(map_command)
+cli.add_command(mqtt_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")
