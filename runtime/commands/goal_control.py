@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import click
 
-from runtime.commands.options import service_options
+from runtime.commands.options import json_option, service_options
 from runtime.commands.running import running
 from runtime.config import load
 from runtime.errors import SensorError
@@ -28,45 +28,61 @@ def _asked(
 
 @click.command("cancel", epilog="Examples:  rfnav cancel   |   rfnav cancel 5f3a09c1")
 @click.argument("id", required=False)
+@json_option
 @service_options
-def cancel_command(id: str | None, path: Path | None, settings: tuple[str, ...]) -> None:
+def cancel_command(
+    id: str | None, as_json: bool, path: Path | None, settings: tuple[str, ...]
+) -> None:
     """End the goal under way and all that wait, or the one of that ID alone.
 
     Exit status 1 when there is none, 2 when nobody answers.
     """
     body: dict[str, object] = {} if id is None else {"id": id}
     answer = _asked("cancel", {"reason": "rfnav cancel", **body}, path, settings)
-    if "error" in answer or not answer.get("ended"):
-        click.echo(f"rfnav: {answer.get('error', 'nothing is under way')}", err=True)
-        sys.exit(1)
-    click.echo(answer.get("sentence") or f"cancelled: {', '.join(answer.get('cancelled', ()))}")
+    if "error" not in answer and not answer.get("ended"):
+        answer = {"error": "nothing is under way"}
+    _tell(
+        answer,
+        answer.get("sentence") or f"cancelled: {', '.join(answer.get('cancelled', ()))}",
+        as_json,
+    )
 
 
 @click.command("pause", epilog="Example:  rfnav pause")
+@json_option
 @service_options
-def pause_command(path: Path | None, settings: tuple[str, ...]) -> None:
+def pause_command(as_json: bool, path: Path | None, settings: tuple[str, ...]) -> None:
     """Have the robot stand until `rfnav resume`; it goes on looking, and its time stands still.
 
     Exit status 1 when nothing is under way, 2 when nobody answers.
     """
-    _told(_asked("pause", {}, path, settings), "paused")
+    _told(_asked("pause", {}, path, settings), "paused", as_json)
 
 
 @click.command("resume", epilog="Example:  rfnav resume")
+@json_option
 @service_options
-def resume_command(path: Path | None, settings: tuple[str, ...]) -> None:
+def resume_command(as_json: bool, path: Path | None, settings: tuple[str, ...]) -> None:
     """Have a paused robot go on.
 
     Exit status 1 when nothing is under way, 2 when nobody answers.
     """
-    _told(_asked("resume", {}, path, settings), "goes on")
+    _told(_asked("resume", {}, path, settings), "goes on", as_json)
 
 
-def _told(answer: dict[str, Any], what: str) -> None:
-    if "error" in answer:
+def _told(answer: dict[str, Any], what: str, as_json: bool) -> None:
+    _tell(answer, f"{answer.get('id')}: {what}", as_json)
+
+
+def _tell(answer: dict[str, Any], in_words: str, as_json: bool) -> None:
+    """What came of it; exit status 1 where nothing did."""
+    if as_json:
+        click.echo(json.dumps(answer, ensure_ascii=False))
+    elif "error" in answer:
         click.echo(f"rfnav: {answer['error']}", err=True)
-        sys.exit(1)
-    click.echo(f"{answer['id']}: {what}")
+    else:
+        click.echo(in_words)
+    sys.exit(1 if "error" in answer else 0)
 
 
 @click.command("ask", epilog="Examples:  rfnav ask stop   |   rfnav ask zones '{\"list\": true}'")

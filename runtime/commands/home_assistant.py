@@ -124,7 +124,7 @@ def vacuum_state(status: Table, returning: str) -> str:
 
 
 @dataclass(frozen=True)
-class Wish:
+class Wished:
     """What somebody asks for: "start", "pause", "stop" or "return", a goal to be "found" at once,
     or one to be "kept" for the next start; "again": Home Assistant has begun anew."""
 
@@ -132,7 +132,7 @@ class Wish:
     goal: str = ""
 
 
-def wish(topics: Topics, topic: str, payload: bytes) -> Wish:
+def wish(topics: Topics, topic: str, payload: bytes) -> Wished:
     """What a message asks for; SensorError, one line, for what cannot be read."""
     if len(payload) > PAYLOAD_BYTES:
         raise SensorError(f"mqtt: {topic}: {len(payload)} bytes: at most {PAYLOAD_BYTES}")
@@ -141,18 +141,18 @@ def wish(topics: Topics, topic: str, payload: bytes) -> Wish:
     except UnicodeDecodeError as error:
         raise SensorError(f"mqtt: {topic}: is no text") from error
     if topic == f"{topics.discovery}/status":
-        return Wish("again" if text == ONLINE else "nothing")
+        return Wished("again" if text == ONLINE else "nothing")
     if topic == topics.of("goal/set"):
-        return Wish("kept", _goal(text, topic))
+        return Wished("kept", _goal(text, topic))
     if topic == topics.of("send"):
         return _sent(text, topic)
     known = {"start": "start", "pause": "pause", "stop": "stop", "return_to_base": "return"}
     if text not in known:
         raise SensorError(f"mqtt: {topic}: {printable(text, 40)!r}: know {', '.join(known)}")
-    return Wish(known[text])
+    return Wished(known[text])
 
 
-def _sent(text: str, topic: str) -> Wish:
+def _sent(text: str, topic: str) -> Wished:
     """{"command": "find", "goal": "mug"}, or find mug."""
     told: Table = {}
     if text.startswith("{"):
@@ -162,7 +162,7 @@ def _sent(text: str, topic: str) -> Wish:
         told = {"command": command, "goal": goal}
     if told.get("command") != "find" or not isinstance(told.get("goal"), str):
         raise SensorError(f'mqtt: {topic}: send {{"command": "find", "goal": "mug"}}')
-    return Wish("found", _goal(told["goal"], topic))
+    return Wished("found", _goal(told["goal"], topic))
 
 
 def _goal(text: str, topic: str) -> str:

@@ -105,8 +105,8 @@ def map_command(
         told = taken(runtime, "map", {})
         if out is not None and told["rows"]:
             things = taken(runtime, "things", {})["things"]
-            zones = taken(runtime, "zones", {"list": True})["zones"]
-            places = taken(runtime, "places", {"list": True})["places"]
+            zones = runtime.ask("zones", {"list": True}).get("zones", ())
+            places = runtime.ask("places", {"list": True}).get("places", {})  # under a harness none
             _write(out, picture(told, things, zones, places))
     if as_json:
         click.echo(json.dumps(told, ensure_ascii=False))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from runtime.commands.home_assistant import OFFLINE, Topics, Wish, wish
+from runtime.commands.home_assistant import OFFLINE, Topics, Wished, wish
 from runtime.commands.options import service_options
 from runtime.commands.running import Running, running
 from runtime.config import load
@@ -129,7 +129,7 @@ class Bridge:
 
     def __init__(self, topics: Topics, broker: Broker, home: str) -> None:
         self._topics, self._broker, self._home = topics, broker, home
-        self._wishes: queue.Queue[Wish] = queue.Queue(WAITING)
+        self._wishes: queue.Queue[Wished] = queue.Queue(WAITING)
         self._told: dict[str, str] = {}  # what was published last, by topic
         self._fresh = threading.Event()  # somebody has to be told all of it anew
         self._ending = threading.Event()
@@ -178,7 +178,7 @@ class Bridge:
             except SensorError as error:
                 self._said = str(error)
 
-    def _do(self, asked: Wish, runtime: Running, status: dict[str, Any]) -> None:
+    def _do(self, asked: Wished, runtime: Running, status: dict[str, Any]) -> None:
         match asked.what:
             case "kept":
                 self._goal, self._said = asked.goal, ""

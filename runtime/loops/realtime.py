@@ -72,12 +72,11 @@ class RealTime:
         self._telemetry = telemetry = telemetry or Telemetry(clock)
         self._bus, self._control, self._models, self._clock = bus, control, models, clock
         self._seen_s = 0.0  # when the last frame was taken
-        self._tracer, self._garbage = tracer, garbage
+        self._tracer, self._garbage, self._shedding = tracer, garbage, Shedding(budgets)
         self._detector: LoopDetector = detector or DetectorWorker(
             self._look, tracer, clock, WORKER_NICE
         )
         self._decisions: Decisions = worker or DecisionWorker(WORKER_NICE, record)
-        self._shedding = Shedding(budgets)
         low = configure(()).battery  # the robot's own, not a goal's
         means = Means(
             bus, control, models, clock, self._decisions, self._detector, tracer, self._shedding,
@@ -93,10 +92,7 @@ class RealTime:
             "status": lambda request: self._status(),
             "why": telemetry.why,
         }
-        if known is not None:
-            known.search = self._seen
-            ours |= dict.fromkeys(ASK, known.answer)
-        self._desk = Desk(ours | dict(answers))
+        self._desk = Desk(ours | self._known(known) | dict(answers))
 
     def run(self, until: Callable[[], bool]) -> None:
         """Serve until `until()`. RfNavError when it cannot go on; InternalError for our own."""
@@ -158,6 +154,13 @@ class RealTime:
             ends = goals.drive.over(self._clock.now_s())
         if ends is not None:
             goals.end(ends)
+
+    def _known(self, desk: KnownDesk | None) -> dict[str, Answering]:
+        """Who answers what is asked of the home."""
+        if desk is None:
+            return {}
+        desk.search = self._seen
+        return dict.fromkeys(ASK, desk.answer)
 
     def _seen(self) -> Search | None:
         """The newest search, where its map is of the odometry of now."""

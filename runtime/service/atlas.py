@@ -31,7 +31,7 @@ ASK: Final = {"things": "{}", "where": '{"name": NAME}', "map": "{}"}
 Told = dict[str, object]
 
 
-class SeenThing(NamedTuple):
+class KnownThing(NamedTuple):
     """Of an object on the map, frame of the map, m; `names`: with what probability it is each."""
 
     id: int
@@ -53,7 +53,7 @@ class Atlas:
     map: MapCopy
     rooms: F32
     room_names: tuple[str, ...]
-    things: tuple[SeenThing, ...]
+    things: tuple[KnownThing, ...]
     pose: Pose
     visited_xy: F64  # (N, 2) m
     planned_xy: F64
@@ -132,7 +132,7 @@ class Atlas:
             for id in likely
         ]  # fmt: skip
 
-    def _thing(self, thing: SeenThing, p: float) -> Told:
+    def _thing(self, thing: KnownThing, p: float) -> Told:
         likeliest = sorted(thing.names.items(), key=lambda one: (-one[1], one[0]))[:NAMES]
         return {
             "id": thing.id,
@@ -264,9 +264,9 @@ def asked_name(body: Mapping[str, object]) -> str:
     return " ".join(name.split())
 
 
-def _seen(thing: Instance, cell_m: float) -> SeenThing:
+def _seen(thing: Instance, cell_m: float) -> KnownThing:
     about = shares(thing), len(thing.views)
-    return SeenThing(thing.id, thing.xy, size_m(thing, cell_m), thing.confidence, *about)
+    return KnownThing(thing.id, thing.xy, size_m(thing, cell_m), thing.confidence, *about)
 
 
 def _packed(cells: U8) -> str:

@@ -52,6 +52,12 @@ def test_what_it_does_and_why_it_stood_is_told_while_it_runs(tmp_path: Path):
         assert (status["goal"], status["journal"]) == ("toilet", str(tmp_path / "decisions.jsonl"))
         _, why = rfnav(end, "why", "1")
         assert why.startswith('Decision 1 of the search for "toilet", ')
+        drawn = tmp_path / "map.png"
+        code, told = rfnav(end, "map", "--out", str(drawn))
+        assert (code, told.partition(":")[0]) == (0, str(drawn))
+        assert drawn.stat().st_size > 1000
+        _, told = rfnav(end, "where", "toilets", "--json")
+        assert json.loads(told)["called"] == "toilet"
         robot.sending.discard("odom")
         robot.until(lambda: robot.state()["runtime"]["state"] == "held")
         code, screen = rfnav(end, "status")

@@ -111,3 +111,15 @@ def test_what_is_no_json_is_not_sent(answered):
     done = ask("ask", "stop", "{")
     assert (heard, done.exit_code) == ([], 2)
     assert "REQUEST: not JSON" in done.stderr
+
+
+def test_what_is_answered_is_told_to_programs(answered):
+    ask, _, answers = answered
+    answers.update(ended=True, sentence="it was cancelled")
+    done = ask("cancel", "--json")
+    assert (done.exit_code, json.loads(done.stdout)) == (0, answers)
+    answers.clear()
+    answers.update(error="no search is under way", paused=False)
+    for command in ("pause", "resume"):
+        done = ask(command, "--json")
+        assert (done.exit_code, json.loads(done.stdout)) == (1, answers)

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from runtime.commands.home_assistant import GOAL_CHARS, Topics, Wish, vacuum_state, wish
+from runtime.commands.home_assistant import GOAL_CHARS, Topics, Wished, vacuum_state, wish
 from runtime.errors import ConfigError, SensorError
 
 ROSIE = Topics("rosie")
@@ -76,22 +76,22 @@ def test_it_is_in_one_of_a_vacuum_cleaners_states(status: dict, state: str):
 @pytest.mark.parametrize(
     ("topic", "payload", "asked"),
     [
-        ("command", b"start", Wish("start")),
-        ("command", b"pause", Wish("pause")),
-        ("command", b"stop", Wish("stop")),
-        ("command", b"return_to_base", Wish("return")),
-        ("goal/set", b" a  red mug ", Wish("kept", "a red mug")),
-        ("send", b'{"command": "find", "goal": "bed"}', Wish("found", "bed")),
-        ("send", b"find coffee table", Wish("found", "coffee table")),
+        ("command", b"start", Wished("start")),
+        ("command", b"pause", Wished("pause")),
+        ("command", b"stop", Wished("stop")),
+        ("command", b"return_to_base", Wished("return")),
+        ("goal/set", b" a  red mug ", Wished("kept", "a red mug")),
+        ("send", b'{"command": "find", "goal": "bed"}', Wished("found", "bed")),
+        ("send", b"find coffee table", Wished("found", "coffee table")),
     ],
 )
-def test_what_is_wished_is_read(topic: str, payload: bytes, asked: Wish):
+def test_what_is_wished_is_read(topic: str, payload: bytes, asked: Wished):
     assert wish(ROSIE, ROSIE.of(topic), payload) == asked
 
 
 def test_home_assistant_that_begins_anew_is_told_again():
-    assert wish(ROSIE, "homeassistant/status", b"online") == Wish("again")
-    assert wish(ROSIE, "homeassistant/status", b"offline") == Wish("nothing")
+    assert wish(ROSIE, "homeassistant/status", b"online") == Wished("again")
+    assert wish(ROSIE, "homeassistant/status", b"offline") == Wished("nothing")
 
 
 @pytest.mark.parametrize(
