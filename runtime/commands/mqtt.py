@@ -31,6 +31,7 @@ TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model tha
 AGAIN_S: Final = (1, 60)  # between two attempts to reach the broker, at least and at most
 KEEPALIVE_S: Final = 20
 SECRET_BYTES: Final = 4096
+REACHED: Final = "reached"
 OTHERS: Final = stat.S_IRWXG | stat.S_IRWXO
 
 
@@ -125,7 +126,7 @@ def read_secret(path: Path) -> str:
 
 class Bridge:
     """Between a broker and the service. The broker's callbacks only put into a queue what is
-    wished; `run` does it."""
+    wished, but for a stop; `run` does it."""
 
     def __init__(self, topics: Topics, broker: Broker, home: str) -> None:
         self._topics, self._broker, self._home = topics, broker, home
@@ -135,15 +136,17 @@ class Bridge:
         self._ending = threading.Event()
         self._away = "nobody has answered yet"  # why the service does nothing, "" where it answers
         self._goal = self._said = self._returning = self._noted = ""
+        self._runtime: Running | None = None
+        self._stopping = threading.Lock()
         self._client = self._begun()
 
     def run(self, bus: BusConfig) -> None:
         """Until it is closed, or KeyboardInterrupt comes."""
         while not self._ending.is_set():
             try:
-                with running(bus) as runtime:
-                    self._serve(runtime)
-            except BusError as error:
+                with running(bus) as self._runtime:
+                    self._serve(self._runtime)
+            except (BusError, SensorError) as error:
                 if str(error) != self._away:
                     self._away = str(error)
                     say(f"mqtt: {self._away}")
@@ -191,11 +194,23 @@ class Bridge:
                 self._find(runtime)
             case "pause":
                 self._ask(runtime, "pause", {})
-            case "stop":
-                self._ask(runtime, "cancel", {"reason": "mqtt"})
             case "return":
                 answer = self._ask(runtime, "goal", {"go_to": self._home})
                 self._returning = str(answer.get("id") or "")
+
+    def _stop(self) -> None:
+        """In a thread of its own: a goal that is being understood holds up no stop. What was
+        wished before goes with it."""
+        runtime = self._runtime
+        if runtime is None or not self._stopping.acquire(blocking=False):
+            return
+        try:
+            self._drain()
+            self._ask(runtime, "cancel", {"reason": "mqtt"})
+        except (BusError, SensorError) as error:
+            self._said = str(error)
+        finally:
+            self._stopping.release()
 
     def _find(self, runtime: Running) -> None:
         if self._goal:
@@ -245,13 +260,13 @@ class Bridge:
         if code.is_failure:
             self._note(f"refuses: {code}")
             return
-        self._note("reached")
+        self._note(REACHED)
         for topic in self._topics.heard:
             client.subscribe(topic, qos=1)
         self._fresh.set()
 
     def _hung_up(self, client: "Client", data: object, flags: object, code: Any, *_: Any) -> None:
-        if code.is_failure:
+        if code.is_failure and self._noted == REACHED:
             self._note(f"is gone: {code}")
 
     def _note(self, what: str) -> None:
@@ -274,6 +289,9 @@ class Bridge:
             return
         if self._away:
             self._said = self._away
+            return
+        if asked.what == "stop":
+            threading.Thread(target=self._stop, name="stop", daemon=True).start()
             return
         try:
             self._wishes.put_nowait(asked)

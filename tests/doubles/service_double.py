@@ -13,10 +13,11 @@ from runtime.robot.session import BusConfig, open_session
 
 
 class ServiceDouble:
-    """`answers`: by kind; `heard`: what was asked. A kind without an answer is not answered."""
+    """`answers`: by kind, None for one that it never gives; `heard`: what was asked."""
 
-    def __init__(self, **answers: dict[str, Any]) -> None:
+    def __init__(self, **answers: dict[str, Any] | None) -> None:
         self.answers, self.heard = answers, list[tuple[str, dict[str, Any]]]()
+        self._unanswered: list[Any] = []
         self.end = f"tcp/127.0.0.1:{free_port()}"
 
     @contextmanager
@@ -26,13 +27,16 @@ class ServiceDouble:
         def reply(query) -> None:
             kind = str(query.key_expr).removeprefix("rfnav/")
             self.heard.append((kind, json.loads(query.payload.to_string())))
-            if kind in self.answers:
+            if self.answers[kind] is None:
+                self._unanswered.append(query)
+            else:
                 query.reply(query.key_expr, json.dumps(self.answers[kind]))
 
         with open_session(BusConfig(listen=(self.end,))) as session:
             for kind in self.answers:
                 session.declare_queryable(f"rfnav/{kind}", reply)
             yield self
+            self._unanswered.clear()
 
     def run(self, *words: str) -> Result:
         """An `rfnav` command that asks it."""

@@ -122,6 +122,24 @@ def test_a_wish_that_the_broker_has_kept_is_none(tmp_path: Path):
 
 
 @needs_mosquitto
+def test_a_stop_does_not_wait_for_a_goal_that_is_being_understood(tmp_path: Path):
+    with Mosquitto(tmp_path).up() as broker, service().up() as double:
+        assistant = Assistant(broker.port)
+        double.answers["goal"] = None
+        with bridged(double, Broker("127.0.0.1", broker.port)) as bridge:
+            assistant.hears("rfnav/rosie/availability", "online")
+            assistant.say("rfnav/rosie/send", "find mug")
+            waited(lambda: ("goal", {"goal": "mug"}) in double.heard)
+            assistant.say("rfnav/rosie/command", "pause")
+            assistant.say("rfnav/rosie/command", "stop")
+            waited(lambda: ("cancel", {"reason": "mqtt"}) in double.heard)
+            assert ("pause", {}) not in double.heard  # it went with the stop
+            waited(lambda: bridge._said == "cancel")
+            double._unanswered.clear()
+        assistant.close()
+
+
+@needs_mosquitto
 def test_the_service_may_come_and_go(tmp_path: Path):
     double = service()
     with Mosquitto(tmp_path).up() as broker:
