@@ -20,7 +20,7 @@ from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import parse_faults
 from hil_sim.simulation.protocol import protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
-from runtime.errors import ConfigError
+from runtime.errors import BusError, ConfigError
 from runtime.robot.session import DEFAULT_LISTEN
 
 NOT_SERVED: Final = ("goal", "method", "protocol", "realtime", "base", "dialect")
@@ -37,7 +37,8 @@ def check_served(context: click.Context) -> None:
 
 def serve(given: Mapping[str, Any]) -> None:
     """Until Ctrl-C or SIGTERM, which end both; HarnessError when the runtime ends before."""
-    folder = (given["out"] or Path("out/serve")).resolve()
+    shown = given["out"] or Path("out/serve")
+    folder = shown.resolve()
     endpoint = given["listen"] or DEFAULT_LISTEN[0]
     scene, faults = open_scene(given["scene"]), parse_faults(given["faults"])
     if wrong := [fault.name for fault in faults if fault.kind.model]:
@@ -51,10 +52,13 @@ def serve(given: Mapping[str, Any]) -> None:
     keep_stdout_for_python()
     for number in (signal.SIGTERM, signal.SIGINT):  # also where a shell has it ignored
         signal.signal(number, _interrupt)
-    click.echo(f"loading {scene.name} and the models; the runtime's log: {folder / LOG}")
+    click.echo(f"loading {scene.name} and the models; the runtime's log: {shown / LOG}")
     with ExitStack() as stack:
-        robot = living_in(scene, protocol, given, endpoint, stack)
-        served = Served(command, endpoint, folder / LOG)
+        try:
+            robot = living_in(scene, protocol, given, endpoint, stack)
+        except BusError as error:
+            raise BusError(f"{error}; --listen tcp/127.0.0.1:PORT names another") from error
+        served = Served(command, endpoint, shown / LOG)
         stack.callback(served.kill)
         try:
             _live(robot, served, _ready_line(scene, endpoint, config))
