@@ -1,4 +1,5 @@
-"""What others draw of a search: map, zones, path, frontiers, objects, what was seen, diagnostics.
+"""What others draw of a search: map, zones, path, frontiers, objects, what was seen, diagnostics;
+and the scene of an operator's page, which is all of that in one.
 
 The thread that owns the world hands over what is due, copied where it would change; one of its own,
 of low priority, makes messages of it and publishes them. Neither control nor the loop waits for it.
@@ -21,12 +22,14 @@ from runtime.robot import drawn_messages
 from runtime.robot.diagnostics import DIAGNOSTICS, Diagnostics
 from runtime.robot.dialects.dialect import Qos, RosTopic
 from runtime.robot.drawn_messages import DrawnObject, Stamp
+from runtime.robot.drawn_scene import SCENE, WAY_MOST, DrawnScene, coarser, encode_scene
 from runtime.robot.frame_names import ODOM
 from runtime.robot.ros_node import Publisher
 from runtime.robot.streams import StreamHealth
 
 EVERY_S: Final = {
     "map": 1.0, "path": 0.5, "frontiers": 1.0, "objects": 1.0, "detections": 0.2, "zones": 1.0,
+    "scene": 0.5,
 }  # fmt: skip
 DIAGNOSE_S: Final = 1.0
 TOPICS: Final = {
@@ -71,8 +74,8 @@ class NoDrawings:
 
 
 class Drawings:
-    """A `Drawer`. `names`: of TOPICS, what is published; `status`: the control loop's; `service`:
-    what a query on `rfnav/status` was answered last."""
+    """A `Drawer`. `names`: of TOPICS, what is published beside the scene; `status`: the control
+    loop's; `service`: what a query on `rfnav/status` was answered last."""
 
     def __init__(
         self,
@@ -85,6 +88,7 @@ class Drawings:
     ) -> None:
         self._bus, self._status, self._service, self._clock = bus, status, service, clock
         self._publishers = {name: bus.publisher(TOPICS[name]) for name in names}
+        self._publishers["scene"] = bus.publisher(SCENE)
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
         self._waiting: dict[str, Callable[[], bytes]] = {}
         self._drawn: dict[str, set[int]] = {"frontiers": set(), "objects": set(), "zones": set()}
@@ -115,6 +119,9 @@ class Drawings:
         if self._is_due("zones"):
             zones = world.map.zones.zones
             self._hand("zones", lambda: self._zones(zones, at))
+        if self._is_due("scene"):
+            scene = _scene(world, command)
+            self._hand("scene", lambda: encode_scene(scene, at))
 
     def seen(self, stamp_ns: int, detections: Detections, names: Sequence[str]) -> None:
         """What the detectors saw in the image of that stamp."""
@@ -199,3 +206,18 @@ def _drawn(thing: Instance, frame: GridFrame) -> DrawnObject:
     middle = (x0 + x1) / 2, (y0 + y1) / 2, thing.low_m + high_m / 2
     size = x1 - x0, y1 - y0, max(high_m, frame.resolution_m)
     return DrawnObject(thing.id, thing.name, thing.confidence, middle, size)
+
+
+def _scene(world: World, command: Command | None) -> DrawnScene:
+    """Nothing of it changes when the world does."""
+    decision, frame = world.standing.decision, world.map.frame
+    areas = [zone.corners_xy for zone in world.map.zones.zones if zone.area]
+    return DrawnScene(
+        world.goal,
+        world.frontiers,
+        decision.frontier if decision else None,
+        [_drawn(one, frame) for one in world.semantic.instances.values()],
+        command.path_xy if command else np.zeros((0, 2)),
+        np.array(coarser(world.body.visited_xy, WAY_MOST)).reshape(-1, 2),
+        areas[0] if areas else None,
+    )

@@ -1,5 +1,6 @@
 """What is handed over when, and that it is drawn beside the loop."""
 
+import json
 import threading
 import time
 from collections.abc import Callable, Mapping
@@ -89,7 +90,7 @@ def until(what: Callable[[], Any]) -> None:
 
 def test_all_that_can_be_drawn_has_a_topic_and_a_rate():
     assert set(TOPICS) == set(DRAWN)
-    assert {*EVERY_S, "diagnostics"} == set(DRAWN)
+    assert {*EVERY_S, "diagnostics"} == {*DRAWN, "scene"}
     assert [name for name, topic in TOPICS.items() if topic.qos.latched] == ["map"]
 
 
@@ -131,7 +132,7 @@ def test_where_the_map_begins_far_away_all_is_drawn_there(world: World):
 def test_each_is_drawn_at_its_own_rate_and_only_what_is_asked_for(world: World):
     bus, clock = FakeBus(), ManualClock()
     drawer = drawings(bus, clock, ("map", "path"))
-    assert set(bus.publishers) == {"rfnav/map", "rfnav/path"}
+    assert set(bus.publishers) == {"rfnav/map", "rfnav/path", "rfnav/scene"}
     drawer.note(world, COMMAND)
     drawer.note(world, COMMAND)
     bus.told("rfnav/map", 1)
@@ -141,6 +142,34 @@ def test_each_is_drawn_at_its_own_rate_and_only_what_is_asked_for(world: World):
     paths = bus.told("rfnav/path", 2)
     assert paths[1].poses == []  # somebody else drives
     assert len(bus.publishers["rfnav/map"].put_) == 1
+    drawer.close()
+
+
+def test_the_scene_of_a_page_has_what_is_drawn_of_a_search_in_one(world: World):
+    bus, clock = FakeBus(), ManualClock()
+    bus.origin = (100.0, -50.0)
+    square = ((1.0, 0.0), (2.0, 0.0), (2.0, 1.0))
+    navigate.keep_out(world, (Zone("stairs", square), Zone("the area", square, area=True)))
+    drawer = drawings(bus, clock, ())
+    drawer.note(world, COMMAND)
+    (told,) = bus.told("rfnav/scene", 1)
+    scene = json.loads(told.data)
+    assert scene["goal"] == "toilet"
+    assert {one["id"] for one in scene["frontiers"]} == {f.id for f in world.frontiers}
+    assert scene["plan"] == [[100.0, -50.0], [101.0, -50.0]]
+    x_m, y_m = world.body.visited_xy[-1]
+    assert scene["path"][-1] == [round(100.0 + x_m, 2), round(-50.0 + y_m, 2)]
+    assert scene["area"] == [[101.0, -50.0], [102.0, -50.0], [102.0, -49.0]]
+    drawer.close()
+
+
+def test_a_scene_that_nobody_looks_at_is_not_made(world: World):
+    bus, clock = FakeBus(), ManualClock()
+    drawer = drawings(bus, clock, ("path",))
+    bus.publishers["rfnav/scene"].listeners = False
+    drawer.note(world, COMMAND)
+    bus.told("rfnav/path", 1)
+    assert bus.publishers["rfnav/scene"].put_ == []
     drawer.close()
 
 
