@@ -33,6 +33,7 @@ from runtime.commands.mqtt import mqtt_command
 from runtime.commands.record import RecordOptions, record_options, recording
 from runtime.commands.replay import replay_command
 from runtime.commands.status import status_command
+from runtime.commands.view import view_command
 from runtime.commands.why import why_command
 from runtime.errors import ConfigError, InternalError, RfNavError
 from runtime.experts.cloud_config import read_key
@@ -106,6 +107,7 @@ cli.add_command(place_command)
 cli.add_command(zone_command)
 cli.add_command(map_command)
 cli.add_command(mqtt_command)
+cli.add_command(view_command)
 
 
 @cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")

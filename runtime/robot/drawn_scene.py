@@ -47,8 +47,8 @@ def encode_scene(scene: DrawnScene, at: Stamp) -> bytes:
     return wire.encode_json(told)
 
 
-def coarser(points: Sequence[Any], most: int) -> Sequence[Any]:
-    """At most so many of them, evenly, the last one among them."""
+def coarser(points: Any, most: int) -> Any:
+    """At most so many of a sequence, or of an array's rows, evenly, the last one among them."""
     step = max(1, -(-len(points) // most))
     return points[::-step][::-1]
 
@@ -76,6 +76,6 @@ def _thing(one: DrawnObject, goal: str, at: Stamp) -> dict[str, object]:
 
 def _listed(points_xy: F64, at: Stamp, most: int) -> list[list[float]]:
     """(N, 2) m of the map -> odometry's frame."""
-    few = np.asarray(coarser(points_xy, most), float).reshape(-1, 2)
+    few = coarser(points_xy, most).reshape(-1, 2)
     placed: list[list[float]] = np.round(few + np.array(at.origin_xy), 2).tolist()
     return placed
