@@ -30,6 +30,7 @@ from runtime.robot.session import BusConfig, TopicsConfig, open_session
 
 TOPICS = TopicsConfig()
 NAME = "living"
+HAND_S = 0.5  # that the sticks have the base after their last word
 
 
 class RobotBus:
@@ -39,6 +40,7 @@ class RobotBus:
     def __init__(self, endpoint: str) -> None:
         self._config = BusConfig(listen=(endpoint,))
         self._command: Twist | None = None
+        self._hand = Twist(), -HAND_S  # what was told on the sticks last, and when
         self._session: Any = None
         self.call_again()
 
@@ -53,6 +55,12 @@ class RobotBus:
         command, self._command = self._command, None
         return command
 
+    def hand(self) -> Twist | None:
+        """What a person tells the base, who has its sticks until half a second after the last word:
+        the base's own multiplexer, as robots have one."""
+        twist, told_s = self._hand
+        return twist if time.monotonic() - told_s < HAND_S else None
+
     def hang_up(self) -> None:
         """Leave the bus. Idempotent."""
         if not self._session.is_closed():
@@ -63,10 +71,17 @@ class RobotBus:
         if self._session is None or self._session.is_closed():
             self._session = open_session(self._config)
             self._session.declare_subscriber(TOPICS.cmd_vel, self._obey)
+            others = zenoh.Locality.REMOTE  # a fault `hand` speaks there itself
+            self._session.declare_subscriber(TOPICS.teleop, self._obey_hand, allowed_origin=others)
 
     def _obey(self, sample: zenoh.Sample) -> None:
         with suppress(SensorError):
             self._command = Twist(*wire.decode_twist(sample.payload.to_bytes(), TOPICS.cmd_vel))
+
+    def _obey_hand(self, sample: zenoh.Sample) -> None:
+        with suppress(SensorError):
+            told = wire.decode_twist(sample.payload.to_bytes(), TOPICS.teleop)
+            self._hand = Twist(*told), time.monotonic()
 
 
 class RobotPort(Port):
@@ -75,6 +90,8 @@ class RobotPort(Port):
     def publish(self, topic: str, payload: bytes) -> None: ...
 
     def command(self) -> Twist | None: ...
+
+    def hand(self) -> Twist | None: ...
 
     def hang_up(self) -> None: ...
 
@@ -139,7 +156,7 @@ class LivingRobot:
     def _roll(self, when: When, passed_s: float) -> None:
         mate, base = self.mate, self.mate.protocol.base or DifferentialDrive()
         ours = mate.bus.command()  # one that is not obeyed now is not obeyed later
-        command = self._by_hand(when) or ours
+        command = self._by_hand(when) or mate.bus.hand() or ours
         if command is not None and not mate.mishaps.deaf(when):
             self.robot = ordered(self.robot, command, base)
         rng = generator(self.seed, NAME, self.ticks, "base")

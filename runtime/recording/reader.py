@@ -45,6 +45,14 @@ class Recorded:
     schema: str
 
 
+@dataclass(frozen=True, order=True)
+class ChunkPlace:
+    """Where in a recording a chunk begins: in which of its files, at which byte."""
+
+    file: int
+    byte: int
+
+
 class _Short:
     """A file that is asked for no more than a record may have: whoever asks for more gets as much
     memory as that, whatever there is to read. EOFError for less than nothing, which a record has
@@ -59,20 +67,28 @@ class _Short:
         return self._file.read(min(count, RECORD_BYTES))
 
 
-def _read(file: IO[bytes]) -> Iterator[McapRecord]:
-    """Its records, those of a chunk when all of that was there. One of _CUT where it is damaged."""
+def _read(file: IO[bytes], at: int = 0) -> Iterator[tuple[int, McapRecord]]:
+    """Its records from that byte on, those of a chunk when all of that was there, each with the
+    byte at which it, or its chunk, begins. One of _CUT where it is damaged."""
+    file.seek(at)
     short = cast(IO[bytes], _Short(file))
-    reader = StreamReader(short, emit_chunks=True, record_size_limit=RECORD_BYTES)
-    for record in reader.records:
+    limit = RECORD_BYTES
+    records = StreamReader(short, at > 0, emit_chunks=True, record_size_limit=limit).records
+    while True:
+        at = file.tell()
+        record = next(records, None)
+        if record is None:
+            return
         if not isinstance(record, Chunk):
-            yield record
+            yield at, record
             continue
         sizes = [record.uncompressed_size]
         if record.compression == "zstd":
             sizes.append(zstandard.frame_content_size(record.data))
         if max(sizes) > RECORD_BYTES:
             raise EOFError
-        yield from breakup_chunk(record, validate_crc=True)
+        for within in breakup_chunk(record, validate_crc=True):
+            yield at, within
 
 
 class Recording:
@@ -86,6 +102,8 @@ class Recording:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._damaged: set[Path] = set()
+        self._schemas: dict[Path, dict[int, Schema]] = {}
+        self._channels: dict[Path, dict[int, Channel]] = {}
         self._files = sorted(path.glob(f"*{SUFFIX}")) if path.is_dir() else [path]
         if not self._files:
             raise RecordingError(f"{path}: no {SUFFIX} file is in it")
@@ -107,37 +125,46 @@ class Recording:
         return sum(file.stat().st_size for file in self._files)
 
     def __iter__(self) -> Iterator[Recorded]:
-        for file in self._files:
-            yield from self._messages(file)
+        return (message for _, message in self.placed())
+
+    def placed(self, since: ChunkPlace = ChunkPlace(0, 0)) -> Iterator[tuple[ChunkPlace, Recorded]]:
+        """Each message with the place of its chunk, from a place on that was read before."""
+        for number, file in enumerate(self._files[since.file :], since.file):
+            start = since.byte if number == since.file else 0
+            for at, message in self._messages(file, start):
+                yield ChunkPlace(number, at), message
             if file in self._damaged:
                 return
 
-    def _messages(self, path: Path) -> Iterator[Recorded]:
-        schemas: dict[int, Schema] = {}
-        channels: dict[int, Channel] = {}
+    def _messages(self, path: Path, start: int) -> Iterator[tuple[int, Recorded]]:
+        schemas = self._schemas.setdefault(path, {})
+        channels = self._channels.setdefault(path, {})
         with path.open("rb") as file:
-            for record in self._records(path, file):
+            for at, record in self._records(path, file, start):
                 if isinstance(record, Schema):
                     schemas[record.id] = record
                 elif isinstance(record, Channel):
                     channels[record.id] = record
                 elif isinstance(record, Message):
                     channel = channels[record.channel_id]
-                    yield Recorded(
-                        channel.topic,
-                        record.log_time,
-                        record.publish_time,
-                        bytes(record.data),
-                        schemas[channel.schema_id].name,
+                    yield (
+                        at,
+                        Recorded(
+                            channel.topic,
+                            record.log_time,
+                            record.publish_time,
+                            bytes(record.data),
+                            schemas[channel.schema_id].name,
+                        ),
                     )
 
-    def _records(self, path: Path, file: IO[bytes]) -> Iterator[McapRecord]:
+    def _records(self, path: Path, file: IO[bytes], start: int) -> Iterator[tuple[int, McapRecord]]:
         """Those of whole chunks; what follows a damaged one is left out, for a replay needs all."""
         try:
-            for record in _read(file):
+            for at, record in _read(file, start):
                 if isinstance(record, Footer):
                     return
-                yield record
+                yield at, record
         except _CUT:
             self._damaged.add(path)
 
@@ -154,7 +181,7 @@ def _about(path: Path) -> Mapping[str, str]:
             if not file.read(1):
                 raise RecordingError(f"{path}: is empty: nothing was recorded")
             file.seek(0)
-            for record in _read(file):
+            for _, record in _read(file):
                 if isinstance(record, Metadata) and record.name == ABOUT:
                     return record.metadata
                 if isinstance(record, Message):

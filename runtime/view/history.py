@@ -44,12 +44,14 @@ class SearchHistory:
         number = int(stop["number"])
         with self._lock:
             before = self._stops.get(number)
-            told = {name: stop.get(name) for name in ("number", "state", "kind", "reason", "over")}
+            told = {name: stop.get(name) for name in ("number", "state", "halt", "reason", "over")}
             told["t_s"] = before["t_s"] if before is not None else t_s
             if told == before:
                 return False
             if before is None and number < next(reversed(self._stops), 0):
                 self._stops.clear()  # the service was started anew
+            for earlier in self._stops.values():
+                earlier["over"] = earlier["over"] or earlier["number"] < number
             self._stops[number] = told
             while len(self._stops) > STOPS_KEPT:
                 self._stops.popitem(last=False)

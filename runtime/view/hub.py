@@ -171,5 +171,5 @@ class HubAudience:
 
 def encoded(kind: str, content: Mapping[str, Any]) -> str:
     """A message as text; `t_s`: now, unless the content has its own."""
-    told = {"kind": kind, "t_s": round(time.time(), 3), **content}
+    told = {"t_s": round(time.time(), 3), **content, "kind": kind}
     return json.dumps(told, separators=(",", ":"))

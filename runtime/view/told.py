@@ -150,9 +150,10 @@ def _vote(vote: Told) -> dict[str, Any]:
 
 
 def stop_of(told: Told) -> dict[str, Any]:
-    """A stop as `rfnav/why` tells it."""
-    names = "number", "state", "kind", "reason", "in_words"
-    return {name: told.get(name) for name in names} | {"over": told.get("ended_s") is not None}
+    """A stop as `rfnav/why` tells it; `halt` is its kind."""
+    names = "number", "state", "reason", "in_words"
+    more = {"halt": told.get("kind"), "over": told.get("ended_s") is not None}
+    return {name: told.get(name) for name in names} | more
 
 
 def zones_of(answer: Told) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """A robot that lives beside whoever drives it."""
 
+import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -23,8 +24,8 @@ IMAGES = ("camera/color/image_raw", "camera/depth/image_raw", "camera/color/came
 class Line:
     """The robot's bus, with one driver on it who says the same over and over."""
 
-    def __init__(self, says: Twist | None) -> None:
-        self._says, self.up = says, True
+    def __init__(self, says: Twist | None, sticks: Twist | None = None) -> None:
+        self._says, self._sticks, self.up = says, sticks, True
         self.heard: list[tuple[str, bytes]] = []
 
     def publish(self, topic: str, payload: bytes) -> None:
@@ -33,6 +34,9 @@ class Line:
 
     def command(self) -> Twist | None:
         return self._says if self.up else None
+
+    def hand(self) -> Twist | None:
+        return self._sticks
 
     def hang_up(self) -> None:
         self.up = False
@@ -126,4 +130,26 @@ def test_its_bus_hears_commands_once_and_comes_again():
     bus.hang_up()
     bus.publish("odom", b"")  # lost
     bus.call_again()
+    bus.hang_up()
+
+
+def test_who_speaks_on_the_sticks_topic_has_the_base():
+    robot, _ = living(Line(Twist(0.3, 0.0), Twist(0.0, 0.6)))
+    lives(robot, lambda: abs(robot.robot.pose.yaw_rad - robot.start.yaw_rad) > 0.3)
+    assert robot.robot.path_m == 0.0
+
+
+def test_the_sticks_are_let_go_half_a_second_after_their_last_word():
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    bus = RobotBus(endpoint)
+    assert bus.hand() is None
+    bus.publish("cmd_vel_teleop", wire.encode_twist(0.1, 0.0))  # its own: a fault that it plays
+    with open_session(BusConfig(mode="client", connect=(endpoint,))) as session:
+        until_s = time.monotonic() + 10.0
+        while bus.hand() is None and time.monotonic() < until_s:
+            session.put("cmd_vel_teleop", wire.encode_twist(0.2, 0.5))
+            time.sleep(0.02)
+        assert bus.hand() == Twist(0.2, 0.5)
+        time.sleep(0.7)
+        assert bus.hand() is None
     bus.hang_up()

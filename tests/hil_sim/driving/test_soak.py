@@ -98,6 +98,9 @@ class Quiet:
     def command(self) -> Twist | None:
         return None
 
+    def hand(self) -> Twist | None:
+        return None
+
     def hang_up(self) -> None: ...
 
     def call_again(self) -> None: ...
