@@ -55,8 +55,10 @@ class Publisher:
             raise BusError(f"{self._name}: cannot be published: {error}") from error
 
     def heard(self) -> bool:
-        """Whether anybody listens, as far as this session knows."""
-        return bool(getattr(self._declared, "matching_status", True))
+        """Whether anybody listens, as far as this session knows. To what is latched somebody may
+        come later."""
+        status = getattr(self._declared, "matching_status", None)
+        return status is None or bool(status.matching)
 
 
 class ServiceCall:

@@ -49,13 +49,15 @@ def test_what_one_node_publishes_another_hears_by_its_name(sessions: Any, dialec
     ours, theirs = sessions
     heard: list[tuple[str, bytes]] = []
     node, other = RosNode(ours, dialect), RosNode(theirs, dialect)
-    other.subscribe(TWIST, lambda name, payload: heard.append((name, payload)))
     publisher = node.publisher(TWIST, Sending(urgent=True, blocks=True))
+    assert not publisher.heard()
+    other.subscribe(TWIST, lambda name, payload: heard.append((name, payload)))
     until(publisher.heard)
     until(lambda: publisher.put(b"velocity") or heard)
     assert heard[0] == ("r/cmd_vel", b"velocity")
-    node.close()
     other.close()
+    until(lambda: not publisher.heard())
+    node.close()
     with pytest.raises(BusError, match=r"^cmd_vel: cannot be published"):
         publisher.put(b"more")
 
