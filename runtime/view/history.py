@@ -43,13 +43,13 @@ class SearchHistory:
         """A stop, as it stands; whether that is new."""
         number = int(stop["number"])
         with self._lock:
+            if number < next(reversed(self._stops), 0):
+                self._stops.clear()  # the service was started anew
             before = self._stops.get(number)
             told = {name: stop.get(name) for name in ("number", "state", "halt", "reason", "over")}
             told["t_s"] = before["t_s"] if before is not None else t_s
             if told == before:
                 return False
-            if before is None and number < next(reversed(self._stops), 0):
-                self._stops.clear()  # the service was started anew
             for earlier in self._stops.values():
                 earlier["over"] = earlier["over"] or earlier["number"] < number
             self._stops[number] = told

@@ -22,7 +22,7 @@ from runtime.tracing.budgets import Budgets
 from runtime.view import told
 from runtime.view.asking import asked
 from runtime.view.feed import Audience, Content
-from runtime.view.hearing import PageHearing
+from runtime.view.hearing import FAULTS, PageHearing
 from runtime.view.history import SearchHistory
 from runtime.view.questions import PageQuestions, Service
 from runtime.view.sticks import Sticks
@@ -211,7 +211,10 @@ class LiveFeed:
             now_s = time.monotonic()
             if changed or now_s - told_s >= TELL_S:
                 told_s = now_s
-                self._audience.tell("state", self._state(now_s))
+                try:
+                    self._audience.tell("state", self._state(now_s))
+                except FAULTS:
+                    self._hearing.bad += 1
             time.sleep(TURN_S)
 
     def _state(self, now_s: float) -> dict[str, Any]:

@@ -176,6 +176,7 @@ def _bound(access: Access) -> socket.socket:
     try:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((access.host, access.port))
+        listening.listen(CONNECTIONS_MOST)
     except OSError as error:
         listening.close()
         told = f"--listen {access.host}:{access.port}"

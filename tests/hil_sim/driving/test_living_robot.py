@@ -144,6 +144,8 @@ def test_the_sticks_are_let_go_half_a_second_after_their_last_word():
     bus = RobotBus(endpoint)
     assert bus.hand() is None
     bus.publish("cmd_vel_teleop", wire.encode_twist(0.1, 0.0))  # its own: a fault that it plays
+    time.sleep(0.2)
+    assert bus.hand() is None
     with open_session(BusConfig(mode="client", connect=(endpoint,))) as session:
         until_s = time.monotonic() + 10.0
         while bus.hand() is None and time.monotonic() < until_s:

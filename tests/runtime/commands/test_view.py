@@ -1,0 +1,95 @@
+"""`rfnav view` as it is typed."""
+
+import signal
+import subprocess
+import sys
+import urllib.request
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from page_client import PageClient
+from page_server import free_port
+
+from runtime.commands import view
+from runtime.commands.view import view_command
+from runtime.errors import ConfigError
+
+DRIVE = Path(__file__).parents[2] / "refs" / "realtime.mcap"
+
+
+def typed(*arguments: str) -> "subprocess.Popen[str]":
+    command = [sys.executable, "-m", "runtime", "view", *arguments]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def ended(arguments: Sequence[str]) -> tuple[int, str]:
+    process = typed(*arguments)
+    _, said = process.communicate(timeout=60)
+    return process.returncode, said
+
+
+def test_a_recording_is_shown_until_ctrl_c():
+    port = free_port()
+    process = typed("--listen", f"127.0.0.1:{port}", "--replay", str(DRIVE))
+    assert process.stdout is not None
+    assert f"http://127.0.0.1:{port}/" in process.stdout.readline()
+    page = PageClient(port)
+    assert page.wait("welcome")["file"] == "realtime.mcap"
+    assert page.wait("span")["goals"][0]["goal"] == "toilet"
+    page.close()
+    process.send_signal(signal.SIGINT)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (0, "")
+
+
+def test_without_a_service_the_page_is_there_all_the_same():
+    port, nobody = free_port(), free_port()
+    bus = f'bus.connect=["tcp/127.0.0.1:{nobody}"]'
+    process = typed("--listen", f"127.0.0.1:{port}", "--set", bus)
+    assert process.stdout is not None
+    process.stdout.readline()
+    page = PageClient(port)
+    assert page.wait("state")["link"] == "no service"
+    assert "nobody listens" in page.ask(1, "stop")["error"]
+    page.close()
+    process.send_signal(signal.SIGTERM)
+    _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["--listen", "0.0.0.0:8080"], "beyond this computer"),
+        (["--listen", "nonsense"], "is no address"),
+        (["--replay", __file__], "not a recording"),
+        (["--set", "bus.nosuch=1"], "nosuch"),
+    ],
+)
+def test_what_cannot_be_served_is_told_in_a_line(arguments: list[str], why: str):
+    status, said = ended(arguments)
+    assert status == 2
+    assert why in said
+    assert said.count("\n") == 1
+
+
+def test_an_address_that_somebody_has_is_told():
+    port = free_port()
+    process = typed("--listen", f"127.0.0.1:{port}", "--replay", str(DRIVE))
+    assert process.stdout is not None
+    process.stdout.readline()
+    with urllib.request.urlopen(f"http://127.0.0.1:{port}/") as response:
+        assert response.status == 200
+    status, said = ended(["--listen", f"127.0.0.1:{port}"])
+    assert (status, "cannot be listened on" in said) == (2, True)
+    process.terminate()
+    process.communicate(timeout=30)
+
+
+def test_what_is_not_installed_is_told_with_how_to(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(view, "NEEDED", ("json", "no_such_package"))
+    result = CliRunner().invoke(view_command, [])
+    assert isinstance(result.exception, ConfigError)
+    assert "needs no_such_package: pip install 'rf-nav[view]'" in str(result.exception)
