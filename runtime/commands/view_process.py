@@ -1,6 +1,7 @@
 """The process of `rfnav view`, which loads what a page needs and no more."""
 
 import json
+import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -68,6 +69,7 @@ def _path(name: str | None) -> Path | None:
 def main() -> None:
     """The options come as JSON, of `rfnav view`."""
     keep_to_owner()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         serve_view(ViewOptions(**json.loads(sys.argv[1])))
     except KeyboardInterrupt:

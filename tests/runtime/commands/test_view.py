@@ -3,8 +3,6 @@
 import signal
 import subprocess
 import sys
-import urllib.request
-from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -22,12 +20,6 @@ DRIVE = Path(__file__).parents[2] / "refs" / "realtime.mcap"
 def typed(*arguments: str) -> "subprocess.Popen[str]":
     command = [sys.executable, "-m", "runtime", "view", *arguments]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-
-
-def ended(arguments: Sequence[str]) -> tuple[int, str]:
-    process = typed(*arguments)
-    _, said = process.communicate(timeout=60)
-    return process.returncode, said
 
 
 def test_a_recording_is_shown_until_ctrl_c():
@@ -59,33 +51,12 @@ def test_without_a_service_the_page_is_there_all_the_same():
     assert (process.returncode, said) == (0, "")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "why"),
-    [
-        (["--listen", "0.0.0.0:8080"], "beyond this computer"),
-        (["--listen", "nonsense"], "is no address"),
-        (["--replay", __file__], "not a recording"),
-        (["--set", "bus.nosuch=1"], "nosuch"),
-    ],
-)
-def test_what_cannot_be_served_is_told_in_a_line(arguments: list[str], why: str):
-    status, said = ended(arguments)
-    assert status == 2
-    assert why in said
+def test_what_cannot_be_served_is_told_in_a_line():
+    process = typed("--listen", "0.0.0.0:8080")
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "beyond this computer" in said
     assert said.count("\n") == 1
-
-
-def test_an_address_that_somebody_has_is_told():
-    port = free_port()
-    process = typed("--listen", f"127.0.0.1:{port}", "--replay", str(DRIVE))
-    assert process.stdout is not None
-    process.stdout.readline()
-    with urllib.request.urlopen(f"http://127.0.0.1:{port}/") as response:
-        assert response.status == 200
-    status, said = ended(["--listen", f"127.0.0.1:{port}"])
-    assert (status, "cannot be listened on" in said) == (2, True)
-    process.terminate()
-    process.communicate(timeout=30)
 
 
 def test_what_is_not_installed_is_told_with_how_to(monkeypatch: pytest.MonkeyPatch):
