@@ -9,10 +9,10 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import TimeoutError as NotYet
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
 from itertools import chain, cycle
 from pathlib import Path
@@ -73,24 +73,25 @@ def measured(
     drive: Iterable[Published],
     topics: TopicsConfig,
     hz: float,
+    beside: Callable[[str], AbstractContextManager[object]] = nullcontext,
 ) -> Measured:
     """Play a drive to a runtime that is asked for one of the goals after the other, each for
-    GOAL_S, or until its experts have no more to do; for a single one until the end. BenchError when
-    the runtime ends."""
+    GOAL_S, or until its experts have no more to do; for a single one until the end. `beside`: what
+    else goes on meanwhile on the bus of that endpoint. BenchError when the runtime ends."""
     with TemporaryDirectory() as folder, _sleeper(hz) as sleeper:
-        endpoint = f"tcp/127.0.0.1:{_free_port()}"
+        endpoint = f"tcp/127.0.0.1:{free_port()}"
         session: Any = open_session(BusConfig(listen=(endpoint,)))
         began_s = time.monotonic()
         child = _spawned(subject, endpoint, Path(folder))
         try:
             robot = _Robot(session, topics, child, Path(folder) / SAID)
             ready_s = robot.ready() - began_s
-            with robot.playing(drive) as played:
+            with beside(endpoint), robot.playing(drive) as played:
                 time.sleep(LEAD_S)
                 _write(sleeper, "clear\n")
                 asked_s = time.monotonic()
                 half_mb = robot.search(goals, played)
-            played_s, memory_mb = time.monotonic() - asked_s, _resident_mb(child)
+            played_s, memory_mb = time.monotonic() - asked_s, resident_mb(child)
             status = robot.ask(STATUS, {})
             robot.ask(CANCEL, {"reason": "the drive is over"})
         finally:
@@ -179,14 +180,14 @@ class _Robot:
 
     def _play(self, drive: Iterable[Published], first_ns: int, stopping: threading.Event) -> float:
         """Publish each message at its time."""
-        began_s, sizes = time.monotonic(), [(0.0, _resident_mb(self._child))]
+        began_s, sizes = time.monotonic(), [(0.0, resident_mb(self._child))]
         for message in drive:
             at_s = (message.at_ns - first_ns) / 1e9
             if stopping.wait(max(0.0, began_s + at_s - time.monotonic())):
                 break
             self._publish(message)
             if at_s >= sizes[-1][0] + 1.0:
-                sizes.append((at_s, _resident_mb(self._child)))
+                sizes.append((at_s, resident_mb(self._child)))
         return sizes[len(sizes) // 2][1]
 
     def _publish(self, message: Published) -> None:
@@ -254,7 +255,7 @@ def _write(process: subprocess.Popen[str], line: str) -> None:
     process.stdin.flush()
 
 
-def _resident_mb(child: subprocess.Popen[str]) -> float:
+def resident_mb(child: subprocess.Popen[str]) -> float:
     """What a process holds in memory; 0 for one that has ended."""
     try:
         status = Path(f"/proc/{child.pid}/status").read_text(encoding="ascii")
@@ -264,7 +265,8 @@ def _resident_mb(child: subprocess.Popen[str]) -> float:
     return next((int(words[1]) / MB for words in lines if words[:1] == ["VmRSS:"]), 0.0)
 
 
-def _free_port() -> int:
+def free_port() -> int:
+    """Where nobody listens on this computer."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         return int(probe.getsockname()[1])

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
 from runtime.view.feed import Content
-from runtime.view.tiles import Seen, TileMap
+from runtime.view.tiles import TilesHeld, TileMap
 
 PAGES_MOST: Final = 8
 ANSWERS_KEPT: Final = 32  # that wait for a slow page; of more the oldest are lost
@@ -40,7 +40,7 @@ class Page:
         self._waiting: dict[str, str] = {}
         self._answers: deque[str] = deque(maxlen=ANSWERS_KEPT)
         self._picture: bytes | None = None
-        self._mapped, self._seen = True, Seen()
+        self._mapped, self._seen = True, TilesHeld()
         self._stated_s = 0.0
         self._woken = asyncio.Event()
 

@@ -24,8 +24,8 @@ from runtime.view.asking import asked
 from runtime.view.feed import Audience, Content
 from runtime.view.hearing import FAULTS, PageHearing
 from runtime.view.history import SearchHistory
-from runtime.view.questions import PageQuestions, Service
-from runtime.view.sticks import Sticks
+from runtime.view.questions import PageQuestions, AskedService
+from runtime.view.sticks import PageSticks
 from runtime.view.tiles import TileMap
 
 TURN_S: Final = 0.1  # between two looks at what was heard
@@ -37,7 +37,7 @@ LOST_S: Final = 4.0  # without a word of the service: the session is opened anew
 ANSWER_S: Final = 5.0
 STOP_S: Final = 1.0
 
-Connect = Callable[[], AbstractContextManager[Service]]
+Connect = Callable[[], AbstractContextManager[AskedService]]
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,12 @@ class LiveFeed:
         self.tiles, self._history = TileMap(), SearchHistory()
         control = parts.config.navigate.control
         self._most = control.max_speed_mps, control.max_turn_radps
-        self._sticks = Sticks(self._drive, self._most, self._barred, SystemClock())
+        self._sticks = PageSticks(self._drive, self._most, self._barred, SystemClock())
         self._changed = threading.Condition()
         self._pages = self._cameras = 0
         self._left_s = -LINGER_S  # when the last page went
         self._closed = False
-        self._service: Service | None = None
+        self._service: AskedService | None = None
         self._teleop: Publisher | None = None
         self._why = "not asked yet"
         self._own = 0.0, 0.0  # process time and time, s, as of the last health
@@ -156,7 +156,7 @@ class LiveFeed:
                 self._questions.forget()
             self._wait(RETRY_S)
 
-    def _serve(self, service: Service) -> None:
+    def _serve(self, service: AskedService) -> None:
         """Until nobody looks; BusError when it has fallen silent."""
         began_s = time.monotonic()
         with ExitStack() as stack:
@@ -176,7 +176,7 @@ class LiveFeed:
                     raise BusError("nobody answers: is rfnav run up?")
                 self._wait(TURN_S * 2)
 
-    def _offer_sticks(self, service: Service, stack: ExitStack) -> None:
+    def _offer_sticks(self, service: AskedService, stack: ExitStack) -> None:
         topic = heard_topics(self._bus).get("teleop")
         if topic is None:
             return

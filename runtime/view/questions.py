@@ -26,7 +26,7 @@ MOST_ROOMS: Final = 254
 MAP_CELLS: Final = 1 << 22
 
 
-class Service(Protocol):
+class AskedService(Protocol):
     """A runtime that may be there; see `commands.running.Running`."""
 
     @property
@@ -82,7 +82,7 @@ class PageQuestions:
         self.answers, self._told, self._last = Answers(), {}, 0
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
 
-    def turn(self, service: Service) -> None:
+    def turn(self, service: AskedService) -> None:
         """Ask what is due. What is not answered, or is nonsense, is left out."""
         runtime = told.table(self._hearing.newest.state, "runtime")
         stood = str(runtime.get("state", "")), str(self._hearing.newest.state.get("halt", ""))
@@ -107,7 +107,7 @@ class PageQuestions:
         except (SensorError, *FAULTS):
             self._hearing.bad += 1
 
-    def _ask(self, service: Service, kind: str) -> None:
+    def _ask(self, service: AskedService, kind: str) -> None:
         if kind == "stops":
             self._take_why(service.ask("why", {}, WITHIN_S))
             return
@@ -153,7 +153,7 @@ class PageQuestions:
         if isinstance(decision, Mapping) and int(decision["number"]) != self._last:
             self._tell_decision({}, decision)
 
-    def _words(self, service: Service, report: Content) -> None:
+    def _words(self, service: AskedService, report: Content) -> None:
         """Why that was decided, beside what was published of it."""
         number = int(report["number"])
         goal = str(self._hearing.newest.scene.get("goal", ""))

@@ -27,7 +27,7 @@ FAULTS: Final = (KeyError, TypeError, ValueError, AttributeError)
 
 
 @dataclass
-class Moments:
+class DriveMoments:
     """What happened when; times are of recording, ns, ascending."""
 
     chunks_ns: list[int] = field(default_factory=list)
@@ -43,12 +43,12 @@ class Moments:
     last_ns: int = 0
 
 
-class RecordedDrive:
+class DriveFilm:
     """RecordingError, one line, for what is none. One thread's."""
 
     def __init__(self, path: Path) -> None:
         self.recording = Recording(path)
-        self.moments = Moments()
+        self.moments = DriveMoments()
         self._ballot: dict[str, Any] = {}
         self._questions: dict[int, dict[str, Any]] = {}  # by stamp
         for place, message in self.recording.placed():

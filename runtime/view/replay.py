@@ -18,7 +18,7 @@ from runtime.view import told
 from runtime.view.feed import Audience, Content
 from runtime.view.hearing import FAULTS, PICTURE_S, grid_of
 from runtime.view.pictures import camera_message, named_boxes
-from runtime.view.recorded import RecordedDrive
+from runtime.view.recorded import DriveFilm
 from runtime.view.scenes import planned, scene_marks
 from runtime.view.tiles import CELLS, TileMap
 
@@ -51,7 +51,7 @@ class ReplayFeed:
     beginning."""
 
     def __init__(self, path: Path, budgets: Budgets) -> None:
-        self._drive, self._path, self._budgets = RecordedDrive(path), path, budgets
+        self._drive, self._path, self._budgets = DriveFilm(path), path, budgets
         self.tiles = TileMap()
         self._changed = threading.Condition()
         self._speed, self._seek_ns = 0.0, self._drive.moments.first_ns

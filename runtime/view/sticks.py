@@ -21,7 +21,7 @@ class _Held:
     until_s: float
 
 
-class Sticks:
+class PageSticks:
     """One hand at a time: who came first has them until he lets go. `tell`: a velocity for the
     base, m/s and rad/s, in a thread of its own; `most`: how fast, forward and round; `barred`: why
     nobody may drive now, "" for nothing."""

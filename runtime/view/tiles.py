@@ -36,7 +36,7 @@ class TileGrid:
 
 
 @dataclass(frozen=True)
-class Seen:
+class TilesHeld:
     """How much of a map somebody has: of which epoch, and up to which change."""
 
     epoch: int = -1
@@ -80,7 +80,7 @@ class TileMap:
                     if known:
                         self._fill((c, r), plane, part)
 
-    def since(self, seen: Seen) -> tuple[bytes, Seen] | None:
+    def since(self, seen: TilesHeld) -> tuple[bytes, TilesHeld] | None:
         """The next message for somebody who has so much, and what he has then; None for nothing."""
         with self._lock:
             if self._grid is None:
@@ -98,7 +98,7 @@ class TileMap:
         head = _HEAD.pack(_KIND, _VERSION, SIDE, epoch, resolution_m, x0_m, y0_m, len(sent))
         places = b"".join(_PLACE.pack(*place) for place in sent)
         packed = zlib.compress(b"".join(tile.tobytes() for tile in tiles), 1)
-        return head + places + packed, Seen(epoch, last)
+        return head + places + packed, TilesHeld(epoch, last)
 
     def _placed(self, grid: TileGrid) -> tuple[int, int] | None:
         """The column and row of its corner; None for a grid that is none. One that does not lie on

@@ -25,7 +25,7 @@ from runtime.tracing.budgets import read_budgets
 from runtime.view import live
 from runtime.view.hearing import page_topics
 from runtime.view.live import LiveFeed, LiveParts
-from runtime.view.tiles import Seen
+from runtime.view.tiles import TilesHeld
 
 PATIENCE_S = 15.0
 STATE = {
@@ -195,7 +195,7 @@ def test_the_map_comes_with_its_rooms(feed: LiveFeed, service: PageService, audi
     service.publish("rfnav/map", grid(np.ones((70, 70), bool)))
     audience.wait("scene", lambda s: s["rooms"] == ["kitchen", "hallway"])
     until(lambda: audience.maps >= 2)
-    message, _ = feed.tiles.since(Seen()) or (b"", Seen())
+    message, _ = feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
     assert struct.unpack_from("<H", message, 28)[0] == 4
 
 

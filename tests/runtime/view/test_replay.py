@@ -13,7 +13,7 @@ from runtime.recording.mcap_file import McapFile
 from runtime.recording.reader import messages
 from runtime.tracing.budgets import read_budgets
 from runtime.view.replay import ReplayFeed
-from runtime.view.tiles import Seen
+from runtime.view.tiles import TilesHeld
 
 DRIVE = Path(__file__).parents[2] / "refs" / "realtime.mcap"
 
@@ -66,7 +66,7 @@ def test_a_moment_is_shown_as_it_was(feed: ReplayFeed, audience: PageAudience):
     scene = audience.wait("scene", lambda told: len(told["things"]) > 3)
     assert "toilet" in [one["name"] for one in scene["things"] if one["goal"]]
     assert len(scene["path"]) > 10
-    assert feed.tiles.since(Seen()) is not None
+    assert feed.tiles.since(TilesHeld()) is not None
     assert struct.unpack_from("<BB", audience.pictures[-1]) == (2, 1)
 
 
@@ -76,7 +76,7 @@ def test_going_back_shows_the_map_that_there_was_then(feed: ReplayFeed, audience
     def known(t_s: float) -> int:
         feed.steer(1, {"kind": "seek", "t_s": t_s})
         audience.wait("at", at_s(t_s))
-        message, _ = feed.tiles.since(Seen()) or (b"", Seen())
+        message, _ = feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
         return len(message)
 
     early = known(span["decisions"][0]["t_s"])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from runtime.clock import SystemClock
-from runtime.view.sticks import SILENT_S, SPEAKS_S, ZEROS, Sticks
+from runtime.view.sticks import SILENT_S, SPEAKS_S, ZEROS, PageSticks
 
 MOST = 0.4, 1.0
 PATIENCE_S = 10.0
@@ -29,8 +29,8 @@ def base() -> Base:
 
 
 @pytest.fixture
-def sticks(base: Base) -> Iterator[Sticks]:
-    sticks = Sticks(base.tell, MOST, lambda: base.barred, SystemClock())
+def sticks(base: Base) -> Iterator[PageSticks]:
+    sticks = PageSticks(base.tell, MOST, lambda: base.barred, SystemClock())
     yield sticks
     sticks.close()
 
@@ -42,7 +42,7 @@ def until(what: Callable[[], bool]) -> None:
         time.sleep(0.005)
 
 
-def test_what_is_held_is_told_and_repeated(sticks: Sticks, base: Base):
+def test_what_is_held_is_told_and_repeated(sticks: PageSticks, base: Base):
     for _ in range(10):
         assert sticks.hold(1, 0.5, -1.0)
         time.sleep(SPEAKS_S / 2)
@@ -50,7 +50,7 @@ def test_what_is_held_is_told_and_repeated(sticks: Sticks, base: Base):
     assert sticks.who == 1
 
 
-def test_a_page_that_falls_silent_has_let_go(sticks: Sticks, base: Base):
+def test_a_page_that_falls_silent_has_let_go(sticks: PageSticks, base: Base):
     assert sticks.hold(1, 1.0, 0.0)
     until(lambda: base.heard[-ZEROS:] == [(0.0, 0.0)] * ZEROS)
     assert sticks.who is None
@@ -60,7 +60,7 @@ def test_a_page_that_falls_silent_has_let_go(sticks: Sticks, base: Base):
     assert told <= SILENT_S / SPEAKS_S + ZEROS + 3
 
 
-def test_who_lets_go_tells_zero_at_once(sticks: Sticks, base: Base):
+def test_who_lets_go_tells_zero_at_once(sticks: PageSticks, base: Base):
     sticks.hold(1, 1.0, 0.0)
     until(lambda: len(base.heard) == 1)
     sticks.let_go(1)
@@ -68,7 +68,7 @@ def test_who_lets_go_tells_zero_at_once(sticks: Sticks, base: Base):
     assert base.heard[1:] == [(0.0, 0.0)] * ZEROS
 
 
-def test_one_hand_at_a_time(sticks: Sticks):
+def test_one_hand_at_a_time(sticks: PageSticks):
     assert sticks.hold(1, 1.0, 0.0)
     assert not sticks.hold(2, -1.0, 0.0)
     sticks.let_go(2)
@@ -79,14 +79,14 @@ def test_one_hand_at_a_time(sticks: Sticks):
 
 @pytest.mark.parametrize("given", [(5.0, -5.0), (1e300, -1e300)])
 def test_nobody_drives_faster_than_the_robot_may(
-    sticks: Sticks, base: Base, given: tuple[float, float]
+    sticks: PageSticks, base: Base, given: tuple[float, float]
 ):
     sticks.hold(1, *given)
     until(lambda: bool(base.heard))
     assert base.heard[0] == (0.4, -1.0)
 
 
-def test_a_stop_is_obeyed_by_hands_too(sticks: Sticks, base: Base):
+def test_a_stop_is_obeyed_by_hands_too(sticks: PageSticks, base: Base):
     sticks.hold(1, 1.0, 0.0)
     until(lambda: bool(base.heard))
     base.barred = "stopped"
@@ -96,7 +96,7 @@ def test_a_stop_is_obeyed_by_hands_too(sticks: Sticks, base: Base):
 
 
 def test_closing_ends_in_zero(base: Base):
-    sticks = Sticks(base.tell, MOST, lambda: "", SystemClock())
+    sticks = PageSticks(base.tell, MOST, lambda: "", SystemClock())
     sticks.hold(1, 1.0, 0.0)
     until(lambda: bool(base.heard))
     sticks.close()

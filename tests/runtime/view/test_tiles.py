@@ -14,7 +14,7 @@ from runtime.view.tiles import (
     ROOMS,
     SIDE,
     TILES_A_MESSAGE,
-    Seen,
+    TilesHeld,
     TileGrid,
     TileMap,
 )
@@ -27,7 +27,7 @@ class DrawnMap:
 
     def __init__(self) -> None:
         self.tiles: dict[tuple[int, int], np.ndarray] = {}
-        self.seen, self.messages = Seen(), 0
+        self.seen, self.messages = TilesHeld(), 0
         self.corner = 0.0, 0.0
 
     def catch_up(self, tiles: TileMap) -> None:
@@ -68,7 +68,7 @@ def told(one: TileGrid, empty: int = 0) -> set[tuple[float, float, int]]:
 
 
 def test_before_anything_is_known_there_is_nothing_to_send():
-    assert TileMap().since(Seen()) is None
+    assert TileMap().since(TilesHeld()) is None
 
 
 windows = st.tuples(
@@ -148,7 +148,7 @@ def test_a_large_map_goes_in_more_messages_than_one():
 def test_a_map_that_is_no_home_is_left_out():
     tiles = TileMap()
     tiles.put(CELLS, grid_at(0.0, 0.0, np.ones((SIDE, SIDE))))
-    _, seen = tiles.since(Seen()) or (b"", Seen())
+    _, seen = tiles.since(TilesHeld()) or (b"", TilesHeld())
     wide = np.ones((SIDE, (MOST_TILES + 1) * SIDE), np.uint8)
     for nonsense in (
         grid_at(0.0, 0.0, wide),

@@ -1,0 +1,104 @@
+"""`python -m runtime.bench.pages`: what the operator's page costs, and how late control is beside
+it: the same drive in turns without and with pages that look."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Final, NamedTuple
+
+import click
+
+from runtime.bench import synthetic
+from runtime.bench.measure import BenchError, Measured, Subject, free_port, measured, resident_mb
+from runtime.config import load
+
+READY_S: Final = 60.0
+SETTLES_S: Final = 2.0  # until all pages have what there is
+GOAL: Final = "toilet"
+STAGES: Final = ("late", "tick", "frame")
+
+
+class PageCost(NamedTuple):
+    """Of the page's server: its share of a core, and its memory."""
+
+    share: float
+    memory_mb: float
+
+
+@contextmanager
+def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[None]:
+    """So many pages look at the runtime on that bus; what that cost in the end. BenchError when the
+    server does not come up."""
+    address = f"127.0.0.1:{free_port()}"
+    bus = [f'bus.connect=["{endpoint}"]', 'bus.mode="client"']
+    options = json.dumps({"listen": address, "settings": bus})
+    view = [sys.executable, "-m", "runtime.commands.view_process", options]
+    readers = [sys.executable, "-m", "runtime.bench.page_readers", address, str(pages)]
+    server = subprocess.Popen(view, stdout=subprocess.PIPE, text=True)
+    reading: subprocess.Popen[bytes] | None = None
+    try:
+        assert server.stdout is not None
+        if not server.stdout.readline():
+            raise BenchError("the page's server did not come up")
+        reading = subprocess.Popen(readers)
+        time.sleep(SETTLES_S)
+        began_s, before_s = time.monotonic(), _cpu_s(server.pid)
+        yield
+        share = (_cpu_s(server.pid) - before_s) / (time.monotonic() - began_s)
+        costs.append(PageCost(share, resident_mb(server)))
+    finally:
+        for child in (reading, server):
+            if child is not None:
+                child.terminate()
+                child.wait(READY_S)
+
+
+@click.command("pages")
+@click.option("--pages", type=click.IntRange(1, 8), default=4, show_default=True)
+@click.option("--seconds", type=click.FloatRange(5.0), default=60.0, show_default=True)
+@click.option("--pairs", type=click.IntRange(1), default=3, show_default=True)
+def pages_command(pages: int, seconds: float, pairs: int) -> None:
+    """Print the stages of control and of frames without and with pages, ms, and what the page's
+    server took."""
+    config, costs = load(None), list[PageCost]()
+    topics, hz = config.bus.topics, config.realtime.control_hz
+    beside = partial(pages_open, pages, costs)
+
+    def run(looks: bool) -> Measured:
+        drive = synthetic.drive(seconds, topics, config.camera)
+        given = Subject(), (GOAL,), drive, topics, hz
+        return measured(*given, beside) if looks else measured(*given)
+
+    click.echo(f"{'pages':>6}{'stage':>8}{'p50':>9}{'p99':>9}{'max':>9}   halts")
+    for n in range(2 * pairs):
+        looks = n % 4 in (1, 2)  # without, with, with, without: a machine that warms up tells less
+        click.echo(_told(run(looks), pages if looks else 0))
+    for cost in costs:
+        click.echo(f"view: {100 * cost.share:.1f} % of a core, {cost.memory_mb:.0f} MB")
+
+
+def _told(found: Measured, pages: int) -> str:
+    halts = ", ".join(f"{kind} {n}" for kind, n in found.halts.items()) or "none"
+    rows = {"sleeper": found.sleeper, **{name: found.stages.get(name, {}) for name in STAGES}}
+    names = "p50_ms", "p99_ms", "max_ms"
+    return "\n".join(
+        f"{pages:>6}{stage:>8}" + "".join(f"{row.get(name, 0.0):>9.2f}" for name in names)
+        + (f"   {halts}" if stage == "late" else "")
+        for stage, row in rows.items()
+    )  # fmt: skip
+
+
+def _cpu_s(pid: int) -> float:
+    """What a process has used so far."""
+    words = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+if __name__ == "__main__":
+    pages_command()
