@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import Any, Final, Protocol
 
 from runtime.view.feed import Content
-from runtime.view.tiles import TilesHeld, TileMap
+from runtime.view.tiles import TileMap, TilesHeld
 
 PAGES_MOST: Final = 8
 ANSWERS_KEPT: Final = 32  # that wait for a slow page; of more the oldest are lost

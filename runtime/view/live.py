@@ -24,7 +24,7 @@ from runtime.view.asking import asked
 from runtime.view.feed import Audience, Content
 from runtime.view.hearing import FAULTS, PageHearing
 from runtime.view.history import SearchHistory
-from runtime.view.questions import PageQuestions, AskedService
+from runtime.view.questions import AskedService, PageQuestions
 from runtime.view.sticks import PageSticks
 from runtime.view.tiles import TileMap
 

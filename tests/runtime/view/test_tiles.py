@@ -14,9 +14,9 @@ from runtime.view.tiles import (
     ROOMS,
     SIDE,
     TILES_A_MESSAGE,
-    TilesHeld,
     TileGrid,
     TileMap,
+    TilesHeld,
 )
 
 HEAD = struct.Struct("<BBHIfddH")
