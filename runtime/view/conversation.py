@@ -126,6 +126,8 @@ class Conversation:
             page.camera, page.hidden = bool(said.get("camera")), bool(said.get("hidden"))
             if missed:
                 hub.refresh(page)
+            if page.hidden:
+                feed.gone(page.number)  # nobody looks where it drives to
             feed.attend(*hub.looking())
         elif kind in STEERING:
             feed.steer(page.number, said)

@@ -188,6 +188,7 @@ def test_a_page_that_is_shown_again_has_all_that_it_missed(port: int, feed: Held
         feed.audience.tell("stop", {"number": 3})
         client.wait("stop")
         assert "scene" not in client.heard
+        assert feed.left == [client.heard["welcome"]["you"]]  # nor does it drive
         client.say(kind="watch", hidden=False)
         assert client.wait("scene")["goal"] == "mug"
 
