@@ -2,6 +2,7 @@
 
 import asyncio
 import json
+import os
 import socket
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -27,6 +28,7 @@ from runtime.view.feed import Feed
 from runtime.view.hub import Hub, HubAudience
 
 PAGE: Final = Path(__file__).parent / "page"
+SUFFIXES: Final = ("", ".html", ".js", ".css", ".svg", ".png", ".ico", ".webmanifest", ".woff2")
 CONNECTIONS_MOST: Final = 64
 PING_S, PONG_S = 5.0, 10.0  # a page that does not answer for so long is gone
 WIRE_BYTES: Final = 128 << 10  # that wait in the kernel for one page: what is older is dropped here
@@ -82,6 +84,15 @@ class Guarded:
         return ""
 
 
+class PageFiles(StaticFiles):
+    """Files of a page, and of no other kind."""
+
+    def lookup_path(self, path: str) -> tuple[str, os.stat_result | None]:
+        if Path(path).suffix not in SUFFIXES:
+            return "", None
+        return super().lookup_path(path)
+
+
 def _with_headers(scope: Scope, send: Send) -> Send:
     async def sent(message: Message) -> None:
         if message["type"] == "http.response.start":
@@ -129,7 +140,7 @@ def page_app(access: Access, feed: Feed, page: Path = PAGE) -> ASGIApp:
     routes = [
         WebSocketRoute("/ws", talk),
         Route("/stop", stop, methods=["POST"]),
-        Mount("/", StaticFiles(directory=page, html=True, check_dir=False)),
+        Mount("/", PageFiles(directory=page, html=True, check_dir=False)),
     ]
     return Guarded(Starlette(routes=routes, lifespan=lifespan), access)
 

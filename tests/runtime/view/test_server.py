@@ -95,7 +95,14 @@ def test_the_page_is_served_with_what_browsers_are_to_keep_to(port: int):
 
 def test_nothing_beside_the_page_is_served(port: int, page: Path):
     (page.parent / "secret.txt").write_text("secret")
-    for way in ("/../secret.txt", "/%2e%2e/secret.txt", "/..%2fsecret.txt", "/etc/passwd"):
+    (page / "__init__.py").write_text("secret = 1")
+    for way in (
+        "/__init__.py",
+        "/../secret.txt",
+        "/%2e%2e/secret.txt",
+        "/..%2fsecret.txt",
+        "/etc/passwd",
+    ):
         assert fetched(port, way).status == 404
 
 
