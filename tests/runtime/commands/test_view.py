@@ -3,6 +3,8 @@
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import pytest
@@ -17,43 +19,46 @@ from runtime.errors import ConfigError
 DRIVE = Path(__file__).parents[2] / "refs" / "realtime.mcap"
 
 
-def typed(*arguments: str) -> "subprocess.Popen[str]":
-    command = [sys.executable, "-m", "runtime", "view", *arguments]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+@contextmanager
+def typed(*arguments: str) -> Iterator["subprocess.Popen[str]"]:
+    command, pipe = [sys.executable, "-m", "runtime", "view", *arguments], subprocess.PIPE
+    with subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def test_a_recording_is_shown_until_ctrl_c():
     port = free_port()
-    process = typed("--listen", f"127.0.0.1:{port}", "--replay", str(DRIVE))
-    assert process.stdout is not None
-    assert f"http://127.0.0.1:{port}/" in process.stdout.readline()
-    page = PageClient(port)
-    assert page.wait("welcome")["file"] == "realtime.mcap"
-    assert page.wait("span")["goals"][0]["goal"] == "toilet"
-    page.close()
-    process.send_signal(signal.SIGINT)
-    _, said = process.communicate(timeout=30)
-    assert (process.returncode, said) == (0, "")
+    with typed("--listen", f"127.0.0.1:{port}", "--replay", str(DRIVE)) as process:
+        assert process.stdout is not None
+        assert f"http://127.0.0.1:{port}/" in process.stdout.readline()
+        with closing(PageClient(port)) as page:
+            assert page.wait("welcome")["file"] == "realtime.mcap"
+            assert page.wait("span")["goals"][0]["goal"] == "toilet"
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=30)
+        assert (process.returncode, said) == (0, "")
 
 
 def test_without_a_service_the_page_is_there_all_the_same():
     port, nobody = free_port(), free_port()
     bus = f'bus.connect=["tcp/127.0.0.1:{nobody}"]'
-    process = typed("--listen", f"127.0.0.1:{port}", "--set", bus)
-    assert process.stdout is not None
-    process.stdout.readline()
-    page = PageClient(port)
-    assert page.wait("state")["link"] == "no service"
-    assert "nobody listens" in page.ask(1, "stop")["error"]
-    page.close()
-    process.send_signal(signal.SIGTERM)
-    _, said = process.communicate(timeout=30)
-    assert (process.returncode, said) == (0, "")
+    with typed("--listen", f"127.0.0.1:{port}", "--set", bus) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with closing(PageClient(port)) as page:
+            assert page.wait("state")["link"] == "no service"
+            assert "nobody listens" in page.ask(1, "stop")["error"]
+        process.send_signal(signal.SIGTERM)
+        _, said = process.communicate(timeout=30)
+        assert (process.returncode, said) == (0, "")
 
 
 def test_what_cannot_be_served_is_told_in_a_line():
-    process = typed("--listen", "0.0.0.0:8080")
-    _, said = process.communicate(timeout=60)
+    with typed("--listen", "0.0.0.0:8080") as process:
+        _, said = process.communicate(timeout=60)
     assert process.returncode == 2
     assert "beyond this computer" in said
     assert said.count("\n") == 1
