@@ -1,0 +1,124 @@
+/** What is said of all in a line: how the robot stands, what it does, what is wrong, how old it is. */
+
+import { byId, element, metres, remedy, replace, sentence, span, stateSaid, tell, usd } from "./words.js";
+
+const LINK = { ok: "Connected", none: "Connecting", silent: "Silent", lost: "Not connected" };
+const FOUND_FOR_MS = 60_000; // a result is told above the page for so long
+
+export class Headline {
+  constructor(model, stop) {
+    Object.assign(this, { model, stop });
+    this.resultId = undefined; // of the result that was there when the page opened: old news
+    this.result_ms = -1e9;
+    this.away = new Set(); // results that a person has put away
+    byId("notice-key").addEventListener("click", () => {
+      this.away.add(this.model.state?.last?.id);
+      this.draw();
+    });
+    model.on("state link stop-asked welcome", () => this.draw());
+    setInterval(() => this.draw(), 1000); // ages grow by themselves
+  }
+
+  draw() {
+    const { model } = this;
+    const { link } = model;
+    document.body.dataset.link = link;
+    document.body.dataset.mode = model.live ? "live" : "replay";
+    tell(byId("link-text"), model.live ? LINK[link] : `Recording ${model.welcome.file ?? ""}`);
+    this.#stale(link);
+    this.#now();
+    this.#notice();
+    const goal = model.state?.goal?.text;
+    const state = model.state?.runtime?.state;
+    const title = state === "stopped" ? "STOPPED" : goal ? `${goal}` : "";
+    document.title = title ? `${title} · RF-NAV` : "RF-NAV";
+  }
+
+  #stale(link) {
+    const old = (link === "lost" || link === "silent") && this.model.welcome;
+    byId("stale").hidden = !old;
+    if (!old) return;
+    const age_s = this.model.age_s;
+    const since = age_s == null ? "" : ` What is shown is ${span(age_s)} old.`;
+    const why = !this.model.open
+      ? "No connection to rfnav view."
+      : this.model.state?.why || (link === "silent" ? "The robot says nothing." : "No service answers.");
+    tell(byId("stale"), `${sentence(why)}${since}`);
+  }
+
+  #now() {
+    const { state } = this.model;
+    const now = byId("now");
+    now.toggleAttribute("data-any", Boolean(state));
+    if (!state) return;
+    const { goal, runtime } = state;
+    tell(byId("now-goal"), goal ? goal.text : stateSaid(runtime?.state));
+    const does = goal
+      ? goal.paused ? `Paused: ${goal.paused}` : goal.reason || stateSaid(runtime?.state)
+      : sentence(state.last?.sentence ?? runtime?.cause ?? "");
+    tell(byId("now-does"), does);
+    const rows = [];
+    if (goal) {
+      rows.push(["time", span(goal.elapsed_s)], ["way", metres(goal.driven_m)]);
+      if (goal.frontiers != null) rows.push(["frontiers left", String(goal.frontiers)]);
+      if (goal.usd) rows.push(["cost", usd(goal.usd)]);
+    }
+    if (goal || Math.abs(state.v_mps ?? 0) > 0.01) rows.push(["speed", `${(state.v_mps ?? 0).toFixed(2)} m/s`]);
+    if (state.queue?.length) rows.push(["then", state.queue.map((q) => q.goal).join(", ")]);
+    replace(byId("now-figures"), JSON.stringify(rows), () =>
+      rows.map(([name, told]) => element("div", {}, element("dt", {}, name), element("dd", {}, told))),
+    );
+  }
+
+  /** The one line that matters most; none where all is well. */
+  #notice() {
+    const told = this.#gravest();
+    const box = byId("notice");
+    box.hidden = !told;
+    if (!told) return;
+    box.dataset.kind = told.kind;
+    tell(byId("notice-title"), told.title);
+    tell(byId("notice-text"), told.text ?? "");
+    byId("notice-key").hidden = told.kind !== "good" && told.key == null;
+    tell(byId("notice-key"), told.key ?? "");
+  }
+
+  #gravest() {
+    const { state } = this.model;
+    if (this.stop.unconfirmed) {
+      return {
+        kind: "bad",
+        title: "The stop is not confirmed.",
+        text: "Use the switch on the robot. It is asked again and again.",
+      };
+    }
+    if (!state || !["ok", "silent"].includes(this.model.link)) return null;
+    const { runtime, caution } = state;
+    const cause = runtime?.cause ?? "";
+    switch (runtime?.state) {
+      case "stopped":
+        return { kind: "bad", title: "Stopped.", text: `${sentence(cause)} It stays so until it is released.` };
+      case "fault":
+        return { kind: "bad", title: "Fault.", text: cause };
+      case "held":
+        return { kind: "warn", title: "Held.", text: `${sentence(cause.replace(/^\w+: /, ""))} ${remedy(cause)}` };
+      case "paused":
+        return { kind: "warn", title: "Paused.", text: sentence(cause) };
+      case "degraded":
+        return { kind: "warn", title: "Searching with less than it was given.", text: sentence(cause) };
+    }
+    if (caution?.reason) return { kind: "warn", title: "Slow.", text: sentence(caution.reason) };
+    return this.#result(state);
+  }
+
+  #result({ last, goal }) {
+    const id = last?.id;
+    if (this.resultId === undefined) this.resultId = id ?? null;
+    if (id && id !== this.resultId) [this.resultId, this.result_ms] = [id, performance.now()];
+    const fresh = performance.now() - this.result_ms < FOUND_FOR_MS;
+    if (!last || goal || !fresh || this.away.has(id)) return null;
+    const good = ["found", "arrived"].includes(last.result);
+    const title = { found: "Found.", arrived: "Arrived.", not_found: "Not found." }[last.result] ?? "Ended.";
+    return { kind: good ? "good" : "warn", title, text: sentence(last.sentence), key: "OK" };
+  }
+}
