@@ -21,7 +21,7 @@ needs_chromium = (
     pytest.mark.slow,  # a browser is some processes
 )
 """The marks of a file whose tests need it."""
-TRIES, EVERY_MS = 300, 50
+WITHIN_S, EVERY_MS = 15.0, 50
 
 
 @contextmanager
@@ -57,10 +57,10 @@ def page_at(
     assert [line for line in complaints if but not in line] == []
 
 
-def until(page: "Page", true: Callable[[], object]) -> None:
+def until(page: "Page", true: Callable[[], object], within_s: float = WITHIN_S) -> None:
     """Waits until it is true. The page lives on meanwhile; its policy lets Playwright's own
     `wait_for_function` wait for nothing."""
-    for _ in range(TRIES):
+    for _ in range(round(1000 * within_s / EVERY_MS)):
         if true():
             return
         page.wait_for_timeout(EVERY_MS)

@@ -26,6 +26,7 @@ const RULE = {
   majority: "it came most often",
   closest: "it is the closest: nobody's word decided",
   ratio: "the most unknown for the way: nobody's word decided",
+  geometry: "the most unknown for the way: nobody's word decided",
   gain: "the most unknown for the way: nobody's word decided",
 };
 
@@ -118,10 +119,11 @@ export function replace(where, key, make) {
   if (focused) where.querySelector(`[data-focus="${CSS.escape(focused)}"]`)?.focus();
 }
 
-/** As a sentence: what a program says begins small and ends anyhow. */
+/** As a sentence: what a program says begins small and ends anyhow. A topic's name stays as it is. */
 export function sentence(text) {
   if (!text) return "";
-  return text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? "" : ".");
+  const named = text.split(" ")[0].includes("/");
+  return (named ? text[0] : text[0].toUpperCase()) + text.slice(1) + (/[.!?]$/.test(text) ? "" : ".");
 }
 
 export function toast(text, kind = "") {
