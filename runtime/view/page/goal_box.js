@@ -96,7 +96,7 @@ export class GoalBox {
 
   #keys() {
     const { state } = this.model;
-    const can = this.model.link === "ok" && Boolean(state?.goal);
+    const can = ["ok", "silent"].includes(this.model.link) && Boolean(state?.goal);
     byId("pause").disabled = byId("cancel").disabled = !can;
     const paused = Boolean(state?.goal?.paused);
     tell(byId("pause"), paused ? "Go on" : "Pause");

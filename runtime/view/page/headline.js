@@ -3,6 +3,7 @@
 import { byId, element, metres, remedy, replace, sentence, span, stateSaid, tell, usd } from "./words.js";
 
 const LINK = { ok: "Connected", none: "Connecting", silent: "Silent", lost: "Not connected" };
+const LASTS_MS = 700; // what holds the base for less is not worth a line that moves the map
 const FOUND_FOR_MS = 60_000; // a result is told above the page for so long
 
 export class Headline {
@@ -11,6 +12,7 @@ export class Headline {
     this.resultId = undefined; // of the result that was there when the page opened: old news
     this.result_ms = -1e9;
     this.away = new Set(); // results that a person has put away
+    [this.wanted, this.wanted_ms, this.told] = ["", 0, null]; // of the notice
     byId("notice-key").addEventListener("click", () => {
       this.away.add(this.model.state?.last?.id);
       this.draw();
@@ -63,7 +65,10 @@ export class Headline {
       if (goal.frontiers != null) rows.push(["frontiers left", String(goal.frontiers)]);
       if (goal.usd) rows.push(["cost", usd(goal.usd)]);
     }
-    if (goal || Math.abs(state.v_mps ?? 0) > 0.01) rows.push(["speed", `${(state.v_mps ?? 0).toFixed(2)} m/s`]);
+    if (goal || Math.abs(state.v_mps ?? 0) > 0.01) {
+      const slow = state.caution?.reason ? `, slow: ${state.caution.reason}` : "";
+      rows.push(["speed", `${(state.v_mps ?? 0).toFixed(2)} m/s${slow}`]);
+    }
     if (state.queue?.length) rows.push(["then", state.queue.map((q) => q.goal).join(", ")]);
     replace(byId("now-figures"), JSON.stringify(rows), () =>
       rows.map(([name, told]) => element("div", {}, element("dt", {}, name), element("dd", {}, told))),
@@ -72,7 +77,7 @@ export class Headline {
 
   /** The one line that matters most; none where all is well. */
   #notice() {
-    const told = this.#gravest();
+    const told = this.#steady(this.#gravest());
     const box = byId("notice");
     box.hidden = !told;
     if (!told) return;
@@ -81,6 +86,16 @@ export class Headline {
     tell(byId("notice-text"), told.text ?? "");
     byId("notice-key").hidden = told.kind !== "good" && told.key == null;
     tell(byId("notice-key"), told.key ?? "");
+  }
+
+  /** What has been so for a while; what is grave at once. */
+  #steady(told) {
+    const kind = told ? told.title : "";
+    const now_ms = performance.now();
+    if (kind !== this.wanted) [this.wanted, this.wanted_ms] = [kind, now_ms];
+    const same = this.told?.title === told?.title;
+    if (same || told?.kind === "bad" || now_ms - this.wanted_ms >= LASTS_MS) this.told = told;
+    return this.told;
   }
 
   #gravest() {
@@ -93,7 +108,7 @@ export class Headline {
       };
     }
     if (!state || !["ok", "silent"].includes(this.model.link)) return null;
-    const { runtime, caution } = state;
+    const { runtime } = state;
     const cause = runtime?.cause ?? "";
     switch (runtime?.state) {
       case "stopped":
@@ -107,7 +122,9 @@ export class Headline {
       case "degraded":
         return { kind: "warn", title: "Searching with less than it was given.", text: sentence(cause) };
     }
-    if (caution?.reason) return { kind: "warn", title: "Slow.", text: sentence(caution.reason) };
+    if (state.refuses && !state.goal) {
+      return { kind: "warn", title: "No goal is taken.", text: sentence(state.refuses) };
+    }
     return this.#result(state);
   }
 

@@ -33,6 +33,7 @@ const link = new Link({
     else if (kind === CAMERA) camera.take(bytes);
   },
   opened: () => {
+    tiles.forget();
     model.opened(true);
     watch();
   },

@@ -38,7 +38,6 @@ export class Stop {
   }
 
   stop() {
-    if (!this.model.live) return;
     if (this.dialog.open) this.dialog.close();
     this.asked_ms ??= performance.now();
     this.asked_at_ms = performance.now();
@@ -95,7 +94,7 @@ export class Stop {
   }
 
   #space(event) {
-    if (event.key !== " " || typing(event.target)) return;
+    if (event.key !== " " || !this.model.live || typing(event.target)) return;
     event.preventDefault(); // it presses no other button
     event.stopPropagation();
     if (event.type === "keydown" && !event.repeat) this.stop();

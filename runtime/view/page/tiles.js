@@ -19,6 +19,11 @@ export class Tiles {
     this.turn = Promise.resolve(); // inflating is asynchronous; tiles keep their order
   }
 
+  /** What comes next is all there is: another server numbers its maps anew. */
+  forget() {
+    this.turn = this.turn.then(() => (this.epoch = null));
+  }
+
   take(bytes) {
     this.turn = this.turn.then(() => this.#take(bytes));
   }

@@ -26,6 +26,10 @@ export class Timeline {
   #live() {
     const { decisions } = this.model.timeline;
     const { past } = this.model;
+    if (past && past.goal !== this.model.timeline.goal) {
+      this.model.look(null); // another search began
+      return;
+    }
     document.body.toggleAttribute("data-past", Boolean(past));
     byId("live").disabled = !past;
     this.slider.disabled = decisions.length < 2;
