@@ -5,11 +5,13 @@ the space bar stops."""
 import math
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +66,20 @@ def there(tmp_path: Path) -> Iterator[tuple[LabelledRobot, str]]:
             yield robot, f"http://127.0.0.1:{port}/"
         finally:
             robot.close()
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Iterator[str]:
+    """The address of a page on a drive of before."""
+    port = free_port()
+    file = str(ROOT / "tests/refs/realtime.mcap")
+    with child(tmp_path, "view", "--listen", f"127.0.0.1:{port}", "--replay", file):
+        until_s = time.monotonic() + 60.0
+        while time.monotonic() < until_s:
+            with suppress(OSError), socket.create_connection(("127.0.0.1", port), 1.0):
+                break
+            time.sleep(0.2)
+        yield f"http://127.0.0.1:{port}/"
 
 
 class Track:
@@ -121,6 +137,25 @@ def known_m2(page: Any) -> int:
 
 def moves(robot: LabelledRobot) -> bool:
     return robot.twist.v_mps > 0.05
+
+
+def test_the_same_page_plays_a_recording(recording):
+    with chromium() as browser, page_at(browser, recording) as page:
+        page.set_default_timeout(30_000)
+        page.wait_for_selector('body[data-mode="replay"]')
+        page.wait_for_selector("#play")
+        assert page.locator("#stop").is_hidden()
+        page.click("#play")
+        until(page, lambda: known_m2(page) > 0, 30)
+        page.click("#play >> text=Halt")
+        page.focus("#scrub")
+        page.keyboard.press("End")
+        page.wait_for_selector("#why-body >> text=Decision 10, for “toilet”")
+        page.wait_for_selector("#now-does >> text=Found.")
+        ended_m2 = known_m2(page)
+        page.fill("#scrub", "60")  # tenths of a second
+        page.wait_for_selector("#scrub-told >> text=6 s of 31 s")
+        until(page, lambda: known_m2(page) < ended_m2)
 
 
 def test_a_goal_typed_is_found_round_a_zone_drawn_and_the_space_bar_stops(there):

@@ -4,6 +4,7 @@ const ZOOM = 1.25;
 const LEAST_PX_M = 6;
 const MOST_PX_M = 400;
 const FIRST_PX_M = 60;
+const LEAST_M = 5; // seen at once, however little is known
 const PAN_PX = 60;
 const MARGIN_PX = 24;
 const TAP_PX = 7;
@@ -54,7 +55,7 @@ export class MapView {
     const [top, right, bottom, left] = inset;
     const wide = Math.max(80, this.width - left - right - 2 * MARGIN_PX);
     const high = Math.max(80, this.height - top - bottom - 2 * MARGIN_PX);
-    const px_m = Math.min(wide / Math.max(x1 - x0, 3), high / Math.max(y1 - y0, 3));
+    const px_m = Math.min(wide / Math.max(x1 - x0, LEAST_M), high / Math.max(y1 - y0, LEAST_M));
     this.px_m = clamp(px_m);
     this.x_m = (x0 + x1) / 2 + (right - left) / 2 / this.px_m;
     this.y_m = (y0 + y1) / 2 - (bottom - top) / 2 / this.px_m;

@@ -135,6 +135,41 @@ def test_why_it_stands_is_said_above_all_with_what_to_do(told):
     page.wait_for_selector("#notice", state="hidden")
 
 
+def test_what_holds_it_for_a_moment_does_not_move_the_map(told):
+    double, page = told
+    for _ in range(4):
+        double.say("state", **home.state("held", "overrun: control stood still for 0.3 s"))
+        page.wait_for_timeout(100)
+        assert page.locator("#notice").is_hidden()
+        double.say("state", **home.state())
+        page.wait_for_timeout(100)
+    double.say("state", **home.state("stopped", "the page"))  # this is told at once
+    page.wait_for_selector("#notice >> text=Stopped.")
+
+
+def test_why_no_goal_is_taken_is_said_before_one_is_asked_for(told):
+    double, page = told
+    why = "nobody knows where keep-out zones lie"
+    double.say("state", **home.state("ready", goal=None, refuses=why))
+    assert "Nobody knows where" in text(page, "#notice", "No goal is taken.")
+    double.say("places", places=[{"name": "dock", "xy": None}], memory="not known")
+    page.click("#tab-things")
+    page.get_by_role("button", name="The robot stands at dock").click()
+    text(page, "#toasts", "It stands at dock")
+    assert double.did("places") == [{"i_am_at": "dock"}]
+
+
+def test_another_search_ends_looking_back_at_the_one_before(told):
+    double, page = told
+    double.answers["decision"] = lambda body: home.decision(body["number"], 3)
+    page.focus("#scrub")
+    page.keyboard.press("ArrowLeft")
+    text(page, "#scrub-told", "Decision 3 of 4, then")
+    double.say("timeline", goal="a bed", decisions=[], stops=[])
+    text(page, "#scrub-told", "No decision yet")
+    assert page.locator("#live").is_disabled()
+
+
 def test_a_decision_of_before_is_looked_at_and_left_again(told):
     double, page = told
     double.answers["decision"] = lambda body: home.decision(body["number"], 3)
