@@ -23,7 +23,7 @@ from PIL import Image
 from playwright.sync_api import Browser, Error, Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
-READY_S, SEARCH_S, EVERY_MS = 180.0, 600.0, 200
+READY_S, SEARCH_S, EVERY_MS = 600.0, 1200.0, 200
 COLOURS, MOST_BYTES = 256, 250_000
 KNOWN_M2, DRIVEN_M = 12, 1.5  # of a search that there is something to see of
 # A machine that renders, thinks and draws pictures at once is late; a robot that is held for that

@@ -84,7 +84,7 @@ export class Headline {
     box.dataset.kind = told.kind;
     tell(byId("notice-title"), told.title);
     tell(byId("notice-text"), told.text ?? "");
-    byId("notice-key").hidden = told.kind !== "good" && told.key == null;
+    byId("notice-key").hidden = told.key == null;
     tell(byId("notice-key"), told.key ?? "");
   }
 

@@ -112,12 +112,11 @@ export class Stop {
   }
 }
 
-const TYPED = ["text", "password", "number", "search"];
+const FILLED_IN = ["text", "password", "number", "checkbox"]; // which the space bar is needed for
 
 function typing(target) {
   return (
-    target instanceof HTMLTextAreaElement ||
-    (target instanceof HTMLInputElement && TYPED.includes(target.type)) ||
-    target.isContentEditable === true
+    target instanceof HTMLSelectElement ||
+    (target instanceof HTMLInputElement && FILLED_IN.includes(target.type))
   );
 }

@@ -108,9 +108,10 @@ export function tell(where, text) {
   if (where.textContent !== text) where.textContent = text;
 }
 
-/** Puts rows in place of what was there, where they differ: what has the focus keeps it. */
+/** Puts rows in place of what was there, where they differ: what has the focus keeps it, and what is
+ * being pressed is left until it is let go. */
 export function replace(where, key, make) {
-  if (where.dataset.key === key) return;
+  if (where.dataset.key === key || where.matches(":active")) return;
   where.dataset.key = key;
   const focused = where.contains(document.activeElement)
     ? document.activeElement.getAttribute("data-focus")

@@ -62,11 +62,15 @@ def test_the_space_bar_stops_wherever_one_is_and_presses_nothing_else(told, focu
     assert {m["what"] for m in double.sent("do")} == {"stop"}
 
 
-def test_the_space_bar_writes_a_blank_where_one_types(told):
+def test_the_space_bar_writes_a_blank_and_ticks_where_one_fills_in(told):
     double, page = told
     page.focus("#goal-text")
     page.keyboard.type("a mug")
     assert page.input_value("#goal-text") == "a mug"
+    page.click("#goal-more")
+    page.focus("#goal-return")
+    page.keyboard.press("Space")
+    assert page.is_checked("#goal-return")
     assert double.did("stop") == []
 
 
