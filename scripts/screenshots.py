@@ -23,7 +23,8 @@ from PIL import Image
 from playwright.sync_api import Browser, Error, Page, sync_playwright
 
 ROOT = Path(__file__).resolve().parent.parent
-READY_S, SEARCH_S, EVERY_MS = 600.0, 1200.0, 200
+READY_S, SEARCH_S, QUIET_S = 600.0, 1200.0, 60.0
+EVERY_MS, SETTLED_MS = 200, 1200
 COLOURS, MOST_BYTES = 256, 250_000
 KNOWN_M2, DRIVEN_M = 12, 1.5  # of a search that there is something to see of
 # A machine that renders, thinks and draws pictures at once is late; a robot that is held for that
@@ -74,14 +75,17 @@ def _take(pages: dict[str, Page], robot: subprocess.Popen[bytes], goal: str, out
     desk.fill("#goal-text", goal)
     desk.press("#goal-text", "Enter")
     _until(desk, lambda: _known_m2(desk) >= KNOWN_M2 and _driven_m(desk) >= DRIVEN_M, SEARCH_S)
+    _until(desk, lambda: desk.is_hidden("#notice"), QUIET_S, "a busy machine: it sheds work")
     _shoot(pages, out, "searching")
-    robot.send_signal(signal.SIGSTOP)  # its camera and its wheels tell nothing any more
+    camera = _camera_of(robot)
+    os.kill(camera, signal.SIGSTOP)
     try:
         _until(desk, lambda: "Held." in desk.inner_text("#notice"), READY_S)
+        desk.wait_for_timeout(SETTLED_MS)
         _shoot(pages, out, "held")
     finally:
-        robot.send_signal(signal.SIGCONT)
-    _until(desk, lambda: desk.is_hidden("#notice"), READY_S)
+        os.kill(camera, signal.SIGCONT)
+    _until(desk, lambda: "Held." not in desk.inner_text("#notice"), READY_S)
     desk.focus("#map")
     desk.keyboard.press("Space")
     _until(desk, lambda: "Stopped." in desk.inner_text("#notice"), READY_S)
@@ -90,6 +94,16 @@ def _take(pages: dict[str, Page], robot: subprocess.Popen[bytes], goal: str, out
     desk.click("#release-yes")
     _until(desk, lambda: "Found." in desk.inner_text("#notice"), SEARCH_S)
     _shoot(pages, out, "found")
+
+
+def _camera_of(robot: subprocess.Popen[bytes]) -> int:
+    """The process that renders what a simulated robot sees."""
+    children = Path(f"/proc/{robot.pid}/task/{robot.pid}/children").read_text().split()
+    return next(
+        int(child)
+        for child in children
+        if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()
+    )
 
 
 def _pages(browser: Browser, url: str) -> dict[str, Page]:
@@ -134,10 +148,14 @@ def _driven_m(page: Page) -> float:
     return float(told.first.inner_text().split()[0]) if told.count() else 0.0
 
 
-def _until(page: Page, true: Callable[[], object], within_s: float) -> None:
-    """The page lives on meanwhile."""
+def _until(page: Page, true: Callable[[], object], within_s: float, instead: str = "") -> None:
+    """The page lives on meanwhile. What does not come to be ends all, unless something is said
+    instead."""
     by_s = time.monotonic() + within_s
     while not true():
+        if time.monotonic() > by_s and instead:
+            print(f"screenshots: {instead}", file=sys.stderr)
+            return
         if time.monotonic() > by_s:
             raise SystemExit(f"screenshots: not in {within_s:.0f} s: {page.inner_text('#now')}")
         page.wait_for_timeout(EVERY_MS)

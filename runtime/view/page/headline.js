@@ -62,7 +62,7 @@ export class Headline {
     const rows = [];
     if (goal) {
       rows.push(["time", span(goal.elapsed_s)], ["way", metres(goal.driven_m)]);
-      if (goal.frontiers != null) rows.push(["frontiers left", String(goal.frontiers)]);
+      if (goal.frontiers != null) rows.push(["frontiers", String(goal.frontiers)]);
       if (goal.usd) rows.push(["cost", usd(goal.usd)]);
     }
     if (goal || Math.abs(state.v_mps ?? 0) > 0.01) {

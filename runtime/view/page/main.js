@@ -98,7 +98,7 @@ function tellPoint(xy) {
 function fitAll() {
   const bounds = tiles.bounds();
   const small = view.width < 600;
-  if (bounds) view.fit(bounds, small ? [76, 46, 16, 0] : [110, 100, 40, 40]);
+  if (bounds) view.fit(bounds, small ? [92, 46, 16, 0] : [110, 100, 40, 40]);
   view.follow = true;
   showFollow();
 }

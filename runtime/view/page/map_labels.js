@@ -12,6 +12,7 @@ export class Labels {
   constructor(context, view, halo) {
     Object.assign(this, { context, view, halo });
     this.wanted = [];
+    this.kept = []; // boxes that no label may cover
   }
 
   /** `rank`: higher is placed first; `must`: drawn also where there is no room for it; `soft`: as
@@ -20,8 +21,13 @@ export class Labels {
     this.wanted.push({ text, at, ...style });
   }
 
+  /** Leaves what is drawn there to be seen. */
+  avoid([x, y], radius) {
+    this.kept.push([x - radius, y - radius, x + radius, y + radius]);
+  }
+
   draw() {
-    const taken = [];
+    const taken = [...this.kept];
     this.wanted.sort((a, b) => b.rank - a.rank);
     const placed = [];
     for (const label of this.wanted) {

@@ -18,6 +18,9 @@ export function drawMap(context, view, model, tiles, colours, drawing) {
   const scene = model.drawn;
   const labels = new Labels(context, view, colours.halo);
   rooms(view, tiles, scene.rooms, colours, labels);
+  const { target: goes, pose } = model.past ? {} : (model.state ?? {});
+  if (goes) labels.avoid(view.toScreen(goes), 12);
+  if (pose) labels.avoid(view.toScreen(pose), 10);
   for (const one of scene.belief ?? []) expected(context, view, one, colours);
   if (scene.area) area(context, view, scene.area, colours);
   for (const zone of model.zones) keepOut(context, view, zone, colours, labels);
@@ -32,8 +35,8 @@ export function drawMap(context, view, model, tiles, colours, drawing) {
   const things = scene.things.filter((t) => t.goal || t.confidence >= SURE);
   things.sort((a, b) => b.goal - a.goal || b.confidence - a.confidence);
   for (const thing of things) object(context, view, thing, colours, labels);
-  if (!model.past && model.state?.target) target(context, view, model.state.target, colours);
-  if (!model.past && model.state?.pose) robot(context, view, model, colours);
+  if (goes) target(context, view, goes, colours);
+  if (pose) robot(context, view, model, colours);
   labels.draw();
   if (drawing) outline(context, view, drawing, colours);
   scaleBar(context, view, colours);
@@ -152,7 +155,7 @@ function edge(context, view, frontier, { taken, marked }, colours, labels) {
     disc(context, at, 19);
     stroke(context, colour, 3);
   }
-  const style = { colour, badge: taken || marked, rank: taken || marked ? 6 : 3 };
+  const style = { colour, badge: taken || marked, rank: taken || marked ? 6 : 3, must: taken };
   if (reachable || taken || marked) labels.add(String(frontier.id), at, style);
 }
 
