@@ -86,7 +86,6 @@ def _take(pages: dict[str, Page], robot: subprocess.Popen[bytes], goal: str, out
     finally:
         os.kill(camera, signal.SIGCONT)
     _until(desk, lambda: "Held." not in desk.inner_text("#notice"), READY_S)
-    desk.focus("#map")
     desk.keyboard.press("Space")
     _until(desk, lambda: "Stopped." in desk.inner_text("#notice"), READY_S)
     _shoot(pages, out, "stopped")

@@ -44,7 +44,8 @@ def page_at(
     fails the test. `more`: of Playwright's `new_context`."""
     if telephone:
         more = {"has_touch": True, "is_mobile": True, "device_scale_factor": 2, **more}
-    context = browser.new_context(viewport=TELEPHONE if telephone else DESK, **more)
+    more = {"viewport": TELEPHONE if telephone else DESK, **more}
+    context = browser.new_context(**more)
     page, complaints = context.new_page(), list[str]()
     page.on("console", lambda m: complaints.append(m.text) if m.type in ("error", "warning") else 0)
     page.on("pageerror", lambda error: complaints.append(f"{error.message}\n{error.stack}"))

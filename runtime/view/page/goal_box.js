@@ -36,7 +36,8 @@ export class GoalBox {
 
   /** The places where a search may be bound to. */
   where(choose) {
-    const rooms = [...new Set(this.model.scene.things.map((t) => t.room).filter(Boolean))].sort();
+    const { things, rooms: types } = this.model.scene;
+    const rooms = [...new Set([...types, ...things.map((t) => t.room)].filter(Boolean))].sort();
     const places = this.model.places.filter((p) => p.xy).map((p) => p.name);
     const drawn = this.area() ? [["drawn", "the area that is drawn"]] : [];
     const choices = [

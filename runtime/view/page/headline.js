@@ -112,7 +112,7 @@ export class Headline {
     const cause = runtime?.cause ?? "";
     switch (runtime?.state) {
       case "stopped":
-        return { kind: "bad", title: "Stopped.", text: `${sentence(cause)} It stays so until it is released.` };
+        return { kind: "bad", title: "Stopped.", text: `${sentence(cause.split(": ask rfnav")[0])} It stays so until it is released.` };
       case "fault":
         return { kind: "bad", title: "Fault.", text: cause };
       case "held":

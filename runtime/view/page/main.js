@@ -97,8 +97,9 @@ function tellPoint(xy) {
 
 function fitAll() {
   const bounds = tiles.bounds();
-  const small = view.width < 600;
-  if (bounds) view.fit(bounds, small ? [92, 46, 16, 0] : [110, 100, 40, 40]);
+  const top = Math.min(110, view.height / 4); // under what is said of the goal
+  const inset = view.width < 600 ? [top, 46, 16, 0] : [top, 100, 40, 40];
+  if (bounds) view.fit(bounds, inset);
   view.follow = true;
   showFollow();
 }

@@ -11,7 +11,7 @@ export class Tabs {
       tab.addEventListener("click", () => this.show(tab));
       tab.addEventListener("keydown", (event) => this.#key(event, tab));
     }
-    matchMedia("(max-width: 859px)").addEventListener("change", ({ matches }) => {
+    matchMedia("(max-width: 859px), (max-height: 500px)").addEventListener("change", ({ matches }) => {
       if (!matches && document.body.dataset.tab === "camera") this.show(byId("tab-why"));
       else this.shown(document.body.dataset.tab);
     });

@@ -154,6 +154,19 @@ def test_on_a_telephone_all_is_in_reach_and_stop_is_under_the_thumb(browser, dou
         assert double.did("stop")
 
 
+@pytest.mark.parametrize(("width", "height"), [(844, 390), (932, 430), (320, 568), (768, 1024)])
+def test_on_other_screens_stop_map_and_panels_have_room(browser, double, width, height):
+    size = {"width": width, "height": height}
+    with page_at(browser, double.url, telephone=True, viewport=size) as page:
+        page.wait_for_selector("#now[data-any]")
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        stop, seen = page.locator("#stop").bounding_box(), page.locator("#map").bounding_box()
+        panel = page.locator("#why").bounding_box()
+        assert stop["y"] + stop["height"] <= height
+        assert min(stop["width"], 3 * stop["height"]) >= 130
+        assert min(seen["width"], seen["height"], panel["width"], panel["height"]) >= 120
+
+
 def test_two_fingers_zoom_the_map(browser, double):
     with page_at(browser, double.url, telephone=True) as page:
         page.wait_for_selector("#map-empty", state="hidden")
