@@ -28,8 +28,10 @@ export class Stop {
     model.on("state link", () => this.draw());
   }
 
+  /** As far as the robot says so now: what it said before it was lost may be so no more. */
   get stopped() {
-    return Boolean(this.model.state?.stopped) || performance.now() < this.told_until_ms;
+    const said = this.model.link === "ok" && Boolean(this.model.state?.stopped);
+    return said || performance.now() < this.told_until_ms;
   }
 
   /** Whether a stop that was asked for was not confirmed in time. */

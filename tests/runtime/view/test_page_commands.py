@@ -102,6 +102,17 @@ def test_a_stop_that_nobody_confirms_is_asked_again_and_said_aloud(browser):
         page.wait_for_selector("#notice >> text=It stays so until it is released")
 
 
+def test_a_robot_that_was_stopped_when_it_was_lost_is_stopped_again(told):
+    double, page = told
+    double.say("state", **home.state("stopped", "the page"))
+    page.wait_for_selector('#stop[data-state="stopped"]')
+    lost = home.state("stopped", "the page", link="no service", age_s=9.0, why="nobody answers")
+    double.say("state", **lost)  # somebody else may have released it since
+    page.click('#stop[data-state="ready"]')
+    until(page, lambda: double.did("stop") and double.posted)
+    assert page.locator("#release-ask").is_hidden()
+
+
 def test_it_is_released_by_a_second_step_and_not_by_the_space_bar(told):
     double, page = told
     double.say("state", **home.state("stopped", "the page"))
