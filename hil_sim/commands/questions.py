@@ -41,7 +41,11 @@ from runtime.errors import RfNavError
 @click.option("--views", type=click.Path(path_type=Path),
               help="For --expert: held-out homes' views, by hil-sim beyond.")  # fmt: skip
 @click.option("--counted", type=click.Path(path_type=Path),
-              help="For --expert: train homes' views, that the table is counted of.")  # fmt: skip
+              help="For --expert: train homes' views, that the table is counted of; without, it is "
+              "counted of the other homes of --views.")  # fmt: skip
+@click.option("--plans", default=200, show_default=True, type=click.IntRange(1),
+              help="For --expert: train homes whose plans those have counted who know "
+              "the truth.")  # fmt: skip
 @click.option("--photographs", type=click.Path(path_type=Path),
               help="For --expert: a folder of photographs with their rooms.")  # fmt: skip
 @click.option("--rows", default=16, show_default=True, type=click.IntRange(0),
@@ -54,7 +58,7 @@ from runtime.errors import RfNavError
 def questions_command(
     folder: Path | None, homes: int, side: str, settings: tuple[str, ...], quick: bool,
     out: Path | None, json_file: Path | None, seed: int, workers: int, expert: str | None,
-    views: Path | None, counted: Path | None, photographs: Path | None, rows: int,
+    views: Path | None, counted: Path | None, plans: int, photographs: Path | None, rows: int,
     kinds: tuple[str, ...], keep_maps: bool, again: bool,
 ) -> None:  # fmt: skip
     """Ask the experts about frontiers in partial maps of the train homes, and say how far their
@@ -67,10 +71,12 @@ def questions_command(
     if folder is not None and again:
         click.echo(f"{tell_again(folder, plan_of(folder))} homes told again")
     if expert is not None:
-        if views is None or counted is None:
-            raise click.UsageError("--expert needs --views and --counted: see hil-sim beyond")
+        if views is None:
+            raise click.UsageError("--expert needs --views: see hil-sim beyond")
         sides = {"all": SIDES, "none": ()}.get(side, (side,))
-        plan = ScenePlan(views, counted, rows, photographs, folder, sides, kinds, settings, seed)
+        plan = ScenePlan(
+            views, counted, rows, plans, photographs, folder, sides, kinds, settings, seed
+        )
         _tell(*_expert(plan), "questions-sle", out, json_file)
     elif folder is None:
         raise click.UsageError("--bank is needed")
@@ -82,9 +88,10 @@ def questions_command(
 def _expert(plan: ScenePlan) -> tuple[str, dict[str, Any]]:
     """The scene-layout expert's block and figures."""
     from hil_sim.expert_bench import scene_report
+    from hil_sim.expert_bench.never_taught import never_taught
     from hil_sim.expert_bench.scene import measure
     from hil_sim.expert_bench.voting import Voters
-    from runtime.perception.beholders import never_taught, open_beholders
+    from runtime.perception.beholders import open_beholders
 
     found = measure(plan, *open_beholders(plan.kinds), never_taught(), Voters)
     return scene_report.section(found, plan.seed), scene_report.figures(found, plan.seed)

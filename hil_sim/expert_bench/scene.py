@@ -8,14 +8,16 @@ from typing import Protocol
 from hil_sim.expert_bench.bank import Bank, load_bank
 from hil_sim.expert_bench.judge import Electorate
 from hil_sim.expert_bench.photographs import load_photographs
+from hil_sim.expert_bench.plan_counts import count_plans
 from hil_sim.expert_bench.scene_bank import SceneRows, judge_scene, prior_insight
 from hil_sim.expert_bench.scene_plan import ScenePlan
 from hil_sim.expert_bench.scene_report import SceneFigures, SideRows
 from hil_sim.expert_bench.scene_speed import THREADS, time_votes
-from hil_sim.expert_bench.scene_views import Beholder, judge_views
+from hil_sim.expert_bench.scene_views import Beholder, Counted, judge_views
 from hil_sim.expert_bench.view_questions import Floats, load_views
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.clock import SystemClock
+from runtime.errors import RfNavError
 
 
 class Voting(Electorate, Protocol):
@@ -33,14 +35,22 @@ def measure(
     plan: ScenePlan,
     beholders: Mapping[str, Beholder],
     embed: Embed,
+    detector: str,
     never: Collection[str],
     opened: Open,
 ) -> SceneFigures:
-    """Everything; `beholders` by kind, `never`: names that none was taught. RfNavError when files
-    cannot be used, or a model fails."""
+    """Everything; `beholders` by kind, `detector`: SHA-256 of whose features they take, `never`:
+    names that none was taught. RfNavError when files cannot be used, or a model fails."""
     views = load_views(plan.views, plan.most, plan.seed)
-    counted = load_views(plan.counted, sighted=False)
+    train = load_views(plan.counted, sighted=False) if plan.counted else None
+    for folder, seen in ((plan.views, views), (plan.counted, train)):
+        if seen is not None and seen.detector != detector:
+            raise RfNavError(
+                f"{folder}: seen by another detector than the one whose features the scene-layout "
+                "expert was taught; make the views anew: hil-sim beyond"
+            )
     pictures = load_photographs(plan.photographs) if plan.photographs else None
+    counted = Counted(train, count_plans(plan.plans))
     table = judge_views(
         views, counted, beholders, embed(list(LABELLED)), never, pictures, plan.seed
     )

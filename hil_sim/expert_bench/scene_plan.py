@@ -10,12 +10,14 @@ KINDS = ("language", "head", "embedding")
 @dataclass(frozen=True)
 class ScenePlan:
     """What is measured: `views` of held-out homes, of which `most` a home are drawn, against a
-    table of the homes in `counted`; a folder of `photographs`, the `sides` of a `bank`, where there
-    are any; of each of the `kinds`."""
+    table of the homes in `counted`, else of the other held-out homes, and against the truth with
+    the counts of the `plans` of so many train homes; a folder of `photographs`, the `sides` of a
+    `bank`, where there are any; of each of the `kinds`."""
 
     views: Path
-    counted: Path
+    counted: Path | None
     most: int
+    plans: int = 200
     photographs: Path | None = None
     bank: Path | None = None
     sides: tuple[str, ...] = ()

@@ -17,6 +17,8 @@ from hil_sim.expert_bench.scene_views import (
     GUESSING,
     HEAD,
     NEVER,
+    ORACLE_FLOOR,
+    ORACLE_ROOMS,
     TABLE,
     TAUGHT,
     AreaRow,
@@ -35,7 +37,10 @@ READING = (
     f"view; what is on the map is not asked about. `{TABLE}`: how often a train home has the thing "
     "beyond, or in view, by the room type that the detector's head sees; it has counted all names, "
     "those never taught too; guessing: it has not, and takes for them what names alike have. "
-    f"`{PRIOR}`: the unknown area behind a frontier, which all experts' votes weigh in."
+    f"`{PRIOR}`: the unknown area behind a frontier, which all experts' votes weigh in. "
+    f"`{ORACLE_ROOMS}` is told by the truth which types of room lie behind each frontier, "
+    f"`{ORACLE_FLOOR}` how much floor of each; both have counted in the plans of train homes what "
+    "stands in them."
 )
 WHERE = {"beyond": "X beyond", "view": "X in view"}
 AIMS = {("beyond", TAUGHT): "≥ 0.80", ("beyond", NEVER): "≥ 0.72",
@@ -137,7 +142,7 @@ def _area(area: Area | None) -> str:
 
 def _judges(table: ViewTable) -> list[str]:
     """The kinds, then what they are compared with."""
-    others = (TABLE, GUESSING, PRIOR, HEAD)
+    others = (TABLE, GUESSING, PRIOR, ORACLE_ROOMS, ORACLE_FLOOR, HEAD)
     return [*(kind for kind in table.rooms if kind not in others), *others]
 
 

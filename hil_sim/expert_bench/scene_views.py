@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.expert_bench.auc import LEAST, Area, HomeAreas
+from hil_sim.expert_bench.plan_counts import PlanCounts
 from hil_sim.expert_bench.room_table import RoomTable
 from hil_sim.expert_bench.scene_ways import PRIOR, WayFigures, judge_ways, prior_scores, with_prior
 from hil_sim.expert_bench.view_questions import (
@@ -25,6 +26,9 @@ About = Literal["beyond", "view", "room"]
 TABLE, GUESSING, HEAD = "room × table", "room × table, guessing", "detector's room head"
 """Rows beside those of the expert's own kinds: the table with counts of all categories, the same
 that has not counted those never trained, and who tells rooms without any of it."""
+ORACLE_ROOMS, ORACLE_FLOOR = "oracle rooms", "oracle rooms and area"
+"""Who is told by the truth which rooms lie behind each frontier, or how much of each, and knows of
+train homes what stands in them: how far anybody could get who understands views that well."""
 TAUGHT, NEVER = "taught", "never taught"
 
 
@@ -34,6 +38,15 @@ class Beholder(Protocol):
     def evidence(self, about: About, sights: SightRows, names: Sequence[str]) -> Floats:
         """(N, K) nats for each of the names, of things or of room types."""
         ...
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Of what homes things were counted, by those that the expert is compared with: `views` of
+    train homes, else of all other homes that are asked about; `plans` of train homes."""
+
+    views: ViewBank | None
+    plans: PlanCounts
 
 
 @dataclass(frozen=True)
@@ -65,34 +78,34 @@ class ViewTable:
 
 def judge_views(
     views: ViewBank,
-    counted: ViewBank,
+    counted: Counted,
     beholders: Mapping[str, Beholder],
     name_rows: Floats,
     never: Collection[str],
     photographs: tuple[SightRows, NDArray[np.int8]] | None = None,
     seed: int = 0,
 ) -> ViewTable:
-    """Judge all on `views`; `counted` are the train homes' that the table is of, `name_rows` (C, D)
-    the embedded names of LABELLED, `never` those of them that were never trained."""
+    """Judge all on `views`; `name_rows` (C, D) are the embedded names of LABELLED, `never` those of
+    them that were never trained."""
     areas, asked, ways = {}, {}, {}
     new = [k for k, name in enumerate(LABELLED) if name in never]
-    kinds: tuple[tuple[About, ViewQuestions, ViewQuestions], ...] = (
-        ("beyond", views.beyond, counted.beyond),
-        ("view", views.in_view, counted.in_view),
+    train = counted.views
+    kinds: tuple[tuple[About, ViewQuestions, ViewQuestions | None], ...] = (
+        ("beyond", views.beyond, train.beyond if train else None),
+        ("view", views.in_view, train.in_view if train else None),
     )
-    for about, questions, train in kinds:
+    for about, questions, by in kinds:
         names = enough(questions)
-        table = RoomTable.fit(train)
         scores = {
             kind: _whole(b.evidence(about, questions.sights, [LABELLED[k] for k in names]), names)
             for kind, b in beholders.items()
         }
-        every, rooms = np.arange(len(LABELLED)), questions.sights.rooms
-        scores[TABLE] = table.score(rooms, every)
+        scores[TABLE], scores[GUESSING] = _tables(questions, by, new, name_rows)
         if about == "beyond":
             scores[PRIOR] = prior_scores(views.ways.unknown_m2)
-        scores[GUESSING] = table.guessing(new, name_rows).score(rooms, every)
-        if about == "beyond":
+            room_m2 = views.ways.room_m2.astype(np.float64)
+            scores[ORACLE_ROOMS] = counted.plans.by_rooms(room_m2)
+            scores[ORACLE_FLOOR] = counted.plans.by_floor(room_m2)
             ways = judge_ways(questions, views.ways, scores, names, seed)
         for group in (TAUGHT, NEVER):
             chosen = np.array([k for k in names if (k in new) == (group == NEVER)], np.intp)
@@ -108,6 +121,22 @@ def enough(questions: ViewQuestions) -> Indices:
     yes = (questions.asked & questions.true).sum(axis=0)
     no = (questions.asked & ~questions.true).sum(axis=0)
     return np.flatnonzero(np.minimum(yes, no) >= LEAST)
+
+
+def _tables(
+    questions: ViewQuestions, by: ViewQuestions | None, new: Sequence[int], name_rows: Floats
+) -> tuple[Floats, Floats]:
+    """(N, C) of the table of rooms, and of the one that guesses `new` names: counted in train
+    homes, else, for each home, in all the others."""
+    every, rooms, home = np.arange(len(LABELLED)), questions.sights.rooms, questions.sights.home
+    known, guessed = np.zeros((2, len(home), len(LABELLED)))
+    homes = np.array(home)
+    for one in ("",) if by is not None else sorted(set(home)):
+        own = homes == one if one else np.ones(len(homes), bool)
+        table = RoomTable.fit(questions, ~own) if by is None else RoomTable.fit(by)
+        known[own] = table.score(rooms[own], every)
+        guessed[own] = table.guessing(new, name_rows).score(rooms[own], every)
+    return known, guessed
 
 
 def _whole(evidence: Floats, names: Indices) -> Floats:

@@ -16,6 +16,7 @@ from runtime.errors import RfNavError
 
 BEYOND_M = 5.0
 """Of walking from a frontier: what lies within is beyond it."""
+ANOTHER = "seen by another detector than the other homes; remove it, and run hil-sim beyond again"
 AHEAD = 0.5, 2.0
 """Column (0..1) and metres of a view that is of no frontier."""
 Floats = NDArray[np.floating[Any]]
@@ -53,12 +54,14 @@ class ViewQuestions:
 @dataclass(frozen=True)
 class WaysOn:
     """From each row's frontier: metres of walking to the nearest of each category that nobody has
-    seen, by any way, `onward_m` (N, C), inf where there is none; `unknown_m2` (N,) of the brief.
+    seen, by any way, `onward_m` (N, C), inf where there is none; `unknown_m2` (N,) of the brief;
+    floor that truly lies behind it within BEYOND_M, by room type, `room_m2` (N, R).
     `moment` (N,) is a number of its own for each moment of each home."""
 
     moment: Indices
     onward_m: Floats
     unknown_m2: Floats
+    room_m2: Floats
 
 
 @dataclass(frozen=True)
@@ -66,24 +69,28 @@ class ViewBank:
     """The questions of a folder. `beyond`: one row a moment and frontier, its keyframe as the
     runtime chose it, with the `ways` on from there; what is on the map or in view is not asked
     about. `in_view`: one row a keyframe; `room` (N,) is the true room type in it, index of
-    ROOM_TYPES, -1 where there is no one type."""
+    ROOM_TYPES, -1 where there is no one type. `detector`: SHA-256 of the file that saw them."""
 
     beyond: ViewQuestions
     ways: WaysOn
     in_view: ViewQuestions
     room: NDArray[np.int8]
     homes: int
+    detector: str
 
 
 def load_views(folder: Path, most: int = 0, seed: int = 0, sighted: bool = True) -> ViewBank:
     """About `most` rows a home for each kind of question, drawn by the seed, whole moments; 0 takes
     all. Without `sighted` all but features and depth, which are large. Homes without a view are
-    passed over. RfNavError when a file is none, or no home has a view."""
-    read = []
+    passed over. RfNavError when a file is none, or seen by another detector than the first, or no
+    home has a view."""
+    read = list[ViewBank]()
     for path in sorted((folder / HOMES).glob("*.npz")):
         views = read_views(path)
         if len(views.frame):
             read.append(_home(views, layout_of(path.stem), most, seed, sighted))
+            if read[-1].detector != read[0].detector:
+                raise RfNavError(f"{path}: {ANOTHER}")
     if not read:
         raise RfNavError(f"{folder}: no views; make them: hil-sim beyond --out {folder}")
     return ViewBank(
@@ -92,6 +99,7 @@ def load_views(folder: Path, most: int = 0, seed: int = 0, sighted: bool = True)
         _joined([r.in_view for r in read]),
         np.concatenate([r.room for r in read]),
         len(read),
+        read[0].detector,
     )
 
 
@@ -110,11 +118,13 @@ def _home(views: HomeViews, layout: str, most: int, seed: int, sighted: bool) ->
     return ViewBank(
         ViewQuestions(shown(at, views.column[rows], views.range_m[rows]), asked,
                       views.beyond_m[rows] <= BEYOND_M),
-        WaysOn(views.moment[rows].astype(np.intp), views.onward_m[rows], views.unknown_m2[rows]),
+        WaysOn(views.moment[rows].astype(np.intp), views.onward_m[rows], views.unknown_m2[rows],
+               views.room_m2[rows]),
         ViewQuestions(shown(frames, column, range_m),
                       np.ones_like(views.in_view[frames]), views.in_view[frames]),
         views.room[frames].astype(np.int8),
         1,
+        views.detector,
     )  # fmt: skip
 
 
@@ -148,6 +158,7 @@ def _ways(parts: Sequence[WaysOn]) -> WaysOn:
         np.concatenate(moments),
         np.concatenate([p.onward_m for p in parts]),
         np.concatenate([p.unknown_m2 for p in parts]),
+        np.concatenate([p.room_m2 for p in parts]),
     )
 
 

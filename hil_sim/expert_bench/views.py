@@ -1,12 +1,12 @@
 """What a robot sees toward frontiers, and what truly lies behind them: one file a home, to train
 the scene-layout expert on and to judge it by.
 
-Frames are the keyframes of one drive, rows are views: of one frontier at one moment, by one of the
-keyframes that show it. See `HomeViews`.
+Frames are the keyframes of one drive that the robot had kept when it was asked, rows are views: of
+one frontier at one moment, by one of the keyframes that show it. See `HomeViews`.
 """
 
 import os
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,12 +29,13 @@ from hil_sim.simulation.protocol import HM3D
 from runtime.core.mapping.keyframes import best_frames
 from runtime.core.mapping.sights import sight_depth, way_of
 from runtime.core.types import Detections, FrontierBrief, Observation, Pose
+from runtime.core.world import World
 from runtime.errors import RfNavError
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.ground_truth.freespace import FreeSpace
 
-FORMAT = 1
+FORMAT = 2
 VIEWS = 3
 """Keyframes of one frontier at one moment at most, the runtime's choice first."""
 PLAN = BankPlan(starts=1, steps=120, moments=18, apart=4, goals=0, wander=0.7)
@@ -55,6 +56,7 @@ class HomeViews:
     view, inf where there is none, `beyond_m` (N, C) through what the map does not know,
     `onward_m` (N, C) by any way; floor `area_m2` behind it and of that by room type, `room_m2`
     (N, R): hil_sim/ground_truth/lies_beyond.py.
+    `detector`: SHA-256 of the file whose features, embeddings and rooms they are.
     """
 
     features: Array
@@ -78,6 +80,7 @@ class HomeViews:
     onward_m: Array
     area_m2: Array
     room_m2: Array
+    detector: str
 
 
 KINDS = {
@@ -144,7 +147,7 @@ def views_of(name: str, detector: BenchDetector, plan: BankPlan = PLAN) -> HomeV
                 rows += _rows(stop, number * plan.moments + moment, there, watcher, len(frames),
                               detector)  # fmt: skip
             frames += watcher.frames
-        return _packed(frames, rows)
+        return _packed(frames, rows, detector.sha256())
 
 
 def _rows(
@@ -157,13 +160,14 @@ def _rows(
     intrinsics, mount = known.lens
     brief = stop.told(detector.config.navigate)
     cells = {f.id: f.cells_xy for f in stop.reachable}
-    poses = np.array([(s.pose.x_m, s.pose.y_m, s.pose.yaw_rad) for s in watcher.frames])
+    kept, poses = _kept(known, watcher)
     move, unknown = to_scene(stop.start, ORIGIN), _unknown(stop, there.space)
     here = {watcher.scene.objects[n].category for n in range(len(watcher.unseen))}
     met = {watcher.scene.objects[n].category for n in np.flatnonzero(~watcher.unseen)}
     rows = list[dict[str, object]]()
     for told in brief.frontiers:
-        found = best_frames(poses, cells[told.id], known.map, VIEWS)
+        chosen = best_frames(poses, cells[told.id], known.map, VIEWS)
+        found = [(place, kept[n]) for place, n in enumerate(chosen) if kept[n] >= 0]
         if not found:
             continue
         in_scene = np.array([move(x, y) for x, y in cells[told.id]])
@@ -178,13 +182,22 @@ def _rows(
             "asked": [name in here and name not in met for name in LABELLED],
             "absent": [name not in here for name in LABELLED],
         }
-        for place, n in enumerate(found):
+        for place, n in found:
             seen = watcher.frames[n]
             shape = seen.values["features"].shape[1:]
             column, range_m = way_of(cells[told.id], seen.pose, mount, intrinsics, *shape)
             rows.append(common | {"frame": before + n, "best": place == 0, "column": column,
                                   "range_m": range_m})  # fmt: skip
     return rows
+
+
+def _kept(known: World, watcher: _Watcher) -> tuple[list[int], NDArray[np.float64]]:
+    """Of the keyframes that the robot has: which frame of the drive each is, -1 where it tells no
+    parts; their poses (N, 3), m, rad."""
+    number = {seen.pose: n for n, seen in enumerate(watcher.frames)}  # equal poses, equal images
+    frames = [number[f.pose] if f.features.size else -1 for f in known.keyframes]
+    poses = [(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in known.keyframes]
+    return frames, np.array(poses).reshape(-1, 3)
 
 
 def _rooms(told: FrontierBrief) -> list[float]:
@@ -206,7 +219,7 @@ def _unknown(stop: Stop, space: "FreeSpace") -> NDArray[np.bool_]:
     return unknown.reshape(space.free.shape)
 
 
-def _packed(frames: list[_Seen], rows: list[dict[str, object]]) -> HomeViews:
+def _packed(frames: list[_Seen], rows: list[dict[str, object]], detector: str) -> HomeViews:
     """Only frames that a row is of."""
     used = sorted({int(str(row["frame"])) for row in rows})
     place = {old: new for new, old in enumerate(used)}
@@ -217,7 +230,7 @@ def _packed(frames: list[_Seen], rows: list[dict[str, object]]) -> HomeViews:
         else:
             columns[name] = np.array([row[name] for row in rows], kind)
     columns["frame"] = np.array([place[n] for n in columns["frame"].tolist()], np.int32)
-    return HomeViews(**columns)
+    return HomeViews(**columns, detector=detector)
 
 
 def write_views(path: Path, views: HomeViews) -> None:
@@ -236,7 +249,8 @@ def read_views(path: Path) -> HomeViews:
             known = tuple(kept["categories"]), tuple(kept["room_names"])
             if int(kept["format"]) != FORMAT or known != (LABELLED, tuple(ROOM_TYPES)):
                 raise RfNavError(f"{path}: made by another version; remove it: hil-sim beyond")
-            return HomeViews(**{f.name: kept[f.name] for f in fields(HomeViews)})
+            columns = {name: kept[name] for name in KINDS}
+            return HomeViews(**columns, detector=str(kept["detector"]))
     except (OSError, ValueError, KeyError) as error:
         raise RfNavError(f"{path}: not a home's views ({error}); remove it") from error
 

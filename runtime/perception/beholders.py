@@ -2,7 +2,6 @@
 its plain head, by the embedding of the whole view."""
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -12,20 +11,19 @@ from tqdm import tqdm
 from models.language.scene_layout import SceneLayout, SceneLooks
 from models.language.scoring import LanguageModel
 from models.store import manifest
-from models.toml_text import read_toml
 from models.words.text_encoder import TextEncoder
 from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import SCENE, VIEW_SCALE
-from runtime.core.voting.sight_experts import SIGHT_REFERENCES
+from runtime.core.voting.sight_experts import SIGHT_REFERENCES, preferences
 from runtime.errors import ModelError
 from runtime.experts.scene_layout import HALFWAY_M
+from runtime.perception.loaded_models import TEXT_MODEL
 from runtime.perception.model_errors import models_told
 from runtime.perception.scene_layout import MODEL
 
-TEXT_MODEL, LANGUAGE = "minilm", "smollm2-135m"
+LANGUAGE = "smollm2-135m"  # which the soft tokens were made for
 THREADS = 1
 BATCH = 64
-TRAINING = manifest.PACKAGE / "train"
 About = Literal["beyond", "view", "room"]
 """What is asked: is a thing beyond the frontier, is it in view, is this a room of that type."""
 Floats = NDArray[np.floating[Any]]
@@ -117,10 +115,8 @@ class ByLanguage:
 
     def _preferences(self, tokens: F32, text: str, names: Sequence[str]) -> Floats:
         words = [f" {word}" for word in (*SIGHT_REFERENCES, *names)]
-        nats = np.asarray(self._score(tokens, text, words), np.float64)
-        count = len(SIGHT_REFERENCES)
-        preferences: Floats = nats[count:] - nats[:count].mean()
-        return preferences
+        nats, count = self._score(tokens, text, words), len(SIGHT_REFERENCES)
+        return np.array(preferences(nats[count:], nats[:count]))
 
 
 def looked(projector: SceneProjector, views: Views) -> SceneLooks:
@@ -145,38 +141,29 @@ def looked(projector: SceneProjector, views: Views) -> SceneLooks:
 
 
 class Opened(NamedTuple):
-    """The kinds by name, and the text encoder that all but one of them have."""
+    """The kinds by name, the text encoder that all but one of them have, and SHA-256 of the
+    detector whose features the projector was taught."""
 
     kinds: Mapping[str, ByEmbedding | ByHead | ByLanguage]
     embed: Embed
+    detector: str
 
 
 @models_told()
 def open_beholders(kinds: Sequence[str]) -> Opened:
     """Those of these kinds, with the default models. Raises ModelError when one cannot be had."""
     embed = TextEncoder(manifest.fetch(TEXT_MODEL), THREADS).embed
+    projector = SceneLayout(manifest.first_file(MODEL), THREADS)
     found: dict[str, ByEmbedding | ByHead | ByLanguage] = {}
     for kind in kinds:
         if kind == "embedding":
             found[kind] = ByEmbedding(embed)
         elif kind == "head":
-            found[kind] = ByHead(SceneLayout(manifest.first_file(MODEL), THREADS), embed)
+            found[kind] = ByHead(projector, embed)
         else:
             model = LanguageModel(manifest.first_file(LANGUAGE), THREADS)
-            found[kind] = ByLanguage(
-                SceneLayout(manifest.first_file(MODEL), THREADS), _scored_by(model)
-            )
-    return Opened(found, embed)
-
-
-def never_taught(folder: Path = TRAINING) -> frozenset[str]:
-    """Categories of which no name was ever taught to the projector; of some the detector, whose
-    features it sees, was taught them. Raises ModelError when their lists cannot be read."""
-    try:
-        detector, projector = (read_toml(folder / name) for name in ("names.toml", "beyond.toml"))
-        return frozenset({*detector["held_out"], *projector["never_trained"]})
-    except (OSError, ValueError, KeyError) as error:
-        raise ModelError(f"{folder}: no lists of names that were never taught ({error})") from error
+            found[kind] = ByLanguage(projector, _scored_by(model))
+    return Opened(found, embed, projector.detector)
 
 
 def _scored_by(model: LanguageModel) -> Score:

@@ -204,6 +204,10 @@ class LoadedModels:
         """The detector's; see models.detection.detections.Detector."""
         return self._detector.capabilities()
 
+    def features_of(self) -> tuple[str, ...]:
+        """SHA-256 of each file that may tell `Detections.features`."""
+        return self._detector.features_of()
+
     def rung(self) -> str:
         """Which model answers the experts."""
         return self._seating.rung() if self._seating is not None else "none"

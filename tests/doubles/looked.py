@@ -9,10 +9,12 @@ from hil_sim.expert_bench.views import KINDS, HomeViews, write_views
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.scenes.format import ROOM_TYPES
 
+DETECTOR = "d" * 64
+"""SHA-256 of who saw them."""
 BED, MUG = LABELLED.index("bed"), LABELLED.index("mug")
 
 
-def home_views(rows: int = 24, seed: int = 0) -> HomeViews:
+def home_views(rows: int = 24, seed: int = 0, detector: str = DETECTOR) -> HomeViews:
     """As many frames as rows, each frame of one row, half of them the runtime's choice. A bed is
     beyond, and in view, where the frame's first feature is 1, and not where it is -1; the room is
     a bedroom there, and a kitchen elsewhere. No home has a mug."""
@@ -35,7 +37,8 @@ def home_views(rows: int = 24, seed: int = 0) -> HomeViews:
         "beyond_m": beyond_m, "onward_m": beyond_m, "area_m2": np.ones(rows),
         "room_m2": np.zeros((rows, len(ROOM_TYPES))),
     }  # fmt: skip
-    return HomeViews(**{name: np.array(value, KINDS[name]) for name, value in values.items()})
+    columns = {name: np.array(value, KINDS[name]) for name, value in values.items()}
+    return HomeViews(**columns, detector=detector)
 
 
 def write_homes(folder: Path, homes: int = 3, rows: int = 24) -> Path:

@@ -5,7 +5,7 @@ A view stands before the context in place of words. Its score is centred as thos
 other words after the same view, and on the same word after no view.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Final
 
@@ -49,6 +49,13 @@ def sight_questions(context: str, goal: str, seen: Iterable[str]) -> tuple[Likel
     return tuple(LikelihoodQuestion(context, " " + word, one) for one in seen for word in words)
 
 
+def preferences(words: Sequence[float], references: Sequence[float]) -> list[float]:
+    """Log likelihoods after one view, of words and of the references -> how much likelier each word
+    is than these, nats."""
+    middle = fmean(references)
+    return [nats - middle for nats in words]
+
+
 def sight_evidence(
     context: str,
     goal: str,
@@ -61,9 +68,11 @@ def sight_evidence(
     known: dict[str, float] = {}
     for one in (blank, *seen):
         try:
-            known[one] = answers[LikelihoodQuestion(context, " " + goal, one)] - fmean(
-                answers[LikelihoodQuestion(context, " " + word, one)] for word in SIGHT_REFERENCES
+            goals, others = (
+                [answers[LikelihoodQuestion(context, " " + word, one)] for word in words]
+                for words in ((goal,), SIGHT_REFERENCES)
             )
         except KeyError:
             continue
+        (known[one],) = preferences(goals, others)
     return {one: known[one] - known[blank] for one in seen if blank in known and one in known}

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from asked import moment
-from looked import write_homes
+from looked import DETECTOR, home_views, write_homes
 from manual_clock import ManualClock
 
 from hil_sim.expert_bench import scene_report
@@ -21,10 +21,12 @@ from hil_sim.expert_bench.scene_report import SceneFigures
 from hil_sim.expert_bench.scene_speed import SceneSeconds
 from hil_sim.expert_bench.statistics import Resampling
 from hil_sim.expert_bench.view_questions import Floats, SightRows
+from hil_sim.expert_bench.views import write_views
 from hil_sim.expert_bench.voting import Votes
 from runtime.clock import Deadline
 from runtime.config import Config
 from runtime.core.types import Brief, Missing, Vote
+from runtime.errors import RfNavError
 from runtime.experts.panel import EXPERTS
 
 
@@ -67,7 +69,7 @@ def plan(tmp_path: Path) -> ScenePlan:
         home = BankHome(name, (moment(name), moment(name, 20)), {}, "e")
         write_home(bank / HOMES / f"{name}.jsonl.gz", home)
     dev, train = (write_homes(tmp_path / n, homes=3, rows=64) for n in ("dev", "train"))
-    return ScenePlan(dev, train, 0, bank=bank, sides=("fit", "test"))
+    return ScenePlan(dev, train, 0, 1, bank=bank, sides=("fit", "test"))
 
 
 def measured(plan: ScenePlan) -> tuple[SceneFigures, list[Electors]]:
@@ -78,7 +80,7 @@ def measured(plan: ScenePlan) -> tuple[SceneFigures, list[Electors]]:
         return nullcontext(opened[-1])
 
     kinds: Mapping[str, Sighted] = {kind: Sighted() for kind in plan.kinds}
-    found = measure(plan, kinds, lambda names: np.eye(len(names)), {"mug"}, open_voters)
+    found = measure(plan, kinds, lambda names: np.eye(len(names)), DETECTOR, {"mug"}, open_voters)
     return found, opened
 
 
@@ -95,12 +97,20 @@ def test_each_kind_is_asked_by_its_own_setting(plan: ScenePlan) -> None:
 
 
 def test_without_a_bank_there_are_views_and_times(plan: ScenePlan) -> None:
-    alone = ScenePlan(plan.views, plan.counted, 0, kinds=("head",))
+    alone = ScenePlan(plan.views, None, 0, 1, kinds=("head",))
     found, _ = measured(alone)
     assert found.sides == {}
     assert set(found.seconds) == {"head"}
     text = scene_report.section(found, 0)
     assert "In the bank" not in text
+
+
+def test_views_of_another_detector_are_refused(plan: ScenePlan) -> None:
+    assert plan.counted is not None
+    for path in sorted((plan.counted / HOMES).glob("*.npz")):
+        write_views(path, home_views(detector="another"))
+    with pytest.raises(RfNavError, match=r"train: seen by another detector than the one whose"):
+        measured(plan)
 
 
 def test_the_report_says_what_was_measured(plan: ScenePlan) -> None:

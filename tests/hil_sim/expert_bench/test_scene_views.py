@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 from looked import BED, write_homes
 
+from hil_sim.expert_bench.plan_counts import PlanCounts
 from hil_sim.expert_bench.scene_views import (
     GUESSING,
     HEAD,
     NEVER,
+    ORACLE_FLOOR,
+    ORACLE_ROOMS,
     TABLE,
     TAUGHT,
     About,
+    Counted,
     ViewTable,
     enough,
     judge_views,
@@ -22,6 +26,8 @@ from hil_sim.expert_bench.scene_ways import PRIOR
 from hil_sim.expert_bench.view_questions import Floats, SightRows, ViewBank, load_views
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.scenes.format import ROOM_TYPES
+
+BEDROOM, KITCHEN = (ROOM_TYPES.index(name) for name in ("bedroom", "kitchen"))
 
 
 class Sighted:
@@ -45,7 +51,15 @@ def views(tmp_path: Path) -> ViewBank:
 
 def judged(views: ViewBank, never: Sequence[str] = ()) -> ViewTable:
     kinds = {"sees": Sighted(), "mistakes": Sighted(-1.0)}
-    return judge_views(views, views, kinds, np.eye(len(LABELLED)), never)
+    return judge_views(views, counted(views), kinds, np.eye(len(LABELLED)), never)
+
+
+def counted(views: ViewBank | None) -> Counted:
+    """A bedroom of 10 m2 has a bed three times in four, a kitchen of 5 m2 never, nor has any other
+    room anything."""
+    share, floor_m2 = np.full((len(ROOM_TYPES), len(LABELLED)), 1e-9), np.full(len(ROOM_TYPES), 5.0)
+    share[BEDROOM, BED], floor_m2[BEDROOM] = 0.75, 10.0
+    return Counted(views, PlanCounts(share, floor_m2, 1))
 
 
 def test_who_sees_it_knows_what_is_in_view(views: ViewBank) -> None:
@@ -71,7 +85,7 @@ def test_a_thing_that_is_always_there_is_not_asked_about(views: ViewBank) -> Non
     assert enough(views.in_view).tolist() == [BED]
     assert enough(views.beyond).tolist() == []  # where no bed is in view, none is near
     expert = Sighted()
-    judge_views(views, views, {"sees": expert}, np.eye(len(LABELLED)), ())
+    judge_views(views, counted(views), {"sees": expert}, np.eye(len(LABELLED)), ())
     assert expert.asked == [("beyond", ()), ("view", ("bed",)), ("room", tuple(ROOM_TYPES))]
 
 
@@ -87,7 +101,7 @@ def test_rooms_that_are_known_count(views: ViewBank) -> None:
 def test_photographs_have_a_row_of_their_own(views: ViewBank) -> None:
     assert judged(views).photographs == {}
     seen = views.in_view.sights, np.full_like(views.room, ROOM_TYPES.index("bedroom"))
-    told = judge_views(views, views, {"sees": Sighted()}, np.eye(len(LABELLED)), (), seen)
+    told = judge_views(views, counted(views), {"sees": Sighted()}, np.eye(len(LABELLED)), (), seen)
     assert set(told.photographs) == {"sees", HEAD}
     assert told.photographs["sees"].mean == 0.5
     assert told.photographs[HEAD].mean == 0.0
@@ -107,3 +121,32 @@ def test_what_evidence_adds_to_the_prior_is_told(views: ViewBank) -> None:
     assert row.weighed.mean == 1.0 > max(row.macro.mean, alone.macro.mean)
     assert row.gain.mean == pytest.approx(1.0 - alone.macro.mean)
     assert judged(views).areas["view", TAUGHT]["sees"].gain is None
+
+
+def test_who_is_told_the_truth_knows_what_the_counts_know(views: ViewBank) -> None:
+    beyond, count = views.beyond, len(views.beyond.sights)
+    beyond.asked[:, BED] = True
+    beyond.true[:, BED] = np.arange(count) % 4 == 0
+    views.ways.room_m2[:] = 0.0
+    views.ways.room_m2[::2, BEDROOM] = 2.0  # half of the bedrooms are small, and have no bed
+    views.ways.room_m2[::4, BEDROOM] = 8.0
+    views.ways.room_m2[1::2, KITCHEN] = 5.0
+    rows = judged(views).areas["beyond", TAUGHT]
+    assert rows[ORACLE_FLOOR].macro.mean == 1.0
+    assert rows[ORACLE_ROOMS].macro.mean == pytest.approx(1.0 - 0.5 * (1 / 3))
+    assert ORACLE_ROOMS not in judged(views).areas["view", TAUGHT]
+
+
+def test_without_train_views_a_home_is_told_what_the_others_have(views: ViewBank) -> None:
+    sights = views.in_view.sights
+    sights.rooms[:] = 1e-6
+    bed = views.in_view.true[:, BED]
+    sights.rooms[bed, BEDROOM] = sights.rooms[~bed, KITCHEN] = 1.0
+    first = np.array(sights.home) == sights.home[0]
+    sights.rooms[first] = sights.rooms[first][:, ::-1]  # one home is built the other way round
+    alone = judge_views(views, counted(None), {}, np.eye(len(LABELLED)), ())
+    own = judge_views(views, counted(views), {}, np.eye(len(LABELLED)), ())
+    assert alone.areas["view", TAUGHT][TABLE].macro.n == 1
+    assert (
+        alone.areas["view", TAUGHT][TABLE].macro.mean < own.areas["view", TAUGHT][TABLE].macro.mean
+    )

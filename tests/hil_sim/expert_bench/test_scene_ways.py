@@ -26,7 +26,7 @@ def judged(
     ways_m[:, BED[0]] = onward_m
     nats = np.zeros((rows, count))
     nats[:, BED[0]] = evidence
-    ways = WaysOn(np.arange(rows) // 3, ways_m, np.array(areas))
+    ways = WaysOn(np.arange(rows) // 3, ways_m, np.array(areas), none)
     return judge_ways(ViewQuestions(sights, every, every), ways, {judge: nats}, BED, 0)
 
 

@@ -5,7 +5,7 @@ from typing import IO
 
 import numpy as np
 import pytest
-from looked import BED, MUG, home_views, write_homes
+from looked import BED, DETECTOR, MUG, home_views, write_homes
 
 from hil_sim.expert_bench.bank import HOMES
 from hil_sim.expert_bench.view_questions import AHEAD, BEYOND_M, load_views
@@ -94,13 +94,22 @@ def test_a_write_that_was_cut_short_is_no_home(
 
 def test_a_home_without_a_view_is_passed_over(tmp_path: Path) -> None:
     folder = write_homes(tmp_path, homes=2)
-    empty = HomeViews(**{name: np.array([], kind) for name, kind in KINDS.items()})  # all (0,)
+    columns = {name: np.array([], kind) for name, kind in KINDS.items()}  # all (0,)
+    empty = HomeViews(**columns, detector="")
     write_views(folder / HOMES / "val-300000.npz", empty)
     bank = load_views(folder)
     assert bank.homes == 1
     assert set(bank.in_view.sights.home) == {"val-300001"}
     write_views(folder / HOMES / "val-300001.npz", empty)
     with pytest.raises(RfNavError, match="no views"):
+        load_views(folder)
+
+
+def test_homes_of_two_detectors_are_not_mixed(tmp_path: Path) -> None:
+    folder = write_homes(tmp_path, homes=2)
+    assert load_views(folder).detector == DETECTOR
+    write_views(folder / HOMES / "val-300001.npz", home_views(detector="another"))
+    with pytest.raises(RfNavError, match=r"val-300001\.npz: seen by another detector.*remove it"):
         load_views(folder)
 
 

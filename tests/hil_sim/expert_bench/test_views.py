@@ -12,6 +12,7 @@ from hil_sim.expert_bench.seeing import BenchDetector
 from hil_sim.expert_bench.views import HomeViews, read_views, views_of, write_views
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.scenes.format import ROOM_TYPES
+from runtime.core.mapping import keyframes
 from runtime.core.types import Detections
 from runtime.errors import RfNavError
 from tests.hil_sim.expert_bench.test_drive import Grey, scene
@@ -35,14 +36,28 @@ class Marked(Grey):
         features = np.full((2, 6, 8), self.looks, np.float32)
         return replace(super().detect(rgb), rooms=rooms, features=features)
 
+    def features_of(self) -> tuple[str, ...]:
+        return ("abc",)
+
     def close(self) -> None:
         pass
 
 
 @pytest.fixture(scope="module")
-def driven() -> HomeViews:
+def offered() -> list[np.ndarray]:
+    """Poses that there was to choose among, of each frontier at each moment."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def driven(offered: list[np.ndarray]) -> HomeViews:
+    def best_frames(poses: np.ndarray, *told: object) -> tuple[int, ...]:
+        offered.append(poses)
+        return keyframes.best_frames(poses, *told)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(views, "open_scene", lambda name: scene())
+        patch.setattr(views, "best_frames", best_frames)
         detector = BenchDetector(Marked(), LABELLED, BenchDetector.settings())  # type: ignore[arg-type]
         return views_of("three", detector, BankPlan(starts=1, steps=40, moments=4, apart=4))
 
@@ -55,6 +70,20 @@ def test_every_view_is_of_a_frame_that_was_taken(driven: HomeViews):
     assert ((driven.column >= 0) & (driven.column <= 1)).all()
     assert (driven.range_m < 6.0).all()
     assert (driven.depth[:, 1] > 0.9).any()
+
+
+def test_there_is_a_choice_among_kept_keyframes_alone(driven: HomeViews, offered: list[np.ndarray]):
+    assert driven.detector == "abc"
+    assert max(len(poses) for poses in offered) > 6
+    for poses in offered:
+        gap = poses[:, None] - poses
+        moved, turned = np.hypot(gap[..., 0], gap[..., 1]), np.abs(wrapped(gap[..., 2]))
+        alike = (moved < keyframes.MOVED_M) & (turned < keyframes.TURNED_RAD)
+        assert alike.sum() == len(poses)  # each with itself
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def test_the_best_view_comes_first_and_once(driven: HomeViews):

@@ -22,7 +22,6 @@ from runtime.perception.beholders import (
     ByHead,
     ByLanguage,
     looked,
-    never_taught,
     open_beholders,
 )
 from runtime.perception.scene_layout import MODEL
@@ -129,20 +128,13 @@ def test_nothing_is_asked_about_no_names() -> None:
         assert kind.evidence("view", sights(), []).shape == (3, 0)
 
 
-def test_names_that_nobody_was_taught_are_in_two_lists(tmp_path: Path) -> None:
-    (tmp_path / "names.toml").write_text('[held_out]\nsafe = ["safe"]\n')
-    with pytest.raises(ModelError, match="no lists of names that were never taught"):
-        never_taught(tmp_path)
-    (tmp_path / "beyond.toml").write_text('never_trained = ["mirror"]\n')
-    assert never_taught(tmp_path) == {"safe", "mirror"}
-
-
 def test_the_default_models_are_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "layout.onnx"
     write_layout(path, (2, 1, 1), "detector", "language")
     located = manifest.located
     monkeypatch.setattr(manifest, "located", lambda name: path if name == MODEL else located(name))
-    kinds, embed = open_beholders(("language", "head", "embedding"))
+    kinds, embed, detector = open_beholders(("language", "head", "embedding"))
+    assert detector == "detector"
     shown = sights()
     shown = replace(shown, scene=np.tile(embed(["a room with a bed"]), (3, 1)))
     nats = {kind: asked.evidence("beyond", shown, WORDS) for kind, asked in kinds.items()}
