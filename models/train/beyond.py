@@ -11,6 +11,7 @@ import click
 import numpy as np
 import torch
 
+from models.checksum import sha256
 from models.errors import told
 from models.store import manifest
 from models.train.beyond_data import Homes, Moments, feature_sample, read_homes
@@ -32,7 +33,7 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Given:
-    """Folders that `hil-sim beyond` wrote, and the detector that sees photographs."""
+    """Folders that `hil-sim beyond` wrote, and the detector that saw them, and sees photographs."""
 
     train: Path
     dev: Path
@@ -48,7 +49,8 @@ def encoder() -> TextEncoder:
 def lesson(given: Given, out: Path, say: Say) -> Lesson:
     """Read all that is taught; the features compacted, where they are not already."""
     compaction = compacted(given.train, out / COMPACTION, say)
-    train, dev = (read_homes(path, compaction) for path in (given.train, given.dev))
+    by = sha256(given.detector)
+    train, dev = (read_homes(path, compaction, by) for path in (given.train, given.dev))
     words = load_words(train.categories, train.room_names, encoder().embed)
     for name, homes in (("train", train), ("dev", dev)):
         say(f"{name}: {homes.home.max() + 1} homes, {len(homes.features)} keyframes, "

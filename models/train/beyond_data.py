@@ -20,6 +20,7 @@ OF_ROWS = (
     "asked", "absent", "beyond_m", "onward_m", "area_m2", "room_m2",
 )  # fmt: skip
 OF_ALL = ("categories", "room_names")
+SEEN_BY = "detector"
 READ_ONLY_ONCE = 4000
 """Frames that a compaction is fitted on, at most."""
 
@@ -80,14 +81,22 @@ class Homes:
         return np.stack((self.column, self.range_m), axis=1).astype(np.float32)
 
 
-def read_homes(folder: Path, change: Change | None = None) -> Homes:
+def read_homes(folder: Path, change: Change | None = None, detector: str = "") -> Homes:
     """All homes of a folder that have a view toward a frontier; `change` is applied to each one's
-    features. Raises ModelFileError."""
+    features. `detector`: SHA-256 of the file that must have seen them; "": of any one file. Raises
+    ModelFileError."""
     parts: list[dict[str, Array]] = []
     names: tuple[tuple[str, ...], ...] = ()
     frames = moments = 0
     for path in home_files(folder):
         part = _read(path)
+        by = str(part.pop(SEEN_BY))
+        detector = detector or by
+        if by != detector:
+            raise ModelFileError(
+                f"{path}: seen by detector {by[:12]}…, not by {detector[:12]}…; make it anew with "
+                "`hil-sim beyond`"
+            )
         own = tuple(tuple(map(str, part.pop(name))) for name in OF_ALL)
         if names and own != names:
             raise ModelFileError(f"{path}: other categories or rooms than the first; make it anew")
@@ -132,7 +141,9 @@ def feature_sample(folder: Path, rng: np.random.Generator) -> Floats:
     return np.concatenate(drawn).astype(np.float32)
 
 
-def _read(path: Path, names: Sequence[str] = (*OF_FRAMES, *OF_ROWS, *OF_ALL)) -> dict[str, Array]:
+def _read(
+    path: Path, names: Sequence[str] = (*OF_FRAMES, *OF_ROWS, *OF_ALL, SEEN_BY)
+) -> dict[str, Array]:
     try:
         with path.open("rb") as stream, np.load(stream, allow_pickle=False) as file:
             return {name: file[name] for name in names}

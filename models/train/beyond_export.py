@@ -137,13 +137,14 @@ def main(
     """Write the scene-layout expert, and the detector that tells what it is shown."""
     torch.set_num_threads(1)
     compaction = Compaction.read(run / COMPACTION) if (run / COMPACTION).exists() else None
-    homes = read_homes(data, compaction)
+    by = sha256(detector)
+    homes, others = (read_homes(folder, compaction, by) for folder in (data, dev))
     words = load_words(homes.categories, homes.room_names, encoder().embed)
     detector_out = detector_out or detector
     if compaction is not None:
         compact(detector, detector_out, compaction)
     texts = dict(words.texts)
-    network = whole(run, homes, read_homes(dev, compaction), words)
+    network = whole(run, homes, others, words)
     entries = {
         "detector": sha256(detector_out),
         "language": sha256(manifest.fetch(LANGUAGE)),

@@ -9,6 +9,8 @@ CATEGORIES = ("bed", "toilet", "stove", "sofa", "bathtub", "nightstand", "guitar
 ROOMS = ("kitchen", "bathroom", "bedroom", "living room")
 IN_ROOM = ((2, 7), (1, 4, 7), (0, 5), (3, 6))
 CHANNELS, GRID = 24, (6, 8)
+DETECTOR = "d" * 64
+"""SHA-256 of who saw them."""
 
 
 def draw_homes(folder: Path, homes: int, seed: int, frames: int = 24, rows: int = 60) -> None:
@@ -61,4 +63,5 @@ def draw_home(rng: np.random.Generator, frames: int, rows: int) -> dict[str, np.
         "room_m2": area.astype(np.float32),
         "categories": np.array(CATEGORIES),
         "room_names": np.array(ROOMS),
+        "detector": np.array(DETECTOR),
     }

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drawn_homes import CATEGORIES, CHANNELS, draw_homes
+from drawn_homes import CATEGORIES, CHANNELS, DETECTOR, draw_homes
 
 from models.errors import ModelFileError
 from models.train.beyond_data import Moments, feature_sample, read_homes
@@ -26,8 +26,8 @@ def test_a_home_without_a_view_is_passed_over(tmp_path: Path):
     def empty(path: Path) -> None:
         with np.load(path) as file:
             kept = {name: file[name] for name in file}
+        named = {name: kept.pop(name) for name in ("categories", "room_names", "detector")}
         none = {name: values[:0].reshape(-1) for name, values in kept.items()}
-        named = {name: kept[name] for name in ("categories", "room_names")}
         np.savez(path, **none | named)
 
     empty(paths[0])
@@ -39,6 +39,18 @@ def test_a_home_without_a_view_is_passed_over(tmp_path: Path):
     for read in (read_homes, lambda folder: feature_sample(folder, np.random.default_rng(0))):
         with pytest.raises(ModelFileError, match="no home has a view"):
             read(tmp_path)
+
+
+def test_homes_of_another_detector_are_refused(tmp_path: Path):
+    draw_homes(tmp_path, 2, seed=1)
+    assert len(read_homes(tmp_path, detector=DETECTOR).frame) == 120
+    with pytest.raises(ModelFileError, match=r"seen by detector dddddddddddd…, not by eeee.*anew"):
+        read_homes(tmp_path, detector="e" * 64)
+    path = sorted((tmp_path / "homes").glob("*.npz"))[1]
+    with np.load(path) as file:
+        np.savez(path, **{name: file[name] for name in file} | {"detector": "e" * 64})
+    with pytest.raises(ModelFileError, match="seen by detector eeee"):
+        read_homes(tmp_path)
 
 
 def test_what_is_in_view_or_mapped_is_not_asked(tmp_path: Path):
