@@ -102,8 +102,8 @@ def place(
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     world.looked_from = obs.pose
     if detections.scene.size or cfg.keyframes.image_width_px:
-        frame = keyframes.take(obs, detections, mount, cfg.keyframes.image_width_px)
-        keyframes.keep(world.keyframes, frame)
+        width_px = cfg.keyframes.image_width_px
+        keyframes.consider(world.keyframes, obs, detections, mount, width_px)
     return world
 
 

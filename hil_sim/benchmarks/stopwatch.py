@@ -24,7 +24,7 @@ STAGES: Mapping[str, tuple[str, ...]] = {
         "runtime.core.mapping.frontiers.identify",
     ),
     "semantic layer": ("runtime.core.objects.semantic_map.place",),
-    "keyframe": ("runtime.core.mapping.keyframes.take", "runtime.core.mapping.keyframes.keep"),
+    "keyframe": ("runtime.core.mapping.keyframes.consider",),
 }
 """By stage the functions that it calls, found where their callers look them up."""
 

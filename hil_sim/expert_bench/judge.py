@@ -164,7 +164,7 @@ class Bench:
         votes, found = self._votes_under(config), dict[str, float]()
         for number in self._numbers():
             vote = votes.of(expert, number)
-            outcome = vote.cause if isinstance(vote, Missing) else "voted"
+            outcome = vote.why.value if isinstance(vote, Missing) else "voted"
             found[outcome] = found.get(outcome, 0.0) + 1.0 / len(self._questions)
         return dict(sorted(found.items()))
 

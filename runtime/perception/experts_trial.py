@@ -21,6 +21,7 @@ from runtime.config import Config, load
 from runtime.core.mapping.framing import jpeg
 from runtime.core.mapping.sights import halved
 from runtime.core.types import (
+    Absence,
     Brief,
     Detections,
     FrontierBrief,
@@ -132,8 +133,10 @@ class _Trial:
         classes = [names[0] for names in goal.classes]
         self.seen = [self._frontier(view, classes) for view in self.views]
         for text in ASKED:
-            for name, outcome in self._votes(text, len(self.views)).items():
-                yield f"  {name}, {text}: {self._told(outcome)}"
+            named = self._accepted(text)
+            votes = self._asked(named, len(self.views), self.config)
+            for name, outcome in votes.items():
+                yield f"  {name}, {text}: {self._told(outcome)}{self._shy(name, outcome, named)}"
 
     def times(self) -> Iterator[str]:
         """How long votes take, and which budget holds them."""
@@ -156,11 +159,8 @@ class _Trial:
     def _timed(self) -> float:
         goal = self._accepted(TIMED)
         began_s = time.perf_counter()
-        self._asked(goal, FRONTIERS)
+        self._asked(goal, FRONTIERS, self.config)
         return time.perf_counter() - began_s
-
-    def _votes(self, text: str, count: int) -> dict[str, Vote | Missing]:
-        return self._asked(self._accepted(text), count)
 
     def _accepted(self, text: str) -> str:
         """The goal's name, once all that is scored for it before a vote is."""
@@ -168,9 +168,12 @@ class _Trial:
         self.models.settle(Deadline.never(self.clock))
         return goal.name
 
-    def _asked(self, goal: str, count: int) -> dict[str, Vote | Missing]:
+    def _asked(
+        self, goal: str, count: int, config: Config, experts: Sequence[str] = ()
+    ) -> dict[str, Vote | Missing]:
         """On so many frontiers: the views, again and again, and each time another place in them.
-        One expert after the other: on few cores they take that long at once, too."""
+        One expert after the other: on few cores they take that long at once, too. `experts`: of
+        these alone, where any are named."""
         rounds = math.ceil(count / len(self.seen))
         frontiers = tuple(
             replace(
@@ -179,7 +182,8 @@ class _Trial:
             for n in range(count)
         )
         brief, never = Brief(goal, 0, frontiers), Deadline.never(self.clock)
-        return {name: ask(brief, never) for name, ask in self.models.seated(self.config).items()}
+        seats = self.models.seated(config).items()
+        return {name: ask(brief, never) for name, ask in seats if not experts or name in experts}
 
     def _frontier(self, view: _View, classes: Sequence[str]) -> FrontierBrief:
         found = self._seen(view)
@@ -204,10 +208,20 @@ class _Trial:
 
     def _told(self, outcome: Vote | Missing) -> str:
         if isinstance(outcome, Missing):
-            return outcome.cause
+            shy = outcome.why is Absence.NO_PREFERENCE
+            return outcome.why.value if shy else outcome.cause
         each = ", ".join(f"{self.views[id - 1].name} {p:.2f}" for id, p in outcome.probabilities)
         by = "" if outcome.rung == LOCAL else f" (by {outcome.rung})"
         return f"{each}{by}"
+
+    def _shy(self, name: str, outcome: Vote | Missing, goal: str) -> str:
+        """ ": a.jpg 0.36, b.jpg 0.33": what one that prefers none makes of the views all the same;
+        else ""."""
+        if isinstance(outcome, Vote) or outcome.why is not Absence.NO_PREFERENCE:
+            return ""
+        config = replace(self.config, experts=replace(self.config.experts, bar=0.0))
+        every = self._asked(goal, len(self.views), config, (name,))
+        return f": {self._told(every[name])}"
 
 
 def _busy() -> str:

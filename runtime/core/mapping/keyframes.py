@@ -109,9 +109,33 @@ class KeyframeView(NamedTuple):
     in_image: InImage | None = None
 
 
-def take(obs: Observation, detections: Detections, mount: Mount, image_width_px: int) -> Keyframe:
-    """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is."""
-    frame = Keyframe(obs.pose, detections.scene, _sharpness(obs.rgb))
+def consider(
+    frames: list[Keyframe],
+    obs: Observation,
+    detections: Detections,
+    mount: Mount,
+    image_width_px: int,
+) -> None:
+    """`take` the observation and `keep` it, but for what is blurred beside one from nearly the same
+    pose, whatever else it may tell: of that nothing further is worked out."""
+    sharpness = _sharpness(obs.rgb)
+    most = detections.features.size > 0, detections.scene.size > 0
+    if not any(_worse(most, sharpness, old) for old in _beside(frames, obs.pose)):
+        keep(frames, take(obs, detections, mount, image_width_px, sharpness))
+
+
+def take(
+    obs: Observation,
+    detections: Detections,
+    mount: Mount,
+    image_width_px: int,
+    sharpness: float | None = None,
+) -> Keyframe:
+    """The observation as a keyframe; `image_width_px` of the image kept with it, 0: none is.
+    `sharpness` of its image, where that is known."""
+    frame = Keyframe(
+        obs.pose, detections.scene, _sharpness(obs.rgb) if sharpness is None else sharpness
+    )
     if detections.features.size and frame.sharpness > ONE_COLOUR and _contrast(obs.rgb) > ONE_GREY:
         _, rows, cols = detections.features.shape
         frame = replace(
@@ -153,10 +177,8 @@ def keep(frames: list[Keyframe], frame: Keyframe) -> None:
     """Add a keyframe, in place of those from nearly the same pose, unless it is blurred beside
     them or tells less; what is too many or too much is forgotten, the oldest first, of
     what is too much the images before all else."""
-    at = frame.pose
-    beside = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
-    same = [f for f in beside if _alike(f.pose, at)]
-    if any(_worse(frame, old) for old in same):
+    same = _beside(frames, frame.pose)
+    if any(_worse(frame.tells, frame.sharpness, old) for old in same):
         return
     for old in same:
         frames.remove(old)
@@ -179,10 +201,16 @@ def _bound(frames: list[Keyframe]) -> None:
         held -= frames.pop(0).size_bytes
 
 
-def _worse(frame: Keyframe, old: Keyframe) -> bool:
-    """Whether it tells less than the older one, or as much and is blurred beside it."""
-    told, before = (f.tells for f in (frame, old))
-    return told < before or (told == before and frame.sharpness < BLURRED * old.sharpness)
+def _beside(frames: Sequence[Keyframe], at: Pose) -> list[Keyframe]:
+    """Those from nearly the same pose."""
+    near = (f for f in frames if abs(f.pose.x_m - at.x_m) < MOVED_M)
+    return [f for f in near if _alike(f.pose, at)]
+
+
+def _worse(told: tuple[bool, bool], sharpness: float, old: Keyframe) -> bool:
+    """Whether one that tells so much is worse than the older one: tells less, or as much and is
+    blurred beside it."""
+    return told < old.tells or (told == old.tells and sharpness < BLURRED * old.sharpness)
 
 
 def best_views(

@@ -5,11 +5,12 @@ A view stands before the context in place of words. Its score is centred as thos
 other words after the same view, and on the same word after no view.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from statistics import fmean
 from typing import Final
 
-from runtime.core.types import Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting.likelihood_experts import (
     REFERENCES,
     UNKNOWN_WEIGHT,
@@ -26,15 +27,34 @@ HEAD, LANGUAGE = "head", "language"
 HEAD_UNKNOWN_WEIGHT: Final = 0.25
 """Of the unknown area behind a frontier, where the evidence was taught how much lies beyond: what
 it knows already must not count twice."""
+TOLD: Final = 2
+"""Frontiers that are named where none is preferred."""
 
 
 def vote_sights(
     brief: Brief, nats: Mapping[int, float], cfg: ExpertConfig, rung: str
 ) -> Vote | Missing:
     """SLE on a rung that was taught views: `nats` by frontier that was seen; of others nothing is
-    known."""
+    known. Where it prefers none, what it saw all the same is told."""
     told = {i: (value, VIEW) for i, value in nats.items()}
-    return vote_where_known("sle", brief, told, cfg, unknown_weight(rung))
+    weight = unknown_weight(rung)
+    outcome = vote_where_known("sle", brief, told, cfg, weight)
+    if isinstance(outcome, Vote) or outcome.why is not Absence.NO_PREFERENCE:
+        return outcome
+    every = vote_where_known("sle", brief, told, replace(cfg, bar=0.0), weight)
+    return replace(outcome, detail=_likeliest(every, nats, cfg.bar))
+
+
+def _likeliest(every: Vote | Missing, seen: Collection[int], bar: float) -> str:
+    """Of a vote for all: "likeliest are 7 (0.31) and 3 (0.28, never looked at); it votes from 0.38
+    on, 1.5 times an equal share"."""
+    assert isinstance(every, Vote)  # for whom all are above the bar
+    ranked = sorted(every.probabilities, key=lambda each: (-each[1], each[0]))
+    each = [f"{i} ({p:.2f}{'' if i in seen else ', never looked at'})" for i, p in ranked[:TOLD]]
+    return (
+        f"likeliest are {' and '.join(each)}; it votes from {bar / len(ranked):.2f} on, "
+        f"{bar:g} times an equal share"
+    )
 
 
 def unknown_weight(rung: str) -> float:

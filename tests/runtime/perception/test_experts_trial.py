@@ -92,7 +92,8 @@ def test_our_own_experts_know_a_bathroom(monkeypatch: pytest.MonkeyPatch) -> Non
     for line in lines[2:4]:
         told = dict(re.findall(r"(\S+)\.jpg (\d\.\d\d)", line))
         assert max(told, key=lambda view: float(told[view])) == "bathroom", line
-    assert lines[4].lstrip().startswith("sle, toilet: ")  # of three pictures it may prefer none
+    each = r"(\S+\.jpg 0\.\d\d(, )?){3} \(by head\)"
+    assert re.fullmatch(rf"  sle, toilet: (no preference: )?{each}", lines[4])
     timed = r"a vote on 3 frontiers: \d+\.\d\d s where nothing .*, \d+\.\d\d s where all was"
     assert re.fullmatch(timed, lines[5])
     assert lines[6].startswith("panel.decide_budget_s: ")
@@ -112,7 +113,7 @@ def test_a_model_that_sees_tells_what_a_picture_costs(
     assert voter is not None
     lines = list(voter.tried(RENDERS[:2]))
     told = "\n".join(lines)
-    assert re.search(r"^  sle, toilet: (no preference|living-room\.jpg 0\.\d\d, )", told, re.M)
+    assert re.search(r"^  sle, toilet: (no preference: )?living-room\.jpg 0\.\d\d, ", told, re.M)
     assert re.search(
         r"^a picture is encoded in \d+\.\d\d s, when its keyframe is kept$", told, re.M
     )

@@ -13,6 +13,7 @@ from runtime.core.mapping.keyframes import (
     KeyframeView,
     best_frames,
     best_views,
+    consider,
     keep,
     sight_toward,
     take,
@@ -99,6 +100,36 @@ def test_a_blurred_one_does_not_replace_a_sharp_one():
     keep(frames, sharp)
     keep(frames, blurred)
     assert [f.embedding[0] for f in frames] == [1.0]
+
+
+def test_of_a_blurred_one_nothing_further_is_worked_out(monkeypatch: pytest.MonkeyPatch):
+    frames: list[Keyframe] = []
+    consider(frames, observed(), seen(PARTS), Mount(), 0)
+    (sharp,) = frames
+    grey = np.full_like(observed().rgb, 90)
+    grey[:, 320:] += 2  # hardly an edge
+    blurred = replace(observed(), rgb=grey, pose=Pose(0.1, 0, 0))
+    with monkeypatch.context() as patch:
+        patch.setattr("runtime.core.mapping.keyframes.take", None)
+        consider(frames, blurred, seen(PARTS), Mount(), 0)
+    assert frames == [sharp]
+    consider(frames, replace(blurred, pose=Pose(2.0, 0, 0)), seen(PARTS), Mount(), 0)
+    assert [f.pose.x_m for f in frames] == [0.0, 2.0]  # where none is beside it, it is kept
+
+
+@pytest.mark.parametrize("parts", [PARTS, NOTHING])
+@pytest.mark.parametrize("edge", [0, 2, 40, 90])
+def test_what_is_considered_is_what_is_taken_and_kept(parts: np.ndarray, edge: int):
+    grey = np.full_like(observed().rgb, 90)
+    grey[:, 320:] += edge
+    other = replace(observed(), rgb=grey, pose=Pose(0.1, 0, 0))
+    frames, plainly = list[Keyframe](), list[Keyframe]()
+    for obs, told in ((observed(), PARTS), (other, parts)):
+        consider(frames, obs, seen(told), Mount(), 0)
+        keep(plainly, take(obs, seen(told), Mount(), 0))
+    assert [(f.pose, f.sharpness, f.tells) for f in frames] == [
+        (f.pose, f.sharpness, f.tells) for f in plainly
+    ]
 
 
 def test_one_that_tells_less_does_not_replace_one_that_tells_more():

@@ -54,11 +54,23 @@ def test_a_view_of_which_not_all_is_answered_has_no_evidence():
 
 def test_of_a_frontier_that_was_never_seen_nothing_is_known():
     told = Brief("mug", 0, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2, 3)))
-    assert vote_sights(told, {2: -9.0}, CFG, LANGUAGE) == Missing("sle", Absence.NO_PREFERENCE)
+    shy = vote_sights(told, {2: -9.0}, CFG, LANGUAGE)
+    assert isinstance(shy, Missing)
+    assert shy.why is Absence.NO_PREFERENCE
     good = vote_sights(told, {2: 2.0}, CFG, LANGUAGE)
     assert isinstance(good, Vote)
     assert (good.frontiers, good.reason) == ((2,), "2: the view toward it (0.93)")
     assert vote_sights(told, {}, CFG, HEAD) == Missing("sle", Absence.NO_EVIDENCE)
+
+
+def test_who_prefers_none_says_what_was_seen_all_the_same():
+    told = Brief("mug", 0, tuple(FrontierBrief(i, 1.0, (), ()) for i in (1, 2, 3, 4)))
+    shy = vote_sights(told, {4: 0.1, 2: 0.0, 3: -0.2}, CFG, LANGUAGE)
+    assert isinstance(shy, Missing)
+    assert shy.cause == (
+        "no preference: likeliest are 4 (0.30) and 1 (0.26, never looked at); it votes from 0.38 "
+        "on, 1.5 times an equal share"
+    )
 
 
 def test_what_was_taught_how_much_lies_beyond_counts_the_unknown_area_less():
