@@ -5,7 +5,7 @@ with Voters() as voters:
     print(table.rows["consensus"][CLEAN].regret_m.mean())
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -147,16 +147,21 @@ class Bench:
 
     def spoilt(self, config: Config, kind: str, expert: str) -> Row:
         """One method with one of its experts spoilt."""
-        votes = self._votes_under(config)
+
+        def vote(number: int) -> Vote | Missing:
+            if kind == "one absent":
+                return Missing(expert, Absence.LATE)
+            return at_random(expert, self._questions[number], self._seed)
+
+        return self.voting_so(config, expert, vote)
+
+    def voting_so(self, config: Config, expert: str, cast: Callable[[int], Vote | Missing]) -> Row:
+        """One method with one of its experts' votes given, by the question's number."""
+        votes, seats = self._votes_under(config), config.panel.experts
 
         def vote(name: str, number: int) -> Vote | Missing:
-            if name != expert:
-                return votes.of(name, number)
-            if kind == "one absent":
-                return Missing(name, Absence.LATE)
-            return at_random(name, self._questions[number], self._seed)
+            return cast(number) if name == expert else votes.of(name, number)
 
-        seats = config.panel.experts
         return self._chosen(config, ([vote(e, n) for e in seats] for n in self._numbers()))
 
     def outcomes(self, config: Config, expert: str) -> dict[str, float]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion, Moment
 from hil_sim.expert_bench.judge import CONSENSUS, METHODS, Bench, Electorate
+from hil_sim.expert_bench.scene_bars import BarRow, judge_bars
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from runtime.config import Config, load
 from runtime.core.types import Brief, FrontierBrief, Missing, Vote
@@ -39,7 +40,7 @@ class SceneRows:
     where fewer than two frontiers have a view. `shuffled`: the same evidence after each frontier
     was given another's picture, NaN where not all could be; `kept`: on these questions as it was.
     `regret_m` by method of GATE, and `absent_m` by those where others vote too, without its vote.
-    `rungs`: of its votes, how many came by which rung."""
+    `rungs`: of its votes, how many came by which rung; `bars`: the same votes by other bars."""
 
     votes: Values
     insight: Insight
@@ -49,6 +50,7 @@ class SceneRows:
     regret_m: Mapping[str, Values]
     absent_m: Mapping[str, Values]
     rungs: Mapping[str, int]
+    bars: Mapping[float, BarRow]
 
 
 def judge_scene(
@@ -74,6 +76,8 @@ def judge_scene(
         for name, method in methods.items()
         if name != EXPERT
     }
+    viewed = [_viewed(question) > 1 for question in questions]
+    bars = judge_bars(bank, bench, voters, methods, EXPERT, viewed)
     voters.check()
     return SceneRows(
         np.array(votes),
@@ -84,6 +88,7 @@ def judge_scene(
         {name: row.regret_m for name, row in rows.items()},
         {name: row.regret_m for name, row in absent.items()},
         dict(sorted(rungs.items())),
+        bars,
     )
 
 

@@ -82,6 +82,7 @@ def section(found: SceneFigures, seed: int) -> str:
         drawn = _drawn(side, seed)
         parts += [f"#### In the bank, side `{name}`: {len(side.bank.questions)} questions"]
         parts += [insight(side, drawn), SHUFFLED, *_other_rungs(side), regrets(side, drawn)]
+        parts += [READING_BARS, bars(side, drawn)]
     return "\n\n".join(parts)
 
 
@@ -243,6 +244,26 @@ def regrets(side: SideRows, drawn: Resampling) -> str:
     return "\n".join(lines)
 
 
+READING_BARS = (
+    "The same votes by other bars: a frontier of n is recommended from a probability of bar / n "
+    "on. Regret in m, and in brackets less that by the bar as it is, paired."
+)
+
+
+def bars(side: SideRows, drawn: Resampling) -> str:
+    """What it would cost to vote more often, or less."""
+    lines = head("kind", "bar", "votes on %", *GATE)
+    for kind, rows in side.kinds.items():
+        for bar, row in rows.bars.items():
+            lost = (
+                f"{drawn.mean(regret).mean:.2f} ({gap(drawn.mean(regret - rows.regret_m[method]))})"
+                for method, regret in row.regret_m.items()
+            )
+            voted = f"{100 * drawn.mean(row.votes).mean:.1f}"
+            lines.append(line(f"sle, {kind}", f"{bar:g}", voted, *lost))
+    return "\n".join(lines)
+
+
 def figures(found: SceneFigures, seed: int) -> dict[str, Any]:
     """The same as the tables, for machines."""
     told = found.views
@@ -288,6 +309,13 @@ def _side(side: SideRows, seed: int) -> dict[str, Any]:
                 "regret_m": {m: drawn.mean(np.asarray(v)) for m, v in rows.regret_m.items()},
                 "absent_m": {m: drawn.mean(np.asarray(v)) for m, v in rows.absent_m.items()},
                 "rungs": rows.rungs,
+                "bars": {
+                    f"{bar:g}": {
+                        "votes": drawn.mean(row.votes),
+                        "regret_m": {m: drawn.mean(v) for m, v in row.regret_m.items()},
+                    }
+                    for bar, row in rows.bars.items()
+                },
             }
             for kind, rows in side.kinds.items()
         },

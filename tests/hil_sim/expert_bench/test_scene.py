@@ -123,7 +123,7 @@ def test_the_report_says_what_was_measured(plan: ScenePlan) -> None:
     assert "In the bank, side `test`: 2 questions" in text
     assert "Answered in place" not in text
     tables = [part.splitlines() for part in text.split("\n\n") if part.startswith("|")]
-    assert len(tables) == 2 + 2 * 2
+    assert len(tables) == 2 + 2 * 3
     assert all(row.count("|") == rows[0].count("|") for rows in tables for row in rows)
     data = scene_report.figures(found, 0)
     assert data["areas"]["view, taught"]["head"]["macro"]["mean"] == 1.0
