@@ -1,7 +1,6 @@
 """Teaching the plain head of the scene-layout expert."""
 
 import copy
-import csv
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from models.train.beyond_course import Course
 from models.train.beyond_data import Homes, Moments
 from models.train.beyond_losses import LayoutFacts, beyond_loss, onward_loss, room_loss, view_loss
 from models.train.beyond_network import HALFWAY_M, TEXT_DIM, PlainHead, evidence
@@ -149,6 +149,14 @@ class HeadTrainer:
         view = self.network(*varied(shown, rng)).view
         return F.cross_entropy(view[:, :TEXT_DIM] @ rooms.T, given.room[at])
 
+    def examined(self) -> Scores:
+        """How good the averaged weights are, on dev."""
+        return examine(self.average, self.lesson, self.lesson.dev)
+
+    def keep(self, path: Path) -> None:
+        """Write the averaged weights."""
+        save(path, self.average.state_dict())
+
     def save(self, path: Path) -> None:
         """Write everything."""
         save(path, {
@@ -224,24 +232,8 @@ def teach_head(
     lesson: Lesson, out: Path, steps: int, seed: int, say: Callable[[str], None], every: int = 100
 ) -> PlainHead:
     """Train, or go on training; the best weights, by names never taught, lie in OUT/head.pt."""
-    trainer = HeadTrainer(lesson, steps, seed)
-    checkpoint, best = out / "head-run.pt", out / "head.pt"
-    if checkpoint.exists():
-        trainer.restore(checkpoint)
-        say(f"head: resumed at step {trainer.step}")
-    rng = np.random.default_rng((seed, trainer.step))
-    drawn = trainer.moments.draw(MOMENTS, rng)
-    while trainer.step < steps:
-        parts = trainer.learn(rng, next(drawn))
-        if trainer.step % every and trainer.step < steps:
-            continue
-        scores = examine(trainer.average, lesson, lesson.dev)
-        say(f"head: step {trainer.step} {_line(parts)} | dev: {scores.told()}")
-        log(out / "head.csv", trainer.step, parts | vars(scores))
-        if worth(scores) > trainer.best:
-            trainer.best = worth(scores)
-            save(best, trainer.average.state_dict())
-        trainer.save(checkpoint)
+    course = Course("head", out, steps, MOMENTS, every, seed, say)
+    best = course.teach(HeadTrainer(lesson, steps, seed))
     done = plain_head(lesson.train)
     done.load_state_dict(torch.load(best, map_location="cpu", weights_only=True))
     return done.eval().requires_grad_(False)
@@ -267,23 +259,3 @@ def fit_gain(head: PlainHead, homes: Homes, words: LayoutWords) -> float:
     facts = LayoutFacts(homes, words.taught)
     loss = [float(onward_loss(gain * nats, facts, rows)) for gain in GAINS]
     return GAINS[int(np.argmin(loss))]
-
-
-def worth(scores: Scores) -> float:
-    """What weights are chosen by: names never taught, on homes never seen, and the way on."""
-    judged = (scores.beyond, scores.beyond_never, scores.onward, scores.onward_prior)
-    return float(np.nan_to_num(judged).sum())
-
-
-def log(path: Path, step: int, values: dict[str, float]) -> None:
-    """One row more of a table."""
-    new = not path.exists()
-    with path.open("a", newline="") as stream:
-        writer = csv.writer(stream)
-        if new:
-            writer.writerow(["step", *values])
-        writer.writerow([step, *(f"{v:.4f}" for v in values.values())])
-
-
-def _line(parts: dict[str, float]) -> str:
-    return " ".join(f"{k} {v:.3f}" for k, v in parts.items())

@@ -13,17 +13,16 @@ from numpy.typing import NDArray
 from torch import Tensor, nn
 from torch.nn import functional as F
 
+from models.train.beyond_course import Course
 from models.train.beyond_data import Homes, Moments
 from models.train.beyond_head import (
     Lesson,
     any_way,
     follow,
-    log,
     pace,
     photographed,
     pictures,
     varied,
-    worth,
 )  # fmt: skip
 from models.train.beyond_losses import LayoutFacts, beyond_loss, onward_loss, view_loss
 from models.train.beyond_network import PlainHead, Projector
@@ -132,6 +131,14 @@ class ProjectorTrainer:
         log_p = (heard @ self.speech.model.embedding.T).log_softmax(1)[:, self.speech.names]
         return (-(log_p * wanted).sum(1) / total.clamp(min=1))[total > 0].mean()
 
+    def examined(self) -> Scores:
+        """How good the averaged weights are, on some of dev."""
+        return examine_projector(self.average, self.blank, self.lesson, self.speech)
+
+    def keep(self, path: Path) -> None:
+        """Write the averaged weights."""
+        save(path, self.average.state_dict())
+
     def save(self, path: Path) -> None:
         """Write everything."""
         save(path, {
@@ -221,25 +228,8 @@ def teach_projector(
 ) -> Projector:  # fmt: skip
     """Train, or go on training; the best weights, by names never taught, lie in
     OUT/projector.pt."""
-    trainer = ProjectorTrainer(lesson, speech, bridge, head, steps, seed)
-    checkpoint, best = out / "projector-run.pt", out / "projector.pt"
-    if checkpoint.exists():
-        trainer.restore(checkpoint)
-        say(f"projector: resumed at step {trainer.step}")
-    rng = np.random.default_rng((seed, trainer.step))
-    drawn = trainer.moments.draw(MOMENTS, rng)
-    while trainer.step < steps:
-        parts = trainer.learn(rng, next(drawn))
-        if trainer.step % EVERY and trainer.step < steps:
-            continue
-        scores = examine_projector(trainer.average, trainer.blank, lesson, speech)
-        told = " ".join(f"{k} {v:.3f}" for k, v in parts.items())
-        say(f"projector: step {trainer.step} {told} | dev: {scores.told()}")
-        log(out / "projector.csv", trainer.step, vars(scores))
-        if trainer.step >= WARM * steps and worth(scores) > trainer.best:
-            trainer.best = worth(scores)
-            save(best, trainer.average.state_dict())
-        trainer.save(checkpoint)
+    course = Course("projector", out, steps, MOMENTS, EVERY, seed, say, WARM)
+    best = course.teach(ProjectorTrainer(lesson, speech, bridge, head, steps, seed))
     network = begun(lesson, speech, bridge, head)
     network.load_state_dict(torch.load(best, map_location="cpu", weights_only=True))
     return network.eval().requires_grad_(False)
