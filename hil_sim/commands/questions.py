@@ -41,11 +41,11 @@ from runtime.errors import RfNavError
 @click.option("--views", type=click.Path(path_type=Path),
               help="For --expert: held-out homes' views, by hil-sim beyond.")  # fmt: skip
 @click.option("--counted", type=click.Path(path_type=Path),
-              help="For --expert: train homes' views, that the table is counted of; without, it is "
-              "counted of the other homes of --views.")  # fmt: skip
+              help="For --expert: train homes' views, that the table is counted of; without, it "
+              "is counted of --plans.")  # fmt: skip
 @click.option("--plans", default=200, show_default=True, type=click.IntRange(1),
-              help="For --expert: train homes whose plans those have counted who know "
-              "the truth.")  # fmt: skip
+              help="For --expert: train homes whose plans are counted; nothing is drawn of "
+              "them.")  # fmt: skip
 @click.option("--photographs", type=click.Path(path_type=Path),
               help="For --expert: a folder of photographs with their rooms.")  # fmt: skip
 @click.option("--rows", default=16, show_default=True, type=click.IntRange(0),

@@ -1,6 +1,7 @@
 """What stands in which kind of room, counted from the plans of train homes, of which nothing is
 drawn; and with it, what who knew for certain which rooms lie behind a frontier could say of it."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Self
@@ -25,39 +26,40 @@ LAPLACE = 0.5
 LEAST_M2 = 0.5
 """Of a room so much floor must lie behind a frontier for the room to lie there."""
 LEAST_P = 1e-6
+STRIDE_M = 0.3
+"""To either side of a door is another room."""
 
 
 @dataclass(frozen=True)
 class PlanCounts:
-    """By room type and category of LABELLED: `share` (R, C) of rooms that have such a thing. Of
-    floor that a body can stand on `floor_m2` (R,) in the mean room of a type."""
+    """By room type and category of LABELLED: `share` (R, C) of rooms that have such a thing, and
+    `nearby` (R, C) of those that have one or are next to a room, through a door, that has. Of floor
+    that a body can stand on `floor_m2` (R,) in the mean room of a type."""
 
     share: Values
+    nearby: Values
     floor_m2: Values
-    homes: int
 
     @classmethod
     def of(cls, scenes: Iterable[Scene]) -> Self:
         """Counted in these homes, whose things all have a size."""
         rooms, floor_m2 = np.zeros(len(ROOM_TYPES)), np.zeros(len(ROOM_TYPES))
-        having = np.zeros((len(ROOM_TYPES), len(LABELLED)))
-        homes = 0
+        having, near = np.zeros((2, len(ROOM_TYPES), len(LABELLED)))
         for scene in scenes:
-            homes += 1
-            space = _space(scene)
-            found = {room.name: set[str]() for room in scene.rooms}
-            for thing in scene.objects:
-                room = room_at(scene, *thing.position_m[:2])
-                if room is not None:
-                    found[room.name].add(thing.category)
+            space, found, doors = _space(scene), _found(scene), _doors(scene)
             for room in scene.rooms:
                 if room.type in ROOM_TYPES:
                     kind = ROOM_TYPES.index(room.type)
                     rooms[kind] += 1
                     floor_m2[kind] += _floor_m2(space, np.array(room.polygon))
-                    having[kind] += [name in found[room.name] for name in LABELLED]
-        share = (having + LAPLACE) / (rooms[:, None] + 2 * LAPLACE)
-        return cls(share, floor_m2 / np.maximum(rooms, 1), homes)
+                    own = found[room.name]
+                    around = own.union(*(found[other] for other in doors[room.name]))
+                    having[kind] += [name in own for name in LABELLED]
+                    near[kind] += [name in around for name in LABELLED]
+        share, nearby = (
+            (count + LAPLACE) / (rooms[:, None] + 2 * LAPLACE) for count in (having, near)
+        )
+        return cls(share, nearby, floor_m2 / np.maximum(rooms, 1))
 
     def by_rooms(self, room_m2: Values) -> Values:
         """(N, R) of floor behind each frontier by room type -> (N, C) nats that a thing is there,
@@ -77,6 +79,31 @@ class PlanCounts:
 def count_plans(homes: int) -> PlanCounts:
     """Of so many generated homes of the train split."""
     return PlanCounts.of(open_scene(f"train-{FIRST_SEED + n}") for n in range(homes))
+
+
+def _found(scene: Scene) -> dict[str, set[str]]:
+    """By room the categories that stand in it."""
+    found = {room.name: set[str]() for room in scene.rooms}
+    for thing in scene.objects:
+        room = room_at(scene, *thing.position_m[:2])
+        if room is not None:
+            found[room.name].add(thing.category)
+    return found
+
+
+def _doors(scene: Scene) -> dict[str, set[str]]:
+    """By room those that a door of it leads to."""
+    leads = {room.name: set[str]() for room in scene.rooms}
+    for door in scene.doors:
+        (x0, y0), (x1, y1) = door.start, door.end
+        wide_m = math.dist(door.start, door.end)
+        x, y = (x0 + x1) / 2, (y0 + y1) / 2
+        ahead_x, ahead_y = (y0 - y1) / wide_m * STRIDE_M, (x1 - x0) / wide_m * STRIDE_M
+        sides = [room_at(scene, x + s * ahead_x, y + s * ahead_y) for s in (-1, 1)]
+        if sides[0] is not None and sides[1] is not None:
+            leads[sides[0].name].add(sides[1].name)
+            leads[sides[1].name].add(sides[0].name)
+    return leads
 
 
 def _space(scene: Scene) -> FreeSpace:

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.expert_bench.view_questions import Floats, Indices, ViewQuestions
-from runtime.core.types import Mask
 
 LAPLACE = 1.0
 """Answers of each kind that are taken to be counted already."""
-EVERY = slice(None)
 LIKENESS_SCALE = 0.05
 """Cosine of two names at which one tells e times less of the other."""
 
@@ -24,12 +22,12 @@ class RoomTable:
     share: NDArray[np.float64]
 
     @classmethod
-    def fit(cls, questions: ViewQuestions, rows: Mask | slice = EVERY) -> "RoomTable":
-        """Counted over homes, rooms as the detector's head has them: each question in all room
-        types, by their probabilities; of some `rows` only."""
-        rooms, asked_about = _probabilities(questions.sights.rooms[rows]), questions.asked[rows]
-        found = rooms.T @ (asked_about & questions.true[rows]).astype(np.float64)
-        asked = rooms.T @ asked_about.astype(np.float64)
+    def fit(cls, questions: ViewQuestions) -> "RoomTable":
+        """Counted over train homes, rooms as the detector's head has them: each question in all
+        room types, by their probabilities."""
+        rooms = _probabilities(questions.sights.rooms)
+        found = rooms.T @ (questions.asked & questions.true).astype(np.float64)
+        asked = rooms.T @ questions.asked.astype(np.float64)
         return cls((found + LAPLACE) / (asked + 2 * LAPLACE))
 
     def guessing(self, never: Sequence[int], name_rows: Floats) -> "RoomTable":

@@ -10,14 +10,14 @@ KINDS = ("language", "head", "embedding")
 @dataclass(frozen=True)
 class ScenePlan:
     """What is measured: `views` of held-out homes, of which `most` a home are drawn, against a
-    table of the homes in `counted`, else of the other held-out homes, and against the truth with
-    the counts of the `plans` of so many train homes; a folder of `photographs`, the `sides` of a
+    table of the homes in `counted`, else of the `plans` of so many train homes, which who knows the
+    truth has counted, too; a folder of `photographs`, the `sides` of a
     `bank`, where there are any; of each of the `kinds`."""
 
     views: Path
     counted: Path | None
     most: int
-    plans: int = 200
+    plans: int
     photographs: Path | None = None
     bank: Path | None = None
     sides: tuple[str, ...] = ()

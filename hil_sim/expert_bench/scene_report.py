@@ -34,7 +34,7 @@ READING = (
     "bold where the interval leaves out 0. Areas under the ROC curve are means over the names with "
     f"{LEAST} answers of each kind; pooled: all their questions at once. `beyond`: one within "
     f"{BEYOND_M:g} m of walking from the frontier, through what the map does not know, and not in "
-    f"view; what is on the map is not asked about. `{TABLE}`: how often other homes have the thing "
+    f"view; what is on the map is not asked about. `{TABLE}`: how often a train home has the thing "
     "beyond, or in view, by the room type that the detector's head sees; it has counted all names, "
     "those never taught too; guessing: it has not, and takes for them what names alike have. "
     f"`{PRIOR}`: the unknown area behind a frontier, which all experts' votes weigh in. "

@@ -42,11 +42,19 @@ class Beholder(Protocol):
 
 @dataclass(frozen=True)
 class Counted:
-    """Of what homes things were counted, by those that the expert is compared with: `views` of
-    train homes, else of all other homes that are asked about; `plans` of train homes."""
+    """How things were counted in train homes, for those that the expert is compared with: in their
+    `plans`, and in `views` of them, where there are any."""
 
     views: ViewBank | None
     plans: PlanCounts
+
+    def table(self, about: About) -> RoomTable:
+        """How often a thing is beyond a view, or in it, by the room that is seen: as views have it,
+        else plans, by which what is beyond is in the same room or next door."""
+        if self.views is not None:
+            views = self.views
+            return RoomTable.fit(views.beyond if about == "beyond" else views.in_view)
+        return RoomTable(self.plans.nearby if about == "beyond" else self.plans.share)
 
 
 @dataclass(frozen=True)
@@ -89,18 +97,19 @@ def judge_views(
     them that were never trained."""
     areas, asked, ways = {}, {}, {}
     new = [k for k, name in enumerate(LABELLED) if name in never]
-    train = counted.views
-    kinds: tuple[tuple[About, ViewQuestions, ViewQuestions | None], ...] = (
-        ("beyond", views.beyond, train.beyond if train else None),
-        ("view", views.in_view, train.in_view if train else None),
+    kinds: tuple[tuple[About, ViewQuestions], ...] = (
+        ("beyond", views.beyond),
+        ("view", views.in_view),
     )
-    for about, questions, by in kinds:
-        names = enough(questions)
+    for about, questions in kinds:
+        names, table = enough(questions), counted.table(about)
         scores = {
             kind: _whole(b.evidence(about, questions.sights, [LABELLED[k] for k in names]), names)
             for kind, b in beholders.items()
         }
-        scores[TABLE], scores[GUESSING] = _tables(questions, by, new, name_rows)
+        every, rooms = np.arange(len(LABELLED)), questions.sights.rooms
+        scores[TABLE] = table.score(rooms, every)
+        scores[GUESSING] = table.guessing(new, name_rows).score(rooms, every)
         if about == "beyond":
             scores[PRIOR] = prior_scores(views.ways.unknown_m2)
             room_m2 = views.ways.room_m2.astype(np.float64)
@@ -121,22 +130,6 @@ def enough(questions: ViewQuestions) -> Indices:
     yes = (questions.asked & questions.true).sum(axis=0)
     no = (questions.asked & ~questions.true).sum(axis=0)
     return np.flatnonzero(np.minimum(yes, no) >= LEAST)
-
-
-def _tables(
-    questions: ViewQuestions, by: ViewQuestions | None, new: Sequence[int], name_rows: Floats
-) -> tuple[Floats, Floats]:
-    """(N, C) of the table of rooms, and of the one that guesses `new` names: counted in train
-    homes, else, for each home, in all the others."""
-    every, rooms, home = np.arange(len(LABELLED)), questions.sights.rooms, questions.sights.home
-    known, guessed = np.zeros((2, len(home), len(LABELLED)))
-    homes = np.array(home)
-    for one in ("",) if by is not None else sorted(set(home)):
-        own = homes == one if one else np.ones(len(homes), bool)
-        table = RoomTable.fit(questions, ~own) if by is None else RoomTable.fit(by)
-        known[own] = table.score(rooms[own], every)
-        guessed[own] = table.guessing(new, name_rows).score(rooms[own], every)
-    return known, guessed
 
 
 def _whole(evidence: Floats, names: Indices) -> Floats:

@@ -23,11 +23,20 @@ def with_kitchen() -> Scene:
 
 def test_rooms_with_a_thing_are_counted() -> None:
     counts = PlanCounts.of([scene(), with_kitchen()])
-    assert counts.homes == 2
     # 5 bedrooms, of which 4 have a bed and 1 the toilet; 1 kitchen, which has the other
     assert counts.share[BEDROOM, BED] == pytest.approx((4 + LAPLACE) / (5 + 2 * LAPLACE))
     assert counts.share[BEDROOM, TOILET] == pytest.approx((1 + LAPLACE) / (5 + 2 * LAPLACE))
     assert counts.share[KITCHEN, TOILET] == pytest.approx((1 + LAPLACE) / (1 + 2 * LAPLACE))
+
+
+def test_what_is_next_door_is_nearby() -> None:
+    counts = PlanCounts.of([with_kitchen()])
+    # two bedrooms with a bed in a row, a kitchen with a toilet behind the second
+    bedrooms, kitchens = 2 + 2 * LAPLACE, 1 + 2 * LAPLACE
+    assert counts.nearby[BEDROOM, BED] == pytest.approx((2 + LAPLACE) / bedrooms)
+    assert counts.nearby[BEDROOM, TOILET] == pytest.approx((1 + LAPLACE) / bedrooms)
+    assert counts.nearby[KITCHEN, BED] == pytest.approx((1 + LAPLACE) / kitchens)
+    assert counts.nearby[KITCHEN, MUG] == pytest.approx(LAPLACE / kitchens)
 
 
 def test_floor_is_what_a_body_can_stand_on() -> None:
@@ -39,7 +48,7 @@ def test_floor_is_what_a_body_can_stand_on() -> None:
 
 def test_two_rooms_have_it_more_likely_than_one_and_half_a_room_less() -> None:
     share = np.full((len(ROOM_TYPES), len(LABELLED)), 0.5)
-    counts = PlanCounts(share, np.full(len(ROOM_TYPES), 8.0), 1)
+    counts = PlanCounts(share, share, np.full(len(ROOM_TYPES), 8.0))
     room_m2 = np.zeros((3, len(ROOM_TYPES)))
     room_m2[0, BEDROOM] = room_m2[1, [BEDROOM, KITCHEN]] = 8.0
     room_m2[2, BEDROOM] = 4.0
@@ -59,5 +68,4 @@ def test_a_sliver_of_a_room_does_not_lie_there() -> None:
 
 def test_plans_of_train_homes_say_where_beds_are() -> None:
     counts = count_plans(3)
-    assert counts.homes == 3
     assert counts.share[BEDROOM, BED] > 0.8 > 0.3 > counts.share[KITCHEN, BED]
