@@ -49,11 +49,8 @@ def measure(
                 f"{folder}: seen by another detector than the one whose features the scene-layout "
                 "expert was taught; make the views anew: hil-sim beyond"
             )
+    timed = load_views(plan.views).beyond.sights if plan.most else views.beyond.sights
     pictures = load_photographs(plan.photographs) if plan.photographs else None
-    counted = Counted(train, count_plans(plan.plans))
-    table = judge_views(
-        views, counted, beholders, embed(list(LABELLED)), never, pictures, plan.seed
-    )
     banks = {side: load_bank(plan.bank, side) for side in plan.sides} if plan.bank else {}
     judged: dict[str, dict[str, SceneRows]] = {side: {} for side in banks}
     seconds = {}
@@ -61,10 +58,14 @@ def measure(
         own = f'research.scene_layout="{kind}"', f"models.threads={THREADS}"
         settings = (*plan.settings, *own)
         with opened(settings) as voters:
-            seconds[kind] = time_votes(views.beyond.sights, kind, settings, voters, SystemClock())
+            seconds[kind] = time_votes(timed, kind, settings, voters, SystemClock())
             for side, bank in banks.items():
                 voters.warm(bank)
                 judged[side][kind] = judge_scene(bank, settings, voters, plan.seed)
+    counted = Counted(train, count_plans(plan.plans))
+    table = judge_views(
+        views, counted, beholders, embed(list(LABELLED)), never, pictures, plan.seed
+    )
     sides = {
         side: SideRows(bank, judged[side], prior_insight(bank)) for side, bank in banks.items()
     }
