@@ -14,6 +14,11 @@ COMMANDS = {
         "beyond_command",
         "What is seen toward frontiers, and what truly lies behind them.",
     ),
+    "counts": (
+        "hil_sim.commands.counts",
+        "counts_command",
+        "Count what stands in which room, and what near what.",
+    ),
     "decisions": (
         "hil_sim.commands.decisions",
         "decisions_command",
