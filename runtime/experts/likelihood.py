@@ -6,7 +6,18 @@ from dataclasses import dataclass, field
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Missing, Vote
 from runtime.core.voting import likelihood_experts
-from runtime.core.voting.likelihood_experts import OBJECTS, ROOMS, Doors, ExpertConfig, Topic
+from runtime.core.voting.likelihood_experts import (
+    OBJECTS,
+    ROOMS,
+    Doors,
+    Evidence,
+    ExpertConfig,
+    Topic,
+    averaged,
+    object_evidence,
+    room_evidence,
+)
+from runtime.experts.counts import CountExperts
 from runtime.experts.panel import Expert
 from runtime.experts.scorer import Scorer
 
@@ -46,18 +57,28 @@ class LikelihoodExperts:
         """Score objects that are on the map by now, in the background."""
         self.scorer.warm(likelihood_experts.questions(OBJECTS, goal, names))
 
-    def experts(self, cfg: ExpertConfig) -> dict[str, Expert]:
-        """The experts that it can answer for, by name."""
+    def experts(self, cfg: ExpertConfig, counts: CountExperts | None = None) -> dict[str, Expert]:
+        """The experts that it can answer for, by name; together with `counts`, where there are."""
+
+        def beside(brief: Brief) -> tuple[Evidence, Evidence]:
+            return counts.evidence(brief) if counts is not None else ({}, {})
 
         def objects(told: _Affinities, brief: Brief, by: Deadline) -> Vote | Missing:
-            return likelihood_experts.vote_objects(brief, told.near(), cfg)
+            return likelihood_experts.vote_objects(brief, told.near(), cfg, beside(brief)[0])
 
         def rooms(told: _Affinities, brief: Brief, by: Deadline) -> Vote | Missing:
-            return likelihood_experts.vote_rooms(brief, told.around(), cfg, self.doors(by))
+            around, doors = told.around(), self.doors(by)
+            return likelihood_experts.vote_rooms(brief, around, cfg, doors, beside(brief)[1])
 
         def both(told: _Affinities, brief: Brief, by: Deadline) -> Vote | Missing:
             near, around = told.near(), told.around()
-            return likelihood_experts.vote_both(brief, near, around, cfg, self.doors(by))
+            counted = beside(brief)
+            return likelihood_experts.vote_both(
+                brief,
+                averaged(object_evidence(brief, near), counted[0]),
+                averaged(room_evidence(brief, around, self.doors(by)), counted[1]),
+                cfg,
+            )
 
         return {name: self._expert(f) for name, f in
                 (("o2f", objects), ("r2f", rooms), ("both", both))}  # fmt: skip

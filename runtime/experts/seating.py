@@ -12,6 +12,7 @@ from runtime.core.voting import likelihood_experts
 from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
 from runtime.core.voting.sight_experts import HEAD, LANGUAGE
 from runtime.experts.cloud import RUNG, Bill, Cloud
+from runtime.experts.counts import CountExperts
 from runtime.experts.fallback import Rung, with_fallback
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert
@@ -20,6 +21,8 @@ from runtime.experts.scene_layout import SceneLayoutExperts
 
 LOCAL: Final = "local"
 EMBEDDING: Final = "embedding"
+COUNTS: Final = "counts"
+TOGETHER: Final = "local+counts"
 LOCAL_SHARE = 0.6
 """Of the time left, that a model on the robot has while another rung is below it."""
 CLOUD_SHARE = 0.85
@@ -42,6 +45,7 @@ class Seating:
     language: str
     likeness: Callable[[Brief], Mapping[int, float]]
     by_embedding: LikelihoodExperts  # the text encoder, the last rung
+    by_count: CountExperts | None = None  # what was counted in homes
     by_likelihood: LikelihoodExperts | None = None  # a small language model
     reasoner: Reasoner | None = None  # a large one
     vision: Reasoner | None = None  # one that sees
@@ -93,7 +97,7 @@ class Seating:
     def rung(self) -> str:
         """Which model answers the experts of words: that of the lowest rung any came down to."""
         found = {rung for name, (_, rung) in self.answered.copy().items() if name != "sle"}
-        lowest = next((r for r in (EMBEDDING, RUNG) if r in found), LOCAL)
+        lowest = next((r for r in (EMBEDDING, COUNTS, RUNG) if r in found), LOCAL)
         return self.language if lowest == LOCAL else lowest
 
     def health(self) -> dict[str, object]:
@@ -141,6 +145,7 @@ class Seating:
     def experts(self, names: Sequence[str], cfg: ExpertConfig) -> dict[str, Expert]:
         """Those of these names, as `cfg` has them vote."""
         local, below = self._local(cfg), self.by_embedding.experts(cfg)
+        counted = self._counted(cfg)
         below["sle"] = lambda brief, by: likelihood_experts.vote_scene(
             brief, self.likeness(brief), cfg
         )
@@ -151,6 +156,9 @@ class Seating:
             name: [*self._rungs(name, first, taught.get(name, [])), Rung(EMBEDDING, below[name])]
             for name, first in rungs.items()
         }
+        for name, rung in counted.items():
+            if name in found:
+                found[name].insert(0 if cfg.words == COUNTS else -1, rung)
         return {n: self._noting(n, with_fallback(n, each)) for n, each in found.items()}
 
     def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
@@ -188,6 +196,11 @@ class Seating:
             return [head]
         return [Rung(LANGUAGE, layout.language(cfg), share, layout.ready), head]
 
+    def _counted(self, cfg: ExpertConfig) -> dict[str, Rung]:
+        """By what was counted: above all others where it is to be, else above the text encoder."""
+        experts = self.by_count.experts(cfg) if self.by_count is not None else {}
+        return {name: Rung(COUNTS, ask) for name, ask in experts.items()}
+
     def _share(self) -> float:
         return LOCAL_SHARE if self.cloud is None else self.cloud.cfg.local_share
 
@@ -201,8 +214,10 @@ class Seating:
             def ready(by: Deadline) -> bool:
                 return math.isinf(by.at_s) or not scorer.stuck
 
-            for name, ask in self.by_likelihood.experts(cfg).items():
-                table[name] = Rung(LOCAL, ask, share, ready)
+            beside = self.by_count if cfg.words == "both" else None
+            asked = self.by_likelihood.experts(cfg, beside)
+            for name, ask in asked.items():
+                table[name] = Rung(TOGETHER if beside else LOCAL, ask, share, ready)
         if self.reasoner is not None:
             for name in ("o2f", "r2f", "both"):
                 table[name] = Rung(LOCAL, self.reasoner.expert(name), share, self.reasoner.ready)

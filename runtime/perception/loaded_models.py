@@ -20,6 +20,7 @@ from runtime.core.types import F32, F64, U8, Ballot, Brief, Detections, Vote
 from runtime.core.voting import consensus, likelihood_experts
 from runtime.errors import ConfigError
 from runtime.experts.cloud import Bill, Cloud
+from runtime.experts.counts import CountExperts
 from runtime.experts.likelihood import LikelihoodExperts
 from runtime.experts.panel import Expert, Panel
 from runtime.experts.reasoner import Reasoner
@@ -28,6 +29,7 @@ from runtime.experts.score_cache import ScoreFile, default_path
 from runtime.experts.scorer import Scorer, Similarity
 from runtime.experts.seating import EMBEDDING, Seating, Unseated
 from runtime.log import say
+from runtime.perception.counted import seat_counts
 from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
 from runtime.perception.heard_goal import hear, hear_each, with_labels, words_of
@@ -144,6 +146,7 @@ class LoadedModels:
         models = self._models
         below = Scorer([(EMBEDDING, Similarity(self._encoder))], self._clock)
         seating = Seating(models.language, self._likeness, LikelihoodExperts(below, self._spoken))
+        seating.by_count = self.counted()
         seating.cloud = self._cloud
         if models.vision:
             seating.vision = self._reason(_open_vision(models), sees=True)
@@ -236,6 +239,11 @@ class LoadedModels:
             self._noted = seating.layout_note
             say(self._noted)
         return seats
+
+    @models_told()
+    def counted(self) -> CountExperts:
+        """The experts by what was counted in homes, whoever else is seated."""
+        return seat_counts(self._encoder.embed)
 
     def _open_layout(self) -> SceneLayoutExperts | Unseated:
         return seat_layout(

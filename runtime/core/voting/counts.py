@@ -9,9 +9,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import fmean
 
-from runtime.core.voting.likelihood_experts import Doors, spoken_room
+from runtime.core.types import Brief
+from runtime.core.voting.likelihood_experts import Doors, Evidence, object_evidence
 
 Table = Mapping[str, Mapping[str, float]]
+SURENESS = 0.5
+"""Of a nat that was counted, what is believed of a frontier: what is round it was seen, and the
+goal was not there."""
+HERE, IN_PASSING = 0.8, 0.2
+"""Of what is expected behind a frontier, what is of the room it is in, and of a hallway it is in;
+the rest is of the rooms that doors of such a room lead to."""
+PASSAGES = frozenset({"hallway"})
 PSEUDO_ROOMS = 1.0
 """Rooms with, and as many without, the thing that are taken to be counted already."""
 PSEUDO_THINGS = 5.0
@@ -50,7 +58,7 @@ class CountTable:
     def of(cls, counts: Sequence[Count]) -> "CountTable":
         """All counts with equal weight, each for the rooms and things that it has."""
         return cls(
-            _mean([_rates(count) for count in counts]),
+            _levelled([_rates(count) for count in counts]),
             _mean([_lifts(count) for count in counts]),
             _mean([_shares(count.doors) for count in counts if count.doors]),
         )
@@ -94,25 +102,43 @@ class CountTable:
             },
         )
 
-    def by_object(self, goal: str) -> dict[str, float]:
-        """Nats by thing near, as `object_evidence` takes them."""
-        return {thing: math.log(lift) for thing, lift in self.near(goal).items()}
-
-    def by_room(self, goal: str) -> dict[str, float]:
-        """Nats by room type, as `room_evidence` takes them: against the mean of all types."""
+    def beyond(self, goal: str) -> dict[str, float]:
+        """How many times likelier one is behind a frontier in a room of each type than behind any:
+        in that room, or in those that its doors lead to; {} of what was never counted."""
         rates = self.in_room(goal)
         if not rates:
             return {}
         mean = fmean(rates.values())
-        return {spoken_room(room): math.log(rate / mean) for room, rate in rates.items()}
+        found = {}
+        for room, rate in rates.items():
+            here = IN_PASSING if room in PASSAGES else HERE
+            behind = self.doors.get(room, {room: 1.0})
+            led_to = math.fsum(p * rates.get(other, mean) for other, p in behind.items())
+            found[room] = (here * rate + (1.0 - here) * led_to) / mean
+        return found
 
-    @property
-    def spoken_doors(self) -> Doors:
-        """What doors lead to, by room types as `room_evidence` has them."""
-        return {
-            spoken_room(room): {spoken_room(other): p for other, p in row.items()}
-            for room, row in self.doors.items()
-        }
+
+def object_nats(brief: Brief, lifts: Mapping[str, float]) -> Evidence:
+    """O2F's evidence by counts; `lifts`: `CountTable.near` of the goal."""
+    nats = {thing: math.log(lift) for thing, lift in lifts.items()}
+    return _sobered(object_evidence(brief, nats))
+
+
+def room_nats(brief: Brief, lifts: Mapping[str, float]) -> Evidence:
+    """R2F's: the mean over what rooms a frontier may be in; `lifts`: `CountTable.beyond` of the
+    goal."""
+    evidence: Evidence = {}
+    for frontier in brief.frontiers:
+        known = [(p, name) for name, p in frontier.rooms if name in lifts]
+        total = math.fsum(p for p, _ in known)
+        if total > 0:
+            likely = math.fsum(p * lifts[name] for p, name in known) / total
+            evidence[frontier.id] = math.log(likely), max(known)[1]
+    return _sobered(evidence)
+
+
+def _sobered(evidence: Evidence) -> Evidence:
+    return {id: (SURENESS * nats, told) for id, (nats, told) in evidence.items()}
 
 
 def _rates(count: Count) -> Table:
@@ -146,6 +172,21 @@ def _shares(rows: Mapping[str, Mapping[str, int]]) -> Table:
         for name, row in rows.items()
         if (total := sum(row.values()))
     }
+
+
+def _levelled(tables: Sequence[Table]) -> Table:
+    """Their mean, each thing brought to one level first, over the rooms that all have: a set that
+    lacks some types of rooms must not lift or lower those that it has."""
+    found: dict[str, Mapping[str, float]] = {}
+    for name in dict.fromkeys(name for table in tables for name in table):
+        rows = [table[name] for table in tables if name in table]
+        shared = [room for room in rows[0] if all(room in row for row in rows)]
+        levels = [fmean(row[room] for room in shared) for row in rows]
+        level = fmean(levels)
+        even = [({room: rate * level / own for room, rate in row.items()}, 1.0)
+                for row, own in zip(rows, levels, strict=True)]  # fmt: skip
+        found[name] = {room: min(1.0, rate) for room, rate in _blend(even).items()}
+    return found
 
 
 def _mean(tables: Sequence[Table]) -> Table:
@@ -186,13 +227,3 @@ def _stand_ins(likeness: Mapping[str, float]) -> tuple[dict[str, float], float]:
     total = math.fsum(kept.values())
     trust = min(1.0, max(0.0, (best - STRANGE) / (SAME - STRANGE)))
     return {name: weight / total for name, weight in kept.items()}, trust
-
-
-def together(one: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
-    """The mean of two kinds of evidence, nats, where both have some; else what there is."""
-    return _blend([(one, 1.0), (other, 1.0)])
-
-
-def doors_together(one: Doors, other: Doors) -> Doors:
-    """The same of what doors lead to."""
-    return _mean([one, other])

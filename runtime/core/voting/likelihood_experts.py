@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import Literal
+from typing import Final, Literal
 
 from runtime.core.keys import key
 from runtime.core.types import Absence, Brief, Missing, Vote
@@ -24,6 +24,7 @@ DOOR_WEIGHT = 0.7  # of what a doorway seems to lead to, against the room it is 
 
 
 SceneRung = Literal["head", "language", "embedding"]
+WordEvidence = Literal["language", "counts", "both"]
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,12 @@ class ExpertConfig:
         'beyond, "head", or "language", which shows the view to the language model; "embedding": '
         "by its likeness to the goal's place, of which it was taught nothing.",
         research="scene_layout",
+    )
+    words: WordEvidence = key(
+        "language",
+        'What tells O2F and R2F where things are: a "language" model, or "counts" of what stands '
+        'where in homes; "both": the mean of what a model that scores words and counts say.',
+        research="word_evidence",
     )
     doubt: float = key(
         0.0, "A frontier of n is voted against when it is doubt / n or less; see `consensus_veto`.",
@@ -78,6 +85,9 @@ class Topic:
 Doors = Mapping[str, Mapping[str, float]]
 """By room type: what a door of it leads to."""
 NO_DOORS: Doors = {}
+Evidence = dict[int, tuple[float, str]]
+"""Nats, and what they come from, by frontier."""
+NOTHING: Final[Mapping[int, tuple[float, str]]] = {}
 REFERENCES = ("bed", "sofa", "table", "toilet", "refrigerator", "lamp", "desk", "plant")
 OBJECTS = Topic(
     (
@@ -160,23 +170,43 @@ def behind(rooms: Sequence[str], answers: Mapping[LikelihoodQuestion, float]) ->
     return {r: {o: math.exp(nats[r, o]) / total[r] for o in rooms if o != r} for r in rooms}
 
 
-def vote_objects(brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig) -> Vote | Missing:
-    """O2F: which frontiers do the objects near them recommend?"""
-    return vote_where_known("o2f", brief, object_evidence(brief, affinity), cfg)
+def vote_objects(
+    brief: Brief,
+    affinity: Mapping[str, float],
+    cfg: ExpertConfig,
+    beside: Mapping[int, tuple[float, str]] = NOTHING,
+) -> Vote | Missing:
+    """O2F: which frontiers do the objects near them recommend? `beside`: evidence of another kind,
+    which is averaged with it."""
+    return vote_where_known("o2f", brief, averaged(object_evidence(brief, affinity), beside), cfg)
 
 
 def vote_rooms(
-    brief: Brief, affinity: Mapping[str, float], cfg: ExpertConfig, doors: Doors = NO_DOORS
+    brief: Brief,
+    affinity: Mapping[str, float],
+    cfg: ExpertConfig,
+    doors: Doors = NO_DOORS,
+    beside: Mapping[int, tuple[float, str]] = NOTHING,
 ) -> Vote | Missing:
     """R2F: which frontiers do their room types, and what doors seem to lead to, recommend?"""
-    return vote_where_known("r2f", brief, room_evidence(brief, affinity, doors), cfg)
+    evidence = averaged(room_evidence(brief, affinity, doors), beside)
+    return vote_where_known("r2f", brief, evidence, cfg)
 
 
-def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tuple[float, str]]:
+def averaged(one: Evidence, other: Mapping[int, tuple[float, str]]) -> Evidence:
+    """The mean of two kinds of evidence of frontiers that both have some for; else what there is.
+    What it comes from is told as the first has it."""
+    found = {**other, **one}
+    for id in one.keys() & other.keys():
+        found[id] = (one[id][0] + other[id][0]) / 2, one[id][1]
+    return found
+
+
+def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> Evidence:
     """Nats and the objects behind them, by frontier. The goal is with one of the objects nearest to
     it or with none (`prior_weight`): a mixture, so that one telling object is not drowned by many
     that say nothing. Weights fall with the distance on foot and rise with confidence."""
-    evidence: dict[int, tuple[float, str]] = {}
+    evidence: Evidence = {}
     for frontier in brief.frontiers:
         weights = [
             (o.confidence * math.exp(-o.distance_m / OBJECT_DECAY_M), o.name)
@@ -194,16 +224,14 @@ def object_evidence(brief: Brief, affinity: Mapping[str, float]) -> dict[int, tu
     return evidence
 
 
-def room_evidence(
-    brief: Brief, affinity: Mapping[str, float], doors: Doors
-) -> dict[int, tuple[float, str]]:
+def room_evidence(brief: Brief, affinity: Mapping[str, float], doors: Doors) -> Evidence:
     """Nats and the likeliest room type, by frontier; a doorway also has what is behind it."""
     beyond = {
         room: sum(p * affinity[other] for other, p in others.items())
         for room, others in doors.items()
         if all(other in affinity for other in others)
     }
-    evidence: dict[int, tuple[float, str]] = {}
+    evidence: Evidence = {}
     for frontier in brief.frontiers:
         spoken = [(p, spoken_room(name), name) for name, p in frontier.rooms]
         known = [(p, room, name) for p, room, name in spoken if room in affinity]
@@ -227,16 +255,8 @@ def vote_scene(brief: Brief, likeness: Mapping[int, float], cfg: ExpertConfig) -
     return recommend("sle", brief, evidence, dict.fromkeys(evidence, VIEW), cfg)
 
 
-def vote_both(
-    brief: Brief,
-    by_object: Mapping[str, float],
-    by_room: Mapping[str, float],
-    cfg: ExpertConfig,
-    doors: Doors = NO_DOORS,
-) -> Vote | Missing:
+def vote_both(brief: Brief, near: Evidence, around: Evidence, cfg: ExpertConfig) -> Vote | Missing:
     """One expert in place of two, to compare with: objects' and rooms' evidence added up."""
-    near = object_evidence(brief, by_object)
-    around = room_evidence(brief, by_room, doors)
     ids = sorted({*near, *around})
     evidence = {i: near.get(i, (0.0, ""))[0] + around.get(i, (0.0, ""))[0] for i in ids}
     told = {i: ", ".join(v[i][1] for v in (near, around) if i in v) for i in ids}

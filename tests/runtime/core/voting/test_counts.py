@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.types import Brief, FrontierBrief, NearbyObject, Vote
-from runtime.core.voting.counts import Count, CountTable, doors_together, together
-from runtime.core.voting.likelihood_experts import ExpertConfig, vote_objects, vote_rooms
+from runtime.core.types import Brief, FrontierBrief, NearbyObject
+from runtime.core.voting.counts import Count, CountTable, object_nats, room_nats
 
 PUBLIC = Count(
     rooms={"kitchen": 30, "bathroom": 30},
@@ -36,9 +35,10 @@ def frontiers(*near: str) -> tuple[FrontierBrief, ...]:
 
 def test_a_room_counts_for_what_stands_in_it() -> None:
     rates = TABLE.in_room("mug")
-    assert rates["kitchen"] == pytest.approx((31 / 32 + 6 / 12) / 2), "the mean of both sets"
-    assert rates["bathroom"] == pytest.approx(1 / 32)
-    assert rates["study"] == pytest.approx(6 / 12)
+    level = (31 / 32 + 6 / 12) / 2
+    assert rates["kitchen"] == pytest.approx(level), "the mean of both sets"
+    assert rates["study"] == pytest.approx(level), "as often as in kitchens, where both are known"
+    assert rates["bathroom"] == pytest.approx(1 / 32 * level / (31 / 32))
     assert TABLE.in_room("guitar") == {}
 
 
@@ -53,22 +53,45 @@ def test_likelier_near_what_has_it_near() -> None:
     assert lifts["desk"] > 1 > lifts["mug"]
 
 
-def test_counts_vote_as_words_do() -> None:
+def test_evidence_is_for_what_is_near_and_for_the_room() -> None:
     told = Brief("mug", 0, frontiers("desk", "towel"))
-    by_object = vote_objects(told, TABLE.by_object("mug"), ExpertConfig())
-    by_room = vote_rooms(told, TABLE.by_room("mug"), ExpertConfig(), TABLE.spoken_doors)
-    assert isinstance(by_object, Vote)
-    assert by_object.frontiers == (1,)
-    assert isinstance(by_room, Vote)
-    assert by_room.frontiers == (1,)
+    near, around = object_nats(told, TABLE.near("mug")), room_nats(told, TABLE.beyond("mug"))
+    assert near[1][0] > 0 > near[2][0]
+    assert near[1][1] == "desk"
+    assert around[1][0] > 0 > around[2][0]
+    assert around[1][1] == "kitchen"
+    assert object_nats(told, {}) == {}
+    assert room_nats(told, {}) == {}
 
 
-def test_rooms_are_called_as_the_experts_call_them() -> None:
-    assert set(TABLE.by_room("desk")) == {"kitchen", "home office"}
-    assert TABLE.spoken_doors == {
-        "kitchen": {"home office": 0.75, "kitchen": 0.25},
-        "home office": {"kitchen": 1.0},
-    }
+def test_a_frontier_may_lie_in_several_rooms() -> None:
+    def told(kitchen: float) -> float:
+        rooms = (("kitchen", kitchen), ("bathroom", 1.0 - kitchen))
+        brief = Brief("mug", 0, (FrontierBrief(1, 1.0, (), rooms),))
+        return room_nats(brief, TABLE.beyond("mug"))[1][0]
+
+    assert told(1.0) > told(0.5) > told(0.0)
+    nowhere = Brief("mug", 0, (FrontierBrief(1, 1.0, (), (("garage", 1.0),)),))
+    assert room_nats(nowhere, TABLE.beyond("mug")) == {}
+
+
+def test_a_hallway_is_what_its_doors_lead_to() -> None:
+    rooms = dict.fromkeys(("kitchen", "bathroom", "hallway"), 98)
+    count = Count(
+        rooms=rooms,
+        holding={"mug": {"kitchen": 97, "bathroom": 0, "hallway": 0}},
+        things={"mug": 97},
+        beside={"mug": {}},
+        doors={"hallway": {"kitchen": 3, "bathroom": 1}, "bathroom": {"hallway": 1}},
+    )
+    table = CountTable.of([count])
+    beyond, rate = table.beyond("mug"), table.in_room("mug")
+    mean = sum(rate.values()) / 3
+    led_to = 0.75 * rate["kitchen"] + 0.25 * rate["bathroom"]
+    assert beyond["hallway"] == pytest.approx((0.2 * rate["hallway"] + 0.8 * led_to) / mean)
+    assert beyond["bathroom"] == pytest.approx(rate["bathroom"] / mean), "both have next to none"
+    assert beyond["kitchen"] == pytest.approx(rate["kitchen"] / mean), "whose doors nobody counted"
+    assert table.beyond("guitar") == {}
 
 
 def test_a_name_alike_stands_in() -> None:
@@ -80,11 +103,11 @@ def test_a_name_alike_stands_in() -> None:
 
 
 def test_it_is_believed_the_less_the_stranger_it_is() -> None:
-    def nats(cosine: float) -> float:
+    def lift(cosine: float) -> float:
         known = TABLE.standing_in("cup", {"mug": cosine, "towel": 0.0})
-        return known.by_room("cup")["kitchen"]
+        return known.beyond("cup")["kitchen"]
 
-    assert nats(0.9) > nats(0.7) > nats(0.5) > 0
+    assert lift(0.9) > lift(0.7) > lift(0.5) > 1
     assert TABLE.standing_in("cup", {"mug": 0.3}) is TABLE
     assert TABLE.standing_in("cup", {}) is TABLE
 
@@ -105,7 +128,9 @@ def test_as_if_never_counted() -> None:
     st.dictionaries(st.sampled_from("abc"), st.integers(0, 20)),
     st.dictionaries(st.sampled_from("abc"), st.integers(0, 20)),
 )
-def test_nats_are_finite_and_lifts_average_out(near: dict[str, int], rooms: dict[str, int]) -> None:
+def test_lifts_are_finite_and_lifts_average_out(
+    near: dict[str, int], rooms: dict[str, int]
+) -> None:
     count = Count(
         rooms=dict.fromkeys("abc", 20),
         holding={"mug": rooms},
@@ -114,11 +139,6 @@ def test_nats_are_finite_and_lifts_average_out(near: dict[str, int], rooms: dict
         doors={},
     )
     table = CountTable.of([count])
-    assert all(math.isfinite(n) for n in table.by_room("mug").values())
+    assert all(0 < lift < math.inf for lift in table.beyond("mug").values())
     lifts = table.near("mug")
     assert not lifts or sum(lifts.values()) / len(lifts) == pytest.approx(1.0)
-
-
-def test_two_kinds_of_evidence_are_averaged_where_both_have_some() -> None:
-    assert together({"a": 1.0, "b": 2.0}, {"b": 4.0, "c": 5.0}) == {"a": 1.0, "b": 3.0, "c": 5.0}
-    assert doors_together({"a": {"b": 1.0}}, {}) == {"a": {"b": 1.0}}

@@ -16,6 +16,7 @@ from runtime.core.voting.likelihood_experts import (
     ExpertConfig,
     LikelihoodQuestion,
     affinities,
+    averaged,
     behind,
     door_questions,
     questions,
@@ -182,3 +183,15 @@ def test_a_doorway_is_judged_by_what_it_leads_to() -> None:
     assert isinstance(vote, Vote)
     assert vote.frontiers == (2,)
     assert "door of hallway" in vote.reason
+
+
+def test_evidence_of_another_kind_is_averaged_where_both_have_some() -> None:
+    told = brief(near(1, ("sink", 0.9, 0.5)), near(2, ("sofa", 0.9, 0.5)), near(3))
+    one = averaged({1: (2.0, "sink"), 2: (-1.0, "sofa")}, {1: (-4.0, "x"), 3: (1.0, "y")})
+    assert one == {1: (-1.0, "sink"), 2: (-1.0, "sofa"), 3: (1.0, "y")}
+    alone = vote_objects(told, {"sink": 3.0, "sofa": -2.0}, CFG)
+    beside = vote_objects(told, {"sink": 3.0, "sofa": -2.0}, CFG, {1: (-9.0, ""), 2: (9.0, "")})
+    assert isinstance(alone, Vote)
+    assert alone.frontiers == (1,)
+    assert isinstance(beside, Vote)
+    assert beside.frontiers == (2,)

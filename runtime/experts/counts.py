@@ -1,0 +1,73 @@
+"""O2F and R2F by what was counted in homes: no model is asked, and none is waited for."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+
+from runtime.clock import Deadline
+from runtime.core.types import Absence, Brief, Missing, Vote
+from runtime.core.voting import likelihood_experts
+from runtime.core.voting.counts import CountTable, object_nats, room_nats
+from runtime.core.voting.likelihood_experts import Evidence, ExpertConfig
+from runtime.experts.panel import Expert
+
+LEARNT = 300  # names beside those that were counted, after which it is begun anew
+
+
+@dataclass
+class CountExperts:
+    """A table, and how alike a name is to each that it has (cosines)."""
+
+    table: CountTable
+    likeness: Callable[[str], Mapping[str, float]]
+    _with: CountTable | None = None  # with names that others stand in for
+    _strange: set[str] = field(default_factory=set)  # for which none does
+    _beyond: dict[str, Mapping[str, float]] = field(default_factory=dict)  # by goal
+
+    def experts(self, cfg: ExpertConfig) -> dict[str, Expert]:
+        """The experts that it can answer for, by name."""
+
+        def ask(cast: Callable[[Brief, Evidence, Evidence], Vote | Missing]) -> Expert:
+            def expert(brief: Brief, by: Deadline) -> Vote | Missing:
+                near, around = self.evidence(brief)
+                if brief.goal in self._strange:
+                    return Missing("", Absence.NO_MODEL, f"never counted: {brief.goal}")
+                return cast(brief, near, around)
+
+            return expert
+
+        def objects(brief: Brief, near: Evidence, around: Evidence) -> Vote | Missing:
+            return likelihood_experts.vote_where_known("o2f", brief, near, cfg)
+
+        def rooms(brief: Brief, near: Evidence, around: Evidence) -> Vote | Missing:
+            return likelihood_experts.vote_where_known("r2f", brief, around, cfg)
+
+        def both(brief: Brief, near: Evidence, around: Evidence) -> Vote | Missing:
+            return likelihood_experts.vote_both(brief, near, around, cfg)
+
+        return {"o2f": ask(objects), "r2f": ask(rooms), "both": ask(both)}
+
+    def without(self, goal: str) -> "CountExperts":
+        """As if a goal had never been counted."""
+        return CountExperts(self.table.without(goal), self.likeness)
+
+    def evidence(self, brief: Brief) -> tuple[Evidence, Evidence]:
+        """By objects and by rooms; {} where nothing like the goal was counted."""
+        table = self._learn([brief.goal, *likelihood_experts.things_near(brief)])
+        if brief.goal not in self._beyond:
+            self._beyond[brief.goal] = table.beyond(brief.goal)
+        near = object_nats(brief, table.near(brief.goal))
+        return near, room_nats(brief, self._beyond[brief.goal])
+
+    def _learn(self, names: Iterable[str]) -> CountTable:
+        """The table with others standing in for names that were never counted."""
+        table = self._with or self.table
+        new = [n for n in names if n not in table.rates and n not in self._strange]
+        if len(table.rates) - len(self.table.rates) + len(self._strange) > LEARNT and new:
+            table, self._strange, self._beyond = self.table, set(), {}
+        for name in new:
+            grown = table.standing_in(name, self.likeness(name))
+            if grown is table:
+                self._strange.add(name)
+            table = grown
+        self._with = table
+        return table

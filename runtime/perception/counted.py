@@ -1,0 +1,30 @@
+"""The table of counts, opened for the experts, with the text encoder to tell which names are
+alike."""
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+
+from models.words.counts import load_counts
+from runtime.core.types import F32
+from runtime.core.voting.counts import Count, CountTable
+from runtime.experts.counts import CountExperts
+
+PHRASE = "{}, household item"
+"""How a name is put for the text encoder."""
+
+
+def seat_counts(embed: Callable[[Sequence[str]], F32]) -> CountExperts:
+    """Of the file that comes with the project. `embed`: texts -> (N, D) unit rows; asked only for
+    names that were never counted."""
+    table = CountTable.of([Count(*counted) for counted in load_counts()])
+    names = tuple(table.rates)
+
+    @cache
+    def rows() -> F32:
+        return embed([PHRASE.format(name) for name in names])
+
+    def likeness(name: str) -> Mapping[str, float]:
+        cosines = rows() @ embed([PHRASE.format(name)])[0]
+        return dict(zip(names, cosines.tolist(), strict=True))
+
+    return CountExperts(table, likeness)
