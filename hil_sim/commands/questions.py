@@ -31,6 +31,8 @@ from runtime.errors import RfNavError
               show_default=True, help="Half that is judged; none only makes the bank.")  # fmt: skip
 @click.option("--set", "settings", multiple=True, metavar="KEY=VALUE", help="Of the runtime.")
 @click.option("--quick", is_flag=True, help="Not perturbed: the main table only, in seconds.")
+@click.option("--evidence", is_flag=True,
+              help="Judge kinds of evidence, and pairs of them, in place of methods.")  # fmt: skip
 @click.option("--out", type=click.Path(path_type=Path), help="Put the tables into this document.")
 @click.option("--json", "json_file", type=click.Path(path_type=Path), help="All figures as JSON.")
 @click.option("--seed", default=0, show_default=True, type=click.IntRange(0),
@@ -57,9 +59,9 @@ from runtime.errors import RfNavError
               help="Compose what experts are told anew, from maps that were kept.")  # fmt: skip
 def questions_command(
     folder: Path | None, homes: int, side: str, settings: tuple[str, ...], quick: bool,
-    out: Path | None, json_file: Path | None, seed: int, workers: int, expert: str | None,
-    views: Path | None, counted: Path | None, plans: int, photographs: Path | None, rows: int,
-    kinds: tuple[str, ...], keep_maps: bool, again: bool,
+    evidence: bool, out: Path | None, json_file: Path | None, seed: int, workers: int,
+    expert: str | None, views: Path | None, counted: Path | None, plans: int,
+    photographs: Path | None, rows: int, kinds: tuple[str, ...], keep_maps: bool, again: bool,
 ) -> None:  # fmt: skip
     """Ask the experts about frontiers in partial maps of the train homes, and say how far their
     choices, and everyone's they are compared with, are from the best.
@@ -80,6 +82,10 @@ def questions_command(
         _tell(*_expert(plan), "questions-sle", out, json_file)
     elif folder is None:
         raise click.UsageError("--bank is needed")
+    elif evidence and side != "none":
+        _tell(
+            *_evidence(folder, side, settings, seed), f"questions-evidence-{side}", out, json_file
+        )
     elif side != "none":
         text, data = _methods(folder, side, settings, quick, seed)
         _tell(text, data, f"questions-{side}", out, json_file)
@@ -112,6 +118,22 @@ def _methods(
         table = judge(bank, settings, voters, conditions, seed)
     text = report.section(bank, table, side, settings, vars(plan), seed)
     return text, report.figures(bank, table, seed)
+
+
+def _evidence(
+    folder: Path, side: str, settings: tuple[str, ...], seed: int
+) -> tuple[str, dict[str, Any]]:
+    """One side's block and figures of kinds of evidence."""
+    from hil_sim.expert_bench import evidence_report
+    from hil_sim.expert_bench.evidence import weigh
+    from hil_sim.expert_bench.voting import Voters
+
+    bank = load_bank(folder, side)
+    with Voters(settings) as voters:
+        voters.warm(bank)
+        rows = weigh(bank, settings, voters)
+    return (evidence_report.section(bank, rows, side, settings, seed),
+            evidence_report.figures(bank, rows, seed))  # fmt: skip
 
 
 def _tell(

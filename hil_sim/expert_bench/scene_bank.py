@@ -97,7 +97,7 @@ def prior_insight(bank: Bank) -> Values:
     found = []
     for question in bank.questions:
         areas = {f.id: f.unknown_m2 for f in question.brief().frontiers}
-        found.append(_correlation(question, areas))
+        found.append(way_correlation(question, areas))
     return np.array(found)
 
 
@@ -159,12 +159,12 @@ def _insight(config: Config, bank: Bank, voters: Electorate, expert: str) -> Ins
         vote = cast.of(expert, number)
         p = {} if isinstance(vote, Missing) else dict(vote.probabilities)
         weight = unknown_weight(getattr(vote, "rung", ""))
-        own.append(_correlation(question, _without_prior(question, p, weight)))
-        voted.append(_correlation(question, p))
+        own.append(way_correlation(question, without_prior(question, p, weight)))
+        voted.append(way_correlation(question, p))
     return Insight(np.array(own), np.array(voted))
 
 
-def _without_prior(
+def without_prior(
     question: BenchQuestion, p: Mapping[int, float], weight: float
 ) -> dict[int, float]:
     """Evidence over the temperature, up to a constant; equal where it was equal."""
@@ -175,7 +175,7 @@ def _without_prior(
     }
 
 
-def _correlation(question: BenchQuestion, evidence: Mapping[int, float]) -> float:
+def way_correlation(question: BenchQuestion, evidence: Mapping[int, float]) -> float:
     way = {f.id: f.distance_m for f in question.brief().frontiers}
     onward = [question.costs_m[id] - way[id] for id in evidence]
     return rank_correlation(list(evidence.values()), [-metres for metres in onward])

@@ -4,14 +4,16 @@ an expert that answers at random, one that is absent."""
 import random
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Self
 
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
-from runtime.core.types import Missing, Vote
+from runtime.core.types import Brief, Missing, Vote
 from runtime.errors import RfNavError
 from runtime.experts.panel import EXPERTS, Expert
+from runtime.experts.seating import COUNTS
 from runtime.perception.loaded_models import LoadedModels
 
 ALL = f"panel.experts=[{', '.join(repr(name) for name in EXPERTS)}]"
@@ -54,9 +56,23 @@ class Voters:
         table = self._loaded.seated(replace(config, panel=replace(config.panel, experts=EXPERTS)))
         return Votes(table, questions, Deadline.never(self._clock))
 
+    def guessing(self, config: Config, questions: Sequence[BenchQuestion]) -> "Votes":
+        """The votes of O2F and R2F by counts, as if each question's goal had never been counted."""
+        counted, tables = self._loaded.counted(), dict[str, dict[str, Expert]]()
+
+        def ask(name: str, brief: Brief, by: Deadline) -> Vote | Missing:
+            if brief.goal not in tables:
+                tables[brief.goal] = counted.without(brief.goal).experts(config.experts)
+            return tables[brief.goal][name](brief, by)
+
+        table: dict[str, Expert] = {name: partial(ask, name) for name in ("o2f", "r2f")}
+        return Votes(table, questions, Deadline.never(self._clock))
+
     def check(self) -> None:
-        """RfNavError when a model failed meanwhile and another one answered in its place."""
-        if self._loaded.health().get("errors") or self._loaded.rung() != self._rung:
+        """RfNavError when a model failed meanwhile and another one answered in its place; counts
+        only answer where they were asked to, or a model has failed."""
+        rungs = self._rung, COUNTS
+        if self._loaded.health().get("errors") or self._loaded.rung() not in rungs:
             raise RfNavError(
                 f"{self._rung}: failed while the bank was judged; see rfnav models verify"
             )
