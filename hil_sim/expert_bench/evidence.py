@@ -37,7 +37,7 @@ Voter = tuple[str, str]
 
 
 @dataclass(frozen=True)
-class Kind:
+class EvidenceKind:
     """One row: its voters; of one alone the word is law, of several two must agree."""
 
     name: str
@@ -48,13 +48,13 @@ def _words(by: str) -> tuple[Voter, ...]:
     return ("o2f", by), ("r2f", by)
 
 
-ROWS: tuple[Kind, ...] = (
-    *(Kind(f"{expert}, {by}", ((expert, by),))
+ROWS: tuple[EvidenceKind, ...] = (
+    *(EvidenceKind(f"{expert}, {by}", ((expert, by),))
       for expert in ("o2f", "r2f") for by in (LANGUAGE, COUNTS, GUESSED, BOTH)),
-    *(Kind(f"sle, {by}", (("sle", by),)) for by in (COSINE, HEAD)),
-    *(Kind(f"o2f and r2f, {by}", _words(by)) for by in (LANGUAGE, COUNTS, BOTH)),
-    Kind(f"sle, {COSINE} and {HEAD}", (("sle", COSINE), ("sle", HEAD))),
-    *(Kind(f"all three, {words} and {views}", (*_words(words), ("sle", views)))
+    *(EvidenceKind(f"sle, {by}", (("sle", by),)) for by in (COSINE, HEAD)),
+    *(EvidenceKind(f"o2f and r2f, {by}", _words(by)) for by in (LANGUAGE, COUNTS, BOTH)),
+    EvidenceKind(f"sle, {COSINE} and {HEAD}", (("sle", COSINE), ("sle", HEAD))),
+    *(EvidenceKind(f"all three, {words} and {views}", (*_words(words), ("sle", views)))
       for words in (LANGUAGE, COUNTS, BOTH) for views in (COSINE, HEAD)),
 )  # fmt: skip
 
@@ -110,7 +110,7 @@ class _Scales:
         self._frontiers = [q.frontiers() for q in questions]
         self._votes: dict[tuple[Voter, bool], Votes] = {}
 
-    def row(self, kind: Kind) -> KindRow:
+    def row(self, kind: EvidenceKind) -> KindRow:
         ballots = [
             [self._said(voter).of(voter[0], n) for voter in kind.voters]
             for n in range(len(self._questions))
@@ -140,7 +140,7 @@ class _Scales:
             self._votes[voter, every] = ask(config, self._questions)
         return self._votes[voter, every]
 
-    def _insight(self, kind: Kind) -> tuple[Values, Values]:
+    def _insight(self, kind: EvidenceKind) -> tuple[Values, Values]:
         way, own = [], []
         for n, question in enumerate(self._questions):
             nats: dict[int, float] = {}

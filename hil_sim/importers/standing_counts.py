@@ -32,7 +32,7 @@ Thing = tuple[str, Rect]
 
 
 @dataclass
-class Tally:
+class HomeCounts:
     """Counts as they grow; see `runtime.core.voting.counts.Count`."""
 
     rooms: Counter[str] = field(default_factory=Counter)
@@ -69,20 +69,20 @@ class Tally:
         }
 
 
-def public_rooms() -> Tally:
+def public_rooms() -> HomeCounts:
     """The 120 single rooms."""
-    tally = Tally()
+    counts = HomeCounts()
     for kind in metadata.ROOM_LISTS:
         for room in metadata.rooms(kind):
             standing, _ = read_room(room)
             named = [(OTHER_NAMES.get(s.category, s.category), s.rect) for s in standing]
-            tally.add_room(kind, [row for row in named if row[0] in LABELLED])
-    return tally
+            counts.add_room(kind, [row for row in named if row[0] in LABELLED])
+    return counts
 
 
-def generated_homes(homes: Iterable[Scene]) -> Tally:
+def generated_homes(homes: Iterable[Scene]) -> HomeCounts:
     """Homes whose rooms have types and whose doors lie between two of them."""
-    tally = Tally()
+    counts = HomeCounts()
     for scene in homes:
         inside: dict[str, list[Thing]] = {room.name: [] for room in scene.rooms}
         for obj in scene.objects:
@@ -90,12 +90,12 @@ def generated_homes(homes: Iterable[Scene]) -> Tally:
             if room is not None and obj.category in LABELLED:
                 inside[room.name].append((obj.category, box_of(obj).span))
         for room in scene.rooms:
-            tally.add_room(room.type, inside[room.name])
+            counts.add_room(room.type, inside[room.name])
         for door in scene.doors:
             joined = [room.type for point in _sides(door) if (room := room_at(scene, *point))]
             if len(joined) == 2:
-                tally.add_door(*joined)
-    return tally
+                counts.add_door(*joined)
+    return counts
 
 
 def train_homes(count: int) -> Iterator[Scene]:

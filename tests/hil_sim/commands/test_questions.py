@@ -155,3 +155,28 @@ def test_an_expert_is_judged_by_itself(
     assert banked.exit_code == 0, banked.output
     assert "#### In the bank, side `fit`: " in banked.output
     assert "#### In the bank, side `test`: " in banked.output
+
+
+class Unsure(Mute):
+    """Of whom nobody votes, of what was never counted either."""
+
+    def warm(self, bank: object, briefs: object = ()) -> None: ...
+
+    def guessing(self, config: object, questions: object) -> voting.Votes:
+        return self.asked(config, questions)
+
+
+def test_kinds_of_evidence_have_a_block_of_their_own(
+    bank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(voting, "Voters", Unsure)
+    out, figures = tmp_path / "experts.md", tmp_path / "figures.json"
+    asked = ("--bank", str(bank), "--homes", "0", "--side", "fit", "--evidence")
+    done = run(*asked, "--out", str(out), "--json", str(figures))
+    assert done.exit_code == 0, done.output
+    told = out.read_text(encoding="utf-8")
+    assert "<!-- report questions-evidence-fit -->" in told
+    assert "| o2f, counts | 0.0 | – | – | – | 0.00 [0.00, 0.00] |" in told
+    row = json.loads(figures.read_text())["rows"]["o2f, counts"]
+    assert row["voted"] == 0.0
+    assert row["rules"]["paper"]["gained_m"]["mean"] == 0.0

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from hil_sim.importers import standing_counts
-from hil_sim.importers.standing_counts import Tally, generated_homes
+from hil_sim.importers.standing_counts import HomeCounts, generated_homes
 from hil_sim.scenes.format import ROOM_TYPES, Door, Room, Scene, SceneObject, Wall
 from hil_sim.scenes.robothor.metadata import metadata_path
 from models.words.counts import PATH
@@ -33,32 +33,32 @@ def home(*objects: SceneObject) -> Scene:
 
 def test_rooms_things_and_doors_are_counted() -> None:
     one = home(stands("stove", 1, 1), stands("sink", 2, 1), stands("sink", 8, 1))
-    tally = generated_homes([one, home()])
-    assert tally.rooms == {"kitchen": 2, "bathroom": 2}
-    assert tally.things == {"stove": 1, "sink": 2}
-    assert tally.holding == {
+    counts = generated_homes([one, home()])
+    assert counts.rooms == {"kitchen": 2, "bathroom": 2}
+    assert counts.things == {"stove": 1, "sink": 2}
+    assert counts.holding == {
         ("stove", "kitchen"): 1, ("sink", "kitchen"): 1, ("sink", "bathroom"): 1,
     }  # fmt: skip
-    assert tally.doors == {("kitchen", "bathroom"): 2, ("bathroom", "kitchen"): 2}
+    assert counts.doors == {("kitchen", "bathroom"): 2, ("bathroom", "kitchen"): 2}
 
 
 def test_near_is_within_reach_and_in_the_same_room() -> None:
-    tally = generated_homes([home(
+    counts = generated_homes([home(
         stands("stove", 1, 1), stands("table", 3.9, 1), stands("chair", 5.6, 1),
         stands("toilet", 6.4, 1),
     )])  # fmt: skip
-    assert tally.beside == {
+    assert counts.beside == {
         ("stove", "table"): 1, ("table", "stove"): 1, ("table", "chair"): 1, ("chair", "table"): 1,
     }  # fmt: skip
 
 
 def test_several_of_a_kind_near_count_once() -> None:
-    tally = Tally()
+    counts = HomeCounts()
     rect = (0.0, 0.0, 1.0, 1.0)
-    tally.add_room("kitchen", [("table", rect), ("chair", rect), ("chair", rect)])
-    assert tally.beside["table", "chair"] == 1
-    assert tally.beside["chair", "chair"] == 2
-    assert tally.holding["chair", "kitchen"] == 1
+    counts.add_room("kitchen", [("table", rect), ("chair", rect), ("chair", rect)])
+    assert counts.beside["table", "chair"] == 1
+    assert counts.beside["chair", "chair"] == 2
+    assert counts.holding["chair", "kitchen"] == 1
 
 
 def test_what_no_goal_names_is_not_counted() -> None:
@@ -66,8 +66,8 @@ def test_what_no_goal_names_is_not_counted() -> None:
 
 
 def test_rows_and_columns_are_in_order() -> None:
-    tally = generated_homes([home(stands("stove", 1, 1), stands("sink", 2, 1))])
-    packed = tally.packed(["sink", "stove"])
+    counts = generated_homes([home(stands("stove", 1, 1), stands("sink", 2, 1))])
+    packed = counts.packed(["sink", "stove"])
     assert packed["beside"] == [[0, 1], [1, 0]]
     assert packed["holding"][0][ROOM_TYPES.index("kitchen")] == 1
     assert packed["rooms"][ROOM_TYPES.index("bathroom")] == 1
