@@ -164,7 +164,7 @@ class _Scales:
             fallen = consensus.elect(Ballot(), frontiers, cfg, stamp_ns, order=order)
             assert made.frontier is not None  # a question has two that can be reached
             assert fallen.frontier is not None
-            lost, else_lost = (question.regrets_m[m.frontier] for m in (made, fallen))
+            lost, else_lost = (question.regrets_m[id] for id in (made.frontier, fallen.frontier))
             known = bool(made.chosen)
             rows.append((known, lost if known else np.nan, else_lost if known else np.nan,
                          lost - else_lost if known else 0.0))  # fmt: skip
