@@ -69,8 +69,7 @@ class Voters:
         return Votes(table, questions, Deadline.never(self._clock))
 
     def check(self) -> None:
-        """RfNavError when a model failed meanwhile and another one answered in its place; counts
-        only answer where they were asked to, or a model has failed."""
+        """RfNavError when a model failed meanwhile and another one answered in its place."""
         rungs = self._rung, COUNTS
         if self._loaded.health().get("errors") or self._loaded.rung() not in rungs:
             raise RfNavError(

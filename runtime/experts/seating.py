@@ -22,6 +22,8 @@ from runtime.experts.scene_layout import SceneLayoutExperts
 LOCAL: Final = "local"
 EMBEDDING: Final = "embedding"
 COUNTS: Final = "counts"
+COUNTS_ALONE: Final = "counts alone"
+"""Which rung answers, where counts do in place of a model above them."""
 TOGETHER: Final = "local+counts"
 LOCAL_SHARE = 0.6
 """Of the time left, that a model on the robot has while another rung is below it."""
@@ -53,8 +55,8 @@ class Seating:
     layout: SceneLayoutExperts | Unseated | None = None  # taught views; None: not opened yet
     cloud: Cloud | None = None
     layout_rung: SceneRung = EMBEDDING  # how SLE was last seated
-    answered: dict[str, tuple[Brief, str]] = field(default_factory=dict)
-    """By expert: the brief it last voted on, and by which rung."""
+    answered: dict[str, tuple[Brief, str, str]] = field(default_factory=dict)
+    """By expert: the brief it last voted on, by which rung, and which is its highest."""
 
     def begin(self, goal: str) -> None:
         """Score in the background what every search for this goal needs."""
@@ -96,9 +98,13 @@ class Seating:
 
     def rung(self) -> str:
         """Which model answers the experts of words: that of the lowest rung any came down to."""
-        found = {rung for name, (_, rung) in self.answered.copy().items() if name != "sle"}
-        lowest = next((r for r in (EMBEDDING, COUNTS, RUNG) if r in found), LOCAL)
-        return self.language if lowest == LOCAL else lowest
+        found = {
+            COUNTS_ALONE if rung == COUNTS != highest else rung
+            for name, (_, rung, highest) in self.answered.copy().items()
+            if name != "sle"
+        }
+        order = EMBEDDING, COUNTS_ALONE, COUNTS, RUNG
+        return next((rung for rung in order if rung in found), self.language)
 
     def health(self) -> dict[str, object]:
         """For people: the rung that answered each expert last, what models said that failed, how
@@ -109,7 +115,7 @@ class Seating:
             *([self.layout_note] if self.layout_fails else ()),
         ]
         told: dict[str, object] = {
-            "rungs": {name: rung for name, (_, rung) in sorted(self.answered.copy().items())},
+            "rungs": {name: rung for name, (_, rung, _) in sorted(self.answered.copy().items())},
             "errors": errors,
         }
         if self.vision is not None:
@@ -159,7 +165,7 @@ class Seating:
         for name, rung in counted.items():
             if name in found:
                 found[name].insert(0 if cfg.words == COUNTS else -1, rung)
-        return {n: self._noting(n, with_fallback(n, each)) for n, each in found.items()}
+        return {n: self._noting(n, with_fallback(n, r), r[0].name) for n, r in found.items()}
 
     def appeals(self, names: Sequence[str]) -> dict[str, Expert]:
         """By name: the cloud, for experts that it has not answered for on this brief already."""
@@ -228,7 +234,7 @@ class Seating:
         return table
 
     def _appeal(self, name: str, cloud: Cloud) -> Expert:
-        asked = self._noting(name, cloud.expert(name))
+        asked = self._noting(name, cloud.expert(name), RUNG)
 
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
             last = self.answered.get(name)
@@ -238,13 +244,13 @@ class Seating:
 
         return ask
 
-    def _noting(self, name: str, expert: Expert) -> Expert:
+    def _noting(self, name: str, expert: Expert, highest: str) -> Expert:
         """The expert, and which rung answered for it is remembered."""
 
         def ask(brief: Brief, by: Deadline) -> Vote | Missing:
             outcome = expert(brief, by)
             if isinstance(outcome, Vote):
-                self.answered[name] = brief, outcome.rung
+                self.answered[name] = brief, outcome.rung, highest
             return outcome
 
         return ask

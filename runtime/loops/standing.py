@@ -16,7 +16,7 @@ from runtime.core.types import SearchState, Twist
 from runtime.robot.base import BaseCondition
 
 KEPT: Final = 256  # changes that nobody has asked for yet
-FALLEN_BACK: Final = ("embedding", "none")  # rungs where no language model votes
+FALLEN_BACK: Final = ("embedding", "counts alone", "none")  # rungs where no language model votes
 
 
 class RunState(StrEnum):

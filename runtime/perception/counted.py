@@ -9,9 +9,6 @@ from runtime.core.types import F32
 from runtime.core.voting.counts import Count, CountTable
 from runtime.experts.counts import CountExperts
 
-PHRASE = "{}, household item"
-"""How a name is put for the text encoder."""
-
 
 def seat_counts(embed: Callable[[Sequence[str]], F32]) -> CountExperts:
     """Of the file that comes with the project. `embed`: texts -> (N, D) unit rows; asked only for
@@ -21,10 +18,10 @@ def seat_counts(embed: Callable[[Sequence[str]], F32]) -> CountExperts:
 
     @cache
     def rows() -> F32:
-        return embed([PHRASE.format(name) for name in names])
+        return embed(names)
 
     def likeness(name: str) -> Mapping[str, float]:
-        cosines = rows() @ embed([PHRASE.format(name)])[0]
+        cosines = rows() @ embed([name])[0]
         return dict(zip(names, cosines.tolist(), strict=True))
 
     return CountExperts(table, likeness)

@@ -29,4 +29,4 @@ def test_an_episode_goes_on_without_the_cloud(tmp_path: Path) -> None:
     assert all(call["outcome"].startswith(down) for call in calls)
     votes = [v for line in lines if line["kind"] == "decision" for v in line["votes"]]
     assert votes
-    assert {v["rung"] for v in votes} <= {"local", "embedding"}
+    assert {v["rung"] for v in votes} <= {"local", "counts", "embedding"}

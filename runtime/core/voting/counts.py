@@ -26,7 +26,7 @@ PSEUDO_THINGS = 5.0
 """Things, with as many of another near as things have on the average, taken to be counted."""
 LIKE = 0.05
 """Cosine of two names by which one that is less alike stands in e times less."""
-STRANGE, SAME = 0.35, 0.85
+STRANGE, SAME = 0.35, 0.75
 """Cosine to the likest counted name at which nothing of it is believed, and all."""
 
 

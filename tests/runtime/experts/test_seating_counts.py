@@ -83,7 +83,7 @@ def asked(seats: Seating, words: WordEvidence, goal: str = "toilet") -> tuple[tu
 def test_counts_answer_in_place_of_a_language_model_that_fails(stack: ExitStack) -> None:
     seats = seated(stack, Says("lamp", broken=True))
     assert asked(seats, "language") == ((1,), "counts")
-    assert seats.rung() == "counts"
+    assert seats.rung() == "counts alone"
     assert not seats.by_embedding.used
 
 
@@ -97,6 +97,7 @@ def test_counts_come_first_where_they_are_to(stack: ExitStack) -> None:
     seats = seated(stack, Says("lamp", 4.0))
     assert asked(seats, "counts") == ((1,), "counts")
     assert seats.health()["rungs"] == {"o2f": "counts"}
+    assert seats.rung() == "counts", "which nobody fell back on"
 
 
 def test_what_was_never_counted_is_for_the_rungs_below(stack: ExitStack) -> None:

@@ -154,7 +154,7 @@ def test_a_standing_in_words():
     assert RunStanding(RunState.FAULT, "a bug").in_words() == "fault: a bug"
 
 
-@pytest.mark.parametrize("rung", ["embedding", "none"])
+@pytest.mark.parametrize("rung", ["embedding", "counts alone", "none"])
 def test_a_rung_without_a_language_model_is_degraded(rung):
     known = "", None, WELL, None, SEARCHING
     assert stands(*known, {"rung": rung}, True) == RunStanding(RunState.DEGRADED, f"rung: {rung}")
