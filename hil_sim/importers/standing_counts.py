@@ -19,7 +19,7 @@ from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.open import open_scene
 from hil_sim.scenes.robothor import metadata
 
-FIRST_SEED = 500_000
+FIRST_SEED = 900_000
 """Of the generated homes: no bank, views, frames or suite has these."""
 NEAR_M = 2.5
 """What is nearer than this in the same room, rectangle to rectangle, is near."""

@@ -1,7 +1,7 @@
 """O2F and R2F by what was counted in homes: no model is asked, and none is waited for."""
 
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Missing, Vote
@@ -15,23 +15,23 @@ LEARNT = 300  # names beside those that were counted, after which it is begun an
 
 @dataclass
 class CountExperts:
-    """A table, and how alike a name is to each that it has (cosines)."""
+    """A table, and how alike a name is to each that it has (cosines). Any thread may ask: what two
+    learn at once, one of them learns again."""
 
     table: CountTable
     likeness: Callable[[str], Mapping[str, float]]
     _with: CountTable | None = None  # with names that others stand in for
-    _strange: set[str] = field(default_factory=set)  # for which none does
-    _beyond: dict[str, Mapping[str, float]] = field(default_factory=dict)  # by goal
+    _strange: frozenset[str] = frozenset()  # for which none does
 
     def experts(self, cfg: ExpertConfig) -> dict[str, Expert]:
         """The experts that it can answer for, by name."""
 
         def ask(cast: Callable[[Brief, Evidence, Evidence], Vote | Missing]) -> Expert:
             def expert(brief: Brief, by: Deadline) -> Vote | Missing:
-                near, around = self.evidence(brief)
-                if brief.goal in self._strange:
+                found = self.evidence(brief)
+                if found is None:
                     return Missing("", Absence.NO_MODEL, f"never counted: {brief.goal}")
-                return cast(brief, near, around)
+                return cast(brief, *found)
 
             return expert
 
@@ -46,28 +46,32 @@ class CountExperts:
 
         return {"o2f": ask(objects), "r2f": ask(rooms), "both": ask(both)}
 
+    def begin(self, goal: str) -> None:
+        """Have others stand in for a goal that was never counted before it is asked about."""
+        self._learn([goal])
+
     def without(self, goal: str) -> "CountExperts":
         """As if a goal had never been counted."""
         return CountExperts(self.table.without(goal), self.likeness)
 
-    def evidence(self, brief: Brief) -> tuple[Evidence, Evidence]:
-        """By objects and by rooms; {} where nothing like the goal was counted."""
+    def evidence(self, brief: Brief) -> tuple[Evidence, Evidence] | None:
+        """By objects and by rooms; None where nothing like the goal was counted."""
         table = self._learn([brief.goal, *likelihood_experts.things_near(brief)])
-        if brief.goal not in self._beyond:
-            self._beyond[brief.goal] = table.beyond(brief.goal)
+        if brief.goal not in table.rates:
+            return None
         near = object_nats(brief, table.near(brief.goal))
-        return near, room_nats(brief, self._beyond[brief.goal])
+        return near, room_nats(brief, table.beyond(brief.goal))
 
-    def _learn(self, names: Iterable[str]) -> CountTable:
+    def _learn(self, names: Sequence[str]) -> CountTable:
         """The table with others standing in for names that were never counted."""
-        table = self._with or self.table
-        new = [n for n in names if n not in table.rates and n not in self._strange]
-        if len(table.rates) - len(self.table.rates) + len(self._strange) > LEARNT and new:
-            table, self._strange, self._beyond = self.table, set(), {}
+        table, strange = self._with or self.table, self._strange
+        new = [n for n in names if n not in table.rates and n not in strange]
+        if new and len(table.rates) - len(self.table.rates) + len(strange) > LEARNT:
+            table, strange = self.table, frozenset()
+            new = [n for n in names if n not in table.rates]
         for name in new:
             grown = table.standing_in(name, self.likeness(name))
-            if grown is table:
-                self._strange.add(name)
+            strange |= {name} if grown is table else set()
             table = grown
-        self._with = table
+        self._with, self._strange = table, strange
         return table

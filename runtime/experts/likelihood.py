@@ -61,7 +61,8 @@ class LikelihoodExperts:
         """The experts that it can answer for, by name; together with `counts`, where there are."""
 
         def beside(brief: Brief) -> tuple[Evidence, Evidence]:
-            return counts.evidence(brief) if counts is not None else ({}, {})
+            found = counts.evidence(brief) if counts is not None else None
+            return found or ({}, {})
 
         def objects(told: _Affinities, brief: Brief, by: Deadline) -> Vote | Missing:
             return likelihood_experts.vote_objects(brief, told.near(), cfg, beside(brief)[0])

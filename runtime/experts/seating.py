@@ -61,6 +61,8 @@ class Seating:
     def begin(self, goal: str) -> None:
         """Score in the background what every search for this goal needs."""
         self.answered.clear()
+        if self.by_count is not None:
+            self.by_count.begin(goal)
         for experts in self._scoring():
             experts.begin(goal)
 

@@ -181,7 +181,7 @@ def _levelled(tables: Sequence[Table]) -> Table:
     for name in dict.fromkeys(name for table in tables for name in table):
         rows = [table[name] for table in tables if name in table]
         shared = [room for room in rows[0] if all(room in row for row in rows)]
-        levels = [fmean(row[room] for room in shared) for row in rows]
+        levels = [fmean(row[room] for room in shared or row) for row in rows]
         level = fmean(levels)
         even = [({room: rate * level / own for room, rate in row.items()}, 1.0)
                 for row, own in zip(rows, levels, strict=True)]  # fmt: skip

@@ -66,7 +66,7 @@ def test_no_file_says_so(tmp_path: Path) -> None:
 def test_the_table_of_the_project_names_its_source_and_knows_homes() -> None:
     source = json.loads(PATH.read_text(encoding="utf-8"))["source"]
     assert "Apache-2.0" in source["public"]
-    assert "train-500000" in source["generated"]
+    assert "train-900000" in source["generated"]
     assert PATH.stat().st_size < 200_000
     public, generated = load_counts()
     assert public.rooms == dict.fromkeys(("kitchen", "bathroom", "bedroom", "living room"), 30)

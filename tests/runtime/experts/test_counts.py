@@ -64,6 +64,15 @@ def test_another_name_stands_in_for_a_goal_and_for_what_is_near() -> None:
     assert asked == ["cup", "cooker"], "each is compared once"
 
 
+def test_a_goal_is_compared_before_it_is_asked_about() -> None:
+    asked: list[str] = []
+    counts = experts(asked)
+    counts.begin("cup")
+    assert asked == ["cup"]
+    chosen(counts, "r2f", brief("cup", "stove", "bed"))
+    assert asked == ["cup"]
+
+
 def test_nothing_alike_leaves_it_to_the_rung_below() -> None:
     outcome = experts().experts(ExpertConfig())["o2f"](brief("unicorn", "stove", "bed"), NEVER)
     assert outcome == Missing("", Absence.NO_MODEL, "never counted: unicorn")
@@ -82,3 +91,11 @@ def test_what_is_remembered_of_names_is_bounded() -> None:
         counts.evidence(brief(f"thing {n}", "stove", "bed"))
     counts.evidence(brief("thing 0", "stove", "bed"))
     assert asked.count("thing 0") == 2
+
+
+def test_what_is_asked_about_now_is_known_when_all_else_is_forgotten() -> None:
+    counts = experts()
+    counts.begin("cup")
+    for n in range(LEARNT):
+        counts.begin(f"thing {n}")
+    assert counts.evidence(brief("cup", "the last of things", "bed")) is not None
