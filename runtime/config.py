@@ -99,9 +99,10 @@ class ModelsConfig:
 class DetectorConfig:
     """What of the detector is turned to compare."""
 
-    source: Literal["model", "topic"] = key(
+    source: Literal["model", "topic", "both"] = key(
         "model",
-        '"topic": detections come from the bus, e.g. a harness\'s labels.',
+        '"topic": detections come from the bus, e.g. a harness\'s labels; "both": objects do, and '
+        "room, view and features are the model's.",
         research="detector_source",
     )
     labels: tuple[str, ...] = key(

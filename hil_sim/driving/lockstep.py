@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from hil_sim.driving.link import Answer, Runtime
 from hil_sim.driving.methods import Method
 from hil_sim.driving.stage import Driver, RenderedView, StagedHome, Step
-from hil_sim.ground_truth.true_labels import true_labels
+from hil_sim.ground_truth.true_labels import boxes_alone, true_labels
 from hil_sim.ground_truth.witness import Witness, to_scene
 from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered, still
@@ -133,9 +133,10 @@ def _mind_the_link(run: EpisodeRun, when: When) -> None:
 
 def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
     tally, home, pose = run.tally, run.home, run.tally.robot.pose
-    labels = (
-        true_labels(home.scene, pose, view.segmentation, view.depth_m) if run.how.labels else None
-    )
+    labels = None
+    if run.how.labels:
+        labels = true_labels(home.scene, pose, view.segmentation, view.depth_m)
+        labels = boxes_alone(labels) if run.how.labels == "boxes" else labels
     scanner = home.scan if run.protocol.laser else None
     ranges_m = scanner(pose) if scanner is not None else None
     below_m = home.cliffs(pose) if home.cliffs is not None else {}

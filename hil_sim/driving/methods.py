@@ -1,7 +1,9 @@
 """The methods that are compared: how the runtime is set for each, and the two bounds.
 
 A method is a row of the results' table. All but `oracle-goal` are the same runtime with other
-settings; a name that begins with `oracle-perception/` gives it true labels instead of a detector.
+settings. A name that begins with `oracle-perception/` gives it true labels instead of a detector:
+boxes, names, how far each thing is and which room this is, and no view. One that begins with
+`labels/` gives it true boxes and names alone: rooms, views and features are its own detector's.
 """
 
 from collections.abc import Iterable
@@ -12,25 +14,34 @@ from hil_sim.driving.needed_models import CLIP, CLIP_WITH_RELEVANCE, MDETR, Need
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.errors import ConfigError
 
-ORACLE = "oracle-perception"
+ORACLE, LABELS = "oracle-perception", "labels"
+OURS = "rfnav-det"
 CLOSEST = 'research.consensus_fallback="closest"'
 
 
 @dataclass(frozen=True)
 class Method:
-    """`settings` are the runtime's `--set` values; `labels`: the harness publishes true labels;
-    `driver` "shortest" follows the shortest path without any runtime; `detector`, which somebody
-    has to import, looks instead of the one that is configured."""
+    """`settings` are the runtime's `--set` values; `labels`: what of the true labels the harness
+    publishes, "boxes" being boxes and names alone; `driver` "shortest" follows the shortest path
+    without any runtime; `detector`, which somebody has to import, looks instead of the one that is
+    configured."""
 
     settings: tuple[str, ...] = ()
-    labels: bool = False
+    labels: Literal["", "all", "boxes"] = ""
     driver: Literal["runtime", "shortest"] = "runtime"
     detector: Needed | None = None
 
     @property
+    def eyes(self) -> str:
+        """The detector that looks, and no other; "" for those that are configured."""
+        if self.detector is not None:
+            return self.detector.name
+        return OURS if self.labels == "boxes" else ""
+
+    @property
     def start(self) -> tuple[str, ...]:
         """Settings that a runtime must have been started with, beside its own."""
-        return (f'models.detectors=["{self.detector.name}"]',) if self.detector else ()
+        return (f'models.detectors=["{self.eyes}"]',) if self.eyes else ()
 
 
 def _experts(*names: str) -> str:
@@ -55,9 +66,16 @@ def _cow(detector: Needed, *settings: str) -> Method:
 
 
 def _labelled(method: Method) -> Method:
+    return replace(method, settings=(*method.settings, *_source("topic")), labels="all")
+
+
+def _boxed(method: Method) -> Method:
+    return replace(method, settings=(*method.settings, *_source("both")), labels="boxes")
+
+
+def _source(source: str) -> tuple[str, str]:
     names = ", ".join(repr(name) for name in LABELLED)
-    told = ('research.detector_source="topic"', f"research.detector_labels=[{names}]")
-    return replace(method, settings=(*method.settings, *told), labels=True)
+    return f'research.detector_source="{source}"', f"research.detector_labels=[{names}]"
 
 
 SINGLE: dict[str, Method] = {
@@ -89,11 +107,12 @@ METHODS: dict[str, Method] = {
     **COW,
     ORACLE: _labelled(SINGLE["rfnav"]),
     **{f"{ORACLE}/{name}": _labelled(method) for name, method in SINGLE.items()},
+    **{f"{LABELS}/{name}": _boxed(method) for name, method in SINGLE.items()},
     "oracle-goal": Method(driver="shortest"),
 }
 
 
-KNOWN = ", ".join([*SINGLE, *COW, ORACLE, f"{ORACLE}/METHOD", "oracle-goal"])
+KNOWN = ", ".join([*SINGLE, *COW, ORACLE, f"{ORACLE}/METHOD", f"{LABELS}/METHOD", "oracle-goal"])
 
 
 def method_named(name: str) -> Method:

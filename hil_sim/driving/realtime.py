@@ -25,7 +25,7 @@ from hil_sim.driving.link import Answer, HarnessError, Runtime
 from hil_sim.driving.lockstep import EpisodeRun
 from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode
-from hil_sim.ground_truth.true_labels import true_labels
+from hil_sim.ground_truth.true_labels import boxes_alone, true_labels
 from hil_sim.ground_truth.witness import to_scene
 from hil_sim.simulation.drive import drive as roll
 from hil_sim.simulation.drive import ordered, still
@@ -278,6 +278,7 @@ def _publish(run: EpisodeRun, runtime: Runtime, pose: Pose, sensed: Sensed, sigh
         runtime.publish(SCAN, encode_scan(scanner(pose), stamp_ns))
     if run.how.labels:
         labels = true_labels(run.home.scene, pose, sight.segmentation, sight.true_depth_m)
+        labels = boxes_alone(labels) if run.how.labels == "boxes" else labels
         runtime.publish("labels", wire.encode_json({"stamp_ns": stamp_ns, **labels}))
     runtime.publish("camera_info", wire.encode_camera_info(protocol.intrinsics, stamp_ns))
     runtime.publish("depth", wire.encode_depth(sensed.depth_m, stamp_ns))

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hil_sim.driving.episode_result import EpisodeResult
-from hil_sim.driving.methods import COW, ORACLE
+from hil_sim.driving.methods import COW, LABELS, ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
 from hil_sim.evaluation.left_out import lines_of, rows_of
@@ -27,6 +27,11 @@ GROUPS = (
 )  # fmt: skip
 """Tables of the paper; each is compared with its last row."""
 Group = tuple[str, str, dict[str, list[EpisodeResult]]]
+ASIDES = (
+    ("", ""),
+    (f"{ORACLE}/", ", with true labels (oracle perception)"),
+    (f"{LABELS}/", ", with true boxes and names"),
+)
 BOUNDS = (ORACLE, "oracle-goal")
 INTERVALS = (
     "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
@@ -45,11 +50,11 @@ def groups(folder: Folder) -> list[Group]:
     results; each over the episodes that all its rows have. A table whose rows differ in that comes
     twice: the rows with most episodes, then all."""
     found = []
-    for prefix, aside in (("", ""), (f"{ORACLE}/", ", with true labels (oracle perception)")):
+    for prefix, aside in ASIDES:
         for title, names in GROUPS:
             rows = {prefix + name: folder.runs.get(prefix + name) for name in names}
             base = prefix + names[-1]
-            unnamed = prefix and names[-1] == FULL and rows[base] is None
+            unnamed = prefix == ASIDES[1][0] and names[-1] == FULL and rows[base] is None
             if unnamed and any(rows.values()):
                 rows.pop(base)  # the short name says the same
                 base = ORACLE

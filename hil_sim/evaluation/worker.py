@@ -39,7 +39,7 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
     from hil_sim.simulation.scene_physics import ScenePhysics
 
 LABELS_PX = (320, 240)
-"""Frame size of methods that get true labels: their colours are never looked at."""
+"""Frame size of methods that get all true labels: their colours are never looked at."""
 
 MEMO_FRAMES = 1000
 """Images whose detections the runtime keeps: methods of one episode see many of the same."""
@@ -192,7 +192,7 @@ class _Rig:
         camera, tilt = camera_of(protocol), protocol.tilt_rad
         home = home_of(
             self._world, self._truth, protocol, episode.goal,
-            lambda pose: self.memo.look(pose, camera, tilt, not method.labels),
+            lambda pose: self.memo.look(pose, camera, tilt, method.labels != "all"),
         )  # fmt: skip
         home.distance_m(start_of(episode))  # what is slow happens before the clock runs
         self.memo.reset()
@@ -228,11 +228,11 @@ class _Rig:
 
 
 def protocol_for(settings: Settings, method: Method) -> Protocol:
-    """The protocol as a method sees it: those with true labels have smaller frames."""
+    """The protocol as a method sees it: those that look at no colours have smaller frames."""
     protocol = protocol_named(settings.protocol, settings.tilt, settings.noise, settings.sensors)
     if method.driver == "shortest" and (protocol.base is not None or settings.realtime):
         raise HarnessError("oracle-goal: takes steps and turns; choose hm3d or robothor, lockstep")
-    if method.labels:
+    if method.labels == "all":
         width, height = LABELS_PX
         protocol = replace(protocol, width=width, height=height)
     return protocol
@@ -273,7 +273,7 @@ class _Standby:
     and all that start it as that does."""
 
     def __init__(self, job: Job, settings: Settings, method: Method) -> None:
-        name = f"{job.name}-{method.detector.name}" if method.detector else job.name
+        name = f"{job.name}-{method.eyes}" if method.eyes else job.name
         self._log = settings.out / "logs" / f"runtime-{name}.log"
         mode = () if settings.realtime else ("--lockstep",)
         command, more = model_fault(parse_faults(settings.faults), mode)

@@ -1,4 +1,5 @@
-"""The truth's labels of a frame, for methods that ask for them by name (`oracle-perception`)."""
+"""The truth's labels of a frame, for methods that ask for them by name (`oracle-perception`,
+`labels`)."""
 
 from typing import Any
 
@@ -46,3 +47,8 @@ def true_labels(
         "depths_m": depths,
         "room": room.type if room is not None else None,
     }
+
+
+def boxes_alone(labels: dict[str, Any]) -> dict[str, Any]:
+    """Of `true_labels` the boxes and names, and nothing else that is true."""
+    return {key: labels[key] for key in ("boxes", "names", "scores")} | {"room": None}

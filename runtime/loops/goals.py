@@ -130,7 +130,7 @@ class GoalLife:
                 self._give_way(usd)
             search = Search.begin(self._wiser(order), self._record)
             # Labels over the bus are of the newest image alone.
-            means.detector.begin(newest_only=order.config.detector.source == "topic")
+            means.detector.begin(newest_only=order.config.detector.source != "model")
         world = before.world if before is not None and order.config.goal.keep_map else None
         if world is not None and (means.memory is None or means.memory.holds(world)):
             search.inherit(world, means.models)

@@ -283,8 +283,13 @@ def seen(
 ) -> Detections | None:
     """What is in the image, by the detector or by labels from the bus; None when those do not come
     in time."""
-    if search.config.detector.source == "model":
+    source = search.config.detector.source
+    if source == "model":
         mount = obs.mount or search.config.camera
         return models.detect(obs.rgb, lambda: surfaces_window(obs, mount))
     labels = bus.labels(obs.stamp_ns, labels_s)
-    return None if labels is None else read_labels(labels, search.order.names, models.rooms)
+    told = None if labels is None else read_labels(labels, search.order.names, models.rooms)
+    if told is None or source == "topic":
+        return told
+    ours = models.detect(obs.rgb)
+    return replace(told, rooms=ours.rooms, scene=ours.scene, features=ours.features)

@@ -61,9 +61,9 @@ def asked(
 def _found(script: Script, search: Search, models: SearchModels) -> dict[int, Finding]:
     """By id, what was noticed on the way."""
     found: dict[int, Finding] = {}
-    elsewhere = search.config.detector.source == "topic"
-    labels = _Labels(script if elsewhere else None)
-    for turn in _frames(script, coloured=not elsewhere):
+    source = search.config.detector.source
+    labels = _Labels(script if source != "model" else None)
+    for turn in _frames(script, coloured=source != "topic"):
         obs = search.prepared(observed(turn))
         detections = seen(search, obs, models, labels, 0.0)
         if detections is None:  # labels came too late then

@@ -89,6 +89,18 @@ def test_the_method_goes_along_with_the_goal(walker: Runtime, tmp_path: Path) ->
     assert {label["room"] for label in labels} == {"hallway"}
 
 
+def test_of_the_truth_boxes_and_names_alone_may_go_along(walker: Runtime, tmp_path: Path) -> None:
+    run_episode(EPISODE, Corridor().home(), walker, SMALL, "labels/closest", tmp_path / "e")
+    lines = (tmp_path / "e" / "labels.jsonl").read_text().splitlines()
+    labels = [json.loads(line) for line in lines]
+    assert [label["names"] for label in labels] == [[], [], ["toilet"], ["toilet"], ["toilet"]]
+    assert labels[2]["boxes"] == [[20, 10, 40, 22]]
+    assert {tuple(sorted(label)) for label in labels} == {
+        ("boxes", "names", "room", "scores", "stamp_ns")
+    }
+    assert {label["room"] for label in labels} == {None}
+
+
 def test_one_child_serves_many_episodes(walker: Runtime, tmp_path: Path) -> None:
     results = [drive(walker, tmp_path / str(i)) for i in range(3)]
     assert [replace(result, wall={}) for result in results] == [replace(results[0], wall={})] * 3

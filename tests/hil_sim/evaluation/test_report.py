@@ -93,6 +93,18 @@ def test_true_labels_are_in_the_title(tmp_path: Path) -> None:
     ]
 
 
+def test_true_boxes_alone_have_a_table_of_their_own(tmp_path: Path) -> None:
+    folder = tmp_path / "labels"
+    claim(Evaluation("labels", EPISODES, (), 2, Settings(folder)))
+    results = Results(folder)
+    for method in ("labels/rfnav", "labels/geometry", "oracle-perception"):
+        for episode in EPISODES:
+            results.add(result(method, episode, True))
+    ((title, base, rows),) = groups(read_folder(folder))
+    assert (title, base) == ("Against baselines, with true boxes and names", "labels/rfnav")
+    assert set(rows) == {"labels/geometry", "labels/rfnav", "oracle-perception"}
+
+
 def test_experts_with_true_labels_stand_beside_the_closest_frontier(tmp_path: Path) -> None:
     folder = tmp_path / "labels"
     claim(Evaluation("labels", EPISODES, (), 2, Settings(folder)))

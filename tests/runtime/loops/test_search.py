@@ -130,6 +130,41 @@ def test_a_closer_look_is_offered_where_the_table_is(tmp_path: Path) -> None:
     assert offered[1] is None
 
 
+class TwoBoxes:
+    """A bus on which a bed and a lamp are told of."""
+
+    def labels(self, stamp_ns: int, timeout_s: float) -> dict[str, object]:
+        boxes = [[10, 10, 60, 50], [90, 20, 99, 40]]
+        names, scores = ["bed", "lamp"], [1.0, 1.0]
+        return {"boxes": boxes, "names": names, "scores": scores, "room": None}
+
+
+def test_boxes_of_the_bus_go_with_the_room_and_view_of_the_detector(tmp_path: Path) -> None:
+    home = Apartment.of(TWO_ROOMS, Pose(3.0, 3.6, 0.0))
+    home.things = {"sofa": (4.5, 3.6, 0.3)}
+    view, room = np.array([0.6, 0.8], np.float32), np.array([0.7], np.float32)
+    parts = np.ones((4, 6, 8), np.float32)
+
+    class Looks(FakeModels):
+        def detect(self, rgb: np.ndarray, window=None) -> Detections:
+            told = super().detect(rgb)
+            assert len(told.boxes_px) == 1
+            return replace(told, rooms=room, scene=view, features=parts)
+
+    def looked(source: str) -> Detections:
+        told = f"research.detector_source='{source}'"
+        with search_for(home, "bed", tmp_path, told) as (search, _):
+            obs = search.prepared(home.observe())
+            found = seen(search, obs, Looks(home), TwoBoxes(), 0.0)
+        assert found is not None
+        return found
+
+    both, topic = looked("both"), looked("topic")
+    assert both.boxes_px.tolist() == topic.boxes_px.tolist() == [[10, 10, 60, 50]]
+    assert (both.rooms is room, both.scene is view, both.features is parts) == (True, True, True)
+    assert (topic.rooms.size, topic.scene.size, topic.features.size) == (0, 0, 0)
+
+
 def test_experts_hear_of_new_objects_only_where_there_is_time_ahead(tmp_path: Path) -> None:
     home = Apartment.of(TWO_ROOMS, Pose(5.2, 2.3, 0.0))
     home.things = {"bed": (7.4, 2.2, 0.3)}
