@@ -11,6 +11,7 @@ import click
 from hil_sim.driving.methods import KNOWN, method_named, needed_models
 from hil_sim.evaluation.evaluate import Evaluation, claim, report, run, summaries
 from hil_sim.evaluation.left_out import lines_of
+from hil_sim.evaluation.report_tables import purposes
 from hil_sim.evaluation.results import Results, errors, falls, sole, stages
 from hil_sim.evaluation.starts import survey
 from hil_sim.evaluation.summary import table
@@ -118,6 +119,9 @@ def _print(evaluation: Evaluation, results: Results, seed: int, took_s: float) -
                "95 % bootstrap intervals\n")  # fmt: skip
     click.echo(table(summaries(evaluation, results, seed)))
     click.echo("")
+    runs = {name: results.of(name, evaluation.episodes) for name in evaluation.methods}
+    if shares := purposes(runs):
+        click.echo(f"{shares}\n")
     for method in evaluation.methods:
         done = results.of(method, evaluation.episodes)
         line = f"{method}: {stages(done)}; {falls(done)} falls"

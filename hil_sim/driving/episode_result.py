@@ -50,8 +50,9 @@ class EpisodeResult:
     the runtime went for a point within 0.5 m of an instance. `claim`: whether the place that it
     stopped for is one. `frontier_m`: for each
     decision, the true way from the elected frontier to success, unless there is none. `actions`:
-    steps by the runtime's mode. `stopped`: it ended standing still. `fault`: what was done to it.
-    `wall` holds wall-clock seconds and nothing else does.
+    steps by the runtime's mode; `purposes`: by what they were spent on, {} in
+    older results. `stopped`: it ended standing still. `fault`: what was done to it. `wall` holds
+    wall-clock seconds and nothing else does.
     """
 
     episode: str
@@ -76,6 +77,7 @@ class EpisodeResult:
     claim: Claim = Claim.NONE
     frontier_m: tuple[float, ...] = ()
     actions: dict[str, int] = field(default_factory=dict)
+    purposes: dict[str, int] = field(default_factory=dict)
     stopped: bool = False
     fault: str = ""
     wall: dict[str, float] = field(default_factory=dict)

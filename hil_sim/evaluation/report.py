@@ -90,7 +90,7 @@ def section(
     if before is not None:
         parts += ["### Before and after", tables.progress(folder.runs, before.runs, seed)]
     parts += ["### Why episodes failed", RULE, tables.failures(folder.runs),
-              "### Found, by goal", tables.categories(_main(folder)),
+              *_spent(folder.runs), "### Found, by goal", tables.categories(_main(folder)),
               "### Where the time goes", _pace(folder), tables.times(folder.runs)]  # fmt: skip
     parts += [f"![{caption}]({path})\n\n{caption}" for path, caption in pictures]
     return "\n\n".join(part for part in parts if part)
@@ -101,6 +101,7 @@ def brief(folder: Folder, seed: int) -> str:
     main = groups(folder)[:1]
     parts = [_title(folder), INTERVALS, *_compared(folder, main, seed), *_remarks(folder)]
     parts += ["### Why episodes failed", RULE, tables.failures(_main(folder))]
+    parts += _spent(_main(folder))
     return "\n\n".join(part for part in parts if part)
 
 
@@ -143,6 +144,11 @@ def _remarks(folder: Folder) -> list[str]:
         if off:
             found.append(f"{name}: {off} episodes ended cut off from success; left out of DTS.")
     return found
+
+
+def _spent(runs: tables.Runs) -> list[str]:
+    shares = tables.purposes(runs)
+    return ["### What the steps were spent on", shares] if shares else []
 
 
 def _main(folder: Folder) -> dict[str, list[EpisodeResult]]:

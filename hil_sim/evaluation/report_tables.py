@@ -7,6 +7,7 @@ from hil_sim.driving.episode_result import EpisodeResult
 from hil_sim.evaluation.failures import Cause, false_finds, split
 from hil_sim.evaluation.results import FRAMES, falls, mean_wall
 from hil_sim.evaluation.summary import Figure, bootstrap, cell, difference, summarise
+from runtime.core.purpose import Purpose
 
 Runs = Mapping[str, Sequence[EpisodeResult]]  # a method's episodes, all methods the same ones
 
@@ -98,6 +99,20 @@ def failures(runs: Runs) -> str:
         lines.append(_row(name, f"{failed} of {len(results)}", *counts, f"{hits:.2f}",
                           str(falls(results)), f"{still:.0f}", f"{false:.2f}"))  # fmt: skip
     return "\n".join(lines)
+
+
+def purposes(runs: Runs) -> str:
+    """Share of the steps by what they were spent on, of the results that tell it; "" where none
+    does. (A stop is "other".)"""
+    lines = _head("method", "steps an episode", *(f"{purpose} %" for purpose in Purpose))
+    for name, results in runs.items():
+        told = [r for r in results if r.purposes]
+        total = sum(sum(r.purposes.values()) for r in told)
+        if total:
+            shares = (100 * sum(r.purposes.get(p, 0) for r in told) / total for p in Purpose)
+            cells = (f"{share:.1f}" for share in shares)
+            lines.append(_row(name, f"{total / len(told):.0f}", *cells))
+    return "\n".join(lines) if len(lines) > 2 else ""
 
 
 def categories(runs: Runs) -> str:

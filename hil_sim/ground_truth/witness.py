@@ -16,6 +16,7 @@ from hil_sim.ground_truth.labels import FULL_PX
 from hil_sim.ground_truth.true_labels import pixels
 from hil_sim.simulation.protocol import GoalSighting
 from hil_sim.simulation.robot import Robot
+from runtime.core.purpose import Purpose
 from runtime.core.types import Pose
 from runtime.core.world import Mode
 
@@ -47,6 +48,7 @@ class Facts:
     claim: Claim
     frontier_m: tuple[float, ...]
     actions: dict[str, int]
+    purposes: dict[str, int]
 
 
 class Witness:
@@ -67,6 +69,7 @@ class Witness:
         self._claim = Claim.NONE
         self._frontier_m: list[float] = []
         self._actions: Counter[str] = Counter()
+        self._purposes: Counter[str] = Counter()
         self.sightings: tuple[GoalSighting, ...] = ()  # of the newest frame
         self._track = track.open("w", encoding="utf-8")
 
@@ -103,6 +106,7 @@ class Witness:
         """What the runtime said to it; `in_scene` takes a point of its map to the scene frame."""
         mode = str(state.get("mode", ""))
         self._actions[mode] += 1
+        self._purposes[str(state.get("purpose", Purpose.OTHER))] += 1
         aim = state.get("toward_xy")
         if aim and mode in TARGET_MODES:
             at_goal = self._is_goal(*in_scene(*aim))
@@ -132,6 +136,7 @@ class Witness:
             self._claim,
             tuple(self._frontier_m),
             dict(sorted(self._actions.items())),
+            dict(sorted(self._purposes.items())),
         )
 
     def _is_goal(self, x_m: float, y_m: float) -> bool:

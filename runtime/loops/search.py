@@ -17,6 +17,7 @@ from runtime.core.mapping.solid_depth import solid
 from runtime.core.objects.recall import embedded, recall
 from runtime.core.objects.surfaces import surfaces_window
 from runtime.core.optics.upright import upright_mount
+from runtime.core.purpose import purpose_of
 from runtime.core.types import (
     F64,
     Brief,
@@ -211,6 +212,7 @@ class Search:
             "step": world.body.step,
             "action": command.action.value,
             "mode": command.mode,
+            "purpose": purpose_of(world, command),
             "reason": command.reason,
             "toward_xy": command.toward_xy,
             "frontier": decision.frontier if decision else None,

@@ -105,6 +105,7 @@ def main() -> None:
                     "stamp_ns": obs.stamp_ns,
                     "step": seen,
                     "mode": "stop" if action is Action.STOP else MODES.get(seen, "frontier"),
+                    "purpose": "approaching" if seen in MODES else "exploring",
                     "toward_xy": [1.5 if seen >= 4 else 0.5, 0.0],
                     "reason": f"red {obs.rgb[0, 0, 0]}, nearest {near_m:.2f} m",
                     "took_s": took_s,

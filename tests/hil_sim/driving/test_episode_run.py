@@ -66,6 +66,7 @@ def test_what_the_truth_says_of_it(walker: Runtime, tmp_path: Path) -> None:
     assert (result.believed_at, result.claim) == (4, "true")
     assert result.frontier_m == (0.75,)  # the frontier is at y = 3.25, success at y = 4
     assert result.actions == {"frontier": 3, "stop": 1, "target": 1}
+    assert result.purposes == {"approaching": 1, "exploring": 4}
     assert (result.stopped, result.fault) == (True, "")
     track = [json.loads(line) for line in (tmp_path / "e1/track.jsonl").read_text().splitlines()]
     assert [row["y"] for row in track] == [3.25, 3.5, 3.75, 4.0, 4.0]

@@ -15,6 +15,7 @@ from hil_sim.driving.methods import METHODS
 from hil_sim.evaluation.evaluate import Evaluation, claim
 from hil_sim.evaluation.failures import Cause, cause, split
 from hil_sim.evaluation.report import fill, groups, section
+from hil_sim.evaluation.report_tables import purposes
 from hil_sim.evaluation.result_folder import read_folder
 from hil_sim.evaluation.results import Results
 from hil_sim.evaluation.summary import bootstrap, difference
@@ -78,6 +79,15 @@ def test_the_papers_tables_with_paired_differences(out: Path) -> None:
     assert "28 episodes in 2 minutes of wall time" in text
     assert "14.0 a minute with 2 workers" in text
     assert section(folder, 0, []) == text
+
+
+def test_steps_are_told_by_what_they_were_spent_on() -> None:
+    spent = replace(result("rfnav", EPISODES[0], True), purposes={"exploring": 30, "other": 10})
+    before = result("closest", EPISODES[0], True)  # of a time when that was not counted
+    head, _, row = purposes({"rfnav": [spent], "closest": [before]}).splitlines()
+    assert head.startswith("| method | steps an episode | exploring % | looking closer % |")
+    assert row == "| rfnav | 40 | 75.0 | 0.0 | 0.0 | 0.0 | 0.0 | 0.0 | 25.0 |"
+    assert purposes({"closest": [before]}) == ""
 
 
 def test_true_labels_are_in_the_title(tmp_path: Path) -> None:
