@@ -64,6 +64,7 @@ from runtime.robot.bus import Bus
 from runtime.robot.exposure import doubtful, exposed
 from runtime.robot.frame_names import ODOM
 from runtime.robot.loopback import check_alone
+from runtime.robot.told_votes import ToldVotes
 from runtime.service.goal_queue import GoalFile
 from runtime.service.notify import Systemd
 from runtime.service.telemetry import Telemetry
@@ -182,7 +183,9 @@ def run(
             Bus(config.bus, clock, True, config.camera, recorder, True, config.senses) as bus,
         ):
             custom, answers = _custom(terms, bus, config)
-            Lockstep(bus, models, configure, clock, recorder, custom.terms, answers).run(ending)
+            told = ToldVotes(bus.node, clock)
+            loop = bus, models, configure, clock, recorder, custom.terms, answers, told
+            Lockstep(*loop).run(ending)
 
 
 def _precautions(config: configuration.Config) -> None:

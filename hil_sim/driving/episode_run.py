@@ -13,6 +13,7 @@ from hil_sim.driving.link import HarnessError
 from hil_sim.driving.lockstep import EpisodeRun, Tally, drive
 from hil_sim.driving.methods import method_named
 from hil_sim.driving.stage import Driver, StagedHome, Step
+from hil_sim.driving.told_votes import HarnessVotes
 from hil_sim.ground_truth.episodes import Episode
 from hil_sim.ground_truth.metrics import Outcome, soft_spl, spl
 from hil_sim.ground_truth.witness import TRACK_FILE, Witness
@@ -38,11 +39,13 @@ def run_episode(
     play: Callable[[EpisodeRun], None] = drive,
     settings: tuple[str, ...] = (),
     bounds: DrawnBounds = UNBOUND,
+    voter: HarnessVotes | None = None,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
     raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
     lockstep, or in real time (`realtime.drive`); `settings` of this search come last. `bounds`:
-    what people have drawn for it."""
+    what people have drawn for it; `voter`: who casts the votes that the method has the harness
+    cast, in lockstep."""
     began_s = time.monotonic()
     how = method_named(method)
     log_dir.mkdir(parents=True, exist_ok=True)
@@ -54,7 +57,7 @@ def run_episode(
     mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)
     run = EpisodeRun(
         episode.id, start, home, runtime, protocol, how, witness, mishaps, seed, watch,
-        Tally(Robot(start)),
+        Tally(Robot(start)), voter=voter,
     )  # fmt: skip
     try:
         play(run)

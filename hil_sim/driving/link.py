@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -29,7 +29,9 @@ from runtime.robot.session import (
     ACTION,
     DECISION,
     LABELS,
+    QUESTION,
     STATE,
+    VOTES,
     BusConfig,
     TopicsConfig,
     open_session,
@@ -43,6 +45,7 @@ RESEND_S = 5.0  # the bus of the runtime knows what it has seen: sending twice d
 
 REQUIRED = ("camera_info", "odom", "depth", "color")  # what the runtime must listen to
 STILL = Twist()
+Votes = Callable[[Mapping[str, Any]], Mapping[str, Any]]
 NOTHING: Mapping[str, bytes] = MappingProxyType({})
 
 
@@ -158,10 +161,11 @@ class Runtime:
         intrinsics: Intrinsics,
         labels: dict[str, Any] | None = None,
         beside: Mapping[str, bytes] = NOTHING,
+        votes: Votes | None = None,
     ) -> Answer:
         """Publish one observation and wait for the action: one step of the lockstep. `labels`
         (see `ground_truth.true_labels`) go ahead of the images that they belong to, and so does
-        what is published `beside` them (topic: CDR)."""
+        what is published `beside` them (topic: CDR). `votes` answers what is asked meanwhile."""
         for topic, payload in beside.items():
             self.publish(topic, payload)
         observation = _encoded(stamp_ns, rgb, depth_m, odometry, intrinsics, labels)
@@ -185,6 +189,8 @@ class Runtime:
                 state = value
             elif topic == DECISION:
                 decisions.append(value)
+            elif topic == QUESTION and votes is not None:
+                self.publish(VOTES, wire.encode_json(votes(value)))
             elif topic == ACTION:
                 return Answer(_action(value), state, tuple(decisions), _twist(value))
         raise HarnessError(f"no answer to an observation in {self._answer_s:g} s")
@@ -251,7 +257,7 @@ class Runtime:
 
         def hear(sample: zenoh.Sample) -> None:
             topic = self._wire.topic(str(sample.key_expr))
-            if topic not in (ACTION, STATE, DECISION):
+            if topic not in (ACTION, STATE, DECISION, QUESTION):
                 return
             try:
                 self._heard.put((topic, wire.decode_json(sample.payload.to_bytes(), topic)))

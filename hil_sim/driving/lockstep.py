@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from hil_sim.driving.link import Answer, Runtime
 from hil_sim.driving.methods import Method
 from hil_sim.driving.stage import Driver, RenderedView, StagedHome, Step
+from hil_sim.driving.told_votes import HarnessVotes
 from hil_sim.ground_truth.true_labels import boxes_alone, true_labels
 from hil_sim.ground_truth.witness import Witness, to_scene
 from hil_sim.simulation.drive import drive as roll
@@ -56,6 +57,7 @@ class EpisodeRun:
     watch: Callable[[Step], None]
     tally: Tally
     last_yaw_rad: float | None = None
+    voter: HarnessVotes | None = None  # casts votes that are the harness's
 
     def when(self) -> When:
         """The moment of the observation that is due."""
@@ -140,6 +142,7 @@ def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
     scanner = home.scan if run.protocol.laser else None
     ranges_m = scanner(pose) if scanner is not None else None
     below_m = home.cliffs(pose) if home.cliffs is not None else {}
+    voter, in_scene = run.voter, to_scene(pose, sensed.odometry)
     began_s = time.monotonic()
     answer = run.driver.exchange(
         sensed.stamp_ns,
@@ -149,6 +152,7 @@ def _told(run: EpisodeRun, view: RenderedView, sensed: Sensed) -> Answer:
         run.protocol.intrinsics,
         labels,
         beside(run.protocol, ranges_m, tally.robot.touching, below_m, sensed.stamp_ns),
+        (lambda question: voter.answer(question, in_scene)) if voter is not None else None,
     )
     tally.answer_s += time.monotonic() - began_s
     tally.thinking_s += float(answer.state.get("took_s", 0.0))

@@ -11,12 +11,14 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from hil_sim.driving.needed_models import CLIP, CLIP_WITH_RELEVANCE, MDETR, Needed
+from hil_sim.driving.told_votes import Casts, How
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.errors import ConfigError
 
 ORACLE, LABELS = "oracle-perception", "labels"
 OURS = "rfnav-det"
 CLOSEST = 'research.consensus_fallback="closest"'
+LENIENT = 'research.consensus_mode="lenient"'
 
 
 @dataclass(frozen=True)
@@ -24,12 +26,13 @@ class Method:
     """`settings` are the runtime's `--set` values; `labels`: what of the true labels the harness
     publishes, "boxes" being boxes and names alone; `driver` "shortest" follows the shortest path
     without any runtime; `detector`, which somebody has to import, looks instead of the one that is
-    configured."""
+    configured; `casts`: the experts whose votes are the harness's."""
 
     settings: tuple[str, ...] = ()
     labels: Literal["", "all", "boxes"] = ""
     driver: Literal["runtime", "shortest"] = "runtime"
     detector: Needed | None = None
+    casts: Casts = ()
 
     @property
     def eyes(self) -> str:
@@ -50,7 +53,7 @@ def _experts(*names: str) -> str:
 
 def _alone(expert: str) -> Method:
     """One expert's word is law; the closest frontier when it abstains."""
-    return Method((_experts(expert), 'research.consensus_mode="lenient"', CLOSEST))
+    return Method((_experts(expert), LENIENT, CLOSEST))
 
 
 def _majority(k: int) -> Method:
@@ -63,6 +66,12 @@ def _majority(k: int) -> Method:
 def _cow(detector: Needed, *settings: str) -> Method:
     """CLIP on Wheels (Gadre et al., CVPR 2023): the closest frontier until the goal is seen."""
     return Method((_experts(), CLOSEST, *settings), detector=detector)
+
+
+def _cast(*casts: tuple[str, How], settings: tuple[str, ...] = ()) -> Method:
+    """These experts' votes come from the harness, the others' as ever."""
+    told = ", ".join(repr(expert) for expert, _ in casts)
+    return Method((*settings, f"research.told_experts=[{told}]"), casts=casts)
 
 
 def _labelled(method: Method) -> Method:
@@ -92,9 +101,28 @@ SINGLE: dict[str, Method] = {
     "o2f+r2f": Method((_experts("o2f", "r2f"), CLOSEST)),
     "o2f+sle": Method((_experts("o2f", "sle"), CLOSEST)),
     "r2f+sle": Method((_experts("r2f", "sle"), CLOSEST)),
+    "without-o2f": Method((_experts("r2f", "sle"),)),
+    "without-r2f": Method((_experts("o2f", "sle"),)),
+    "without-sle": Method((_experts("o2f", "r2f"),)),
+    "spoilt-o2f": _cast(("o2f", "random")),
+    "spoilt-r2f": _cast(("r2f", "random")),
+    "spoilt-sle": _cast(("sle", "random")),
 }
-"""`rfnav` is the runtime as it is: where experts do not agree it goes by information gain. `paper`
-and all that the paper compares with fall back on the closest frontier."""
+"""`rfnav` is the runtime as it is: where experts do not agree it goes by information gain;
+`without` one of its experts, or with one `spoilt`, whose votes are drawn at random. `paper` and all
+that the paper compares with fall back on the closest frontier."""
+ROOMS: tuple[str, How] = ("r2f", "rooms")
+OBJECTS: tuple[str, How] = ("o2f", "objects")
+BEYOND: tuple[str, How] = ("sle", "beyond")
+BOUNDS: dict[str, Method] = {
+    "rooms-known": _cast(ROOMS),
+    "objects-known": _cast(OBJECTS),
+    "beyond-known": _cast(BEYOND),
+    "all-known": _cast(ROOMS, OBJECTS, BEYOND),
+    "beyond-alone": _cast(BEYOND, settings=(_experts("sle"), LENIENT)),
+}
+"""What a vote could bring, under true boxes: experts who know the truth (`oracle_votes`), elected
+by the same rule as ever; `beyond-alone`: one's word is law."""
 COW: dict[str, Method] = {
     "cow-clip-patch": _cow(CLIP, 'research.clip_way="patch"'),
     "cow-clip-ref": _cow(CLIP, 'research.clip_way="reference"'),
@@ -107,12 +135,15 @@ METHODS: dict[str, Method] = {
     **COW,
     ORACLE: _labelled(SINGLE["rfnav"]),
     **{f"{ORACLE}/{name}": _labelled(method) for name, method in SINGLE.items()},
-    **{f"{LABELS}/{name}": _boxed(method) for name, method in SINGLE.items()},
+    **{f"{LABELS}/{name}": _boxed(method) for name, method in (SINGLE | BOUNDS).items()},
     "oracle-goal": Method(driver="shortest"),
 }
 
 
-KNOWN = ", ".join([*SINGLE, *COW, ORACLE, f"{ORACLE}/METHOD", f"{LABELS}/METHOD", "oracle-goal"])
+KNOWN = ", ".join(
+    [*SINGLE, *COW, ORACLE, f"{ORACLE}/METHOD", f"{LABELS}/METHOD",
+     *(f"{LABELS}/{name}" for name in BOUNDS), "oracle-goal"]
+)  # fmt: skip
 
 
 def method_named(name: str) -> Method:

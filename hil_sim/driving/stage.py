@@ -8,7 +8,7 @@ from typing import Protocol as Port
 import numpy as np
 from numpy.typing import NDArray
 
-from hil_sim.driving.link import NOTHING, Answer
+from hil_sim.driving.link import NOTHING, Answer, Votes
 from hil_sim.ground_truth.witness import Footprint
 from hil_sim.scenes.format import Scene
 from hil_sim.simulation.body import Body
@@ -47,6 +47,7 @@ class Driver(Port):
         intrinsics: Intrinsics,
         labels: dict[str, Any] | None = None,
         beside: Mapping[str, bytes] = NOTHING,
+        votes: Votes | None = None,
     ) -> Answer: ...
 
 

@@ -22,10 +22,12 @@ from hil_sim.driving.link import HarnessError, Runtime, rfnav_command
 from hil_sim.driving.methods import Method, method_named
 from hil_sim.driving.rig import camera_of, home_of, open_world, shortest, start_of
 from hil_sim.driving.stage import Driver, StagedHome
+from hil_sim.driving.told_votes import HarnessVotes
 from hil_sim.evaluation.left_out import StartCheck
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.ground_truth.episodes import Episode, check_start
 from hil_sim.ground_truth.metrics import spl
+from hil_sim.ground_truth.oracle_votes import OracleKnowledge
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
@@ -222,9 +224,14 @@ class _Rig:
                 episode, home, driver, protocol, name, log_dir,
                 faults=self._faults, seed=seed, renderer=self._settings.renderer,
             )  # fmt: skip
+        voter = None
+        if method.casts:
+            known = OracleKnowledge(self._truth, episode.goal)
+            voter = HarnessVotes(method.casts, known, episode.id, seed)
         return run_episode(
-            episode, home, driver, protocol, name, log_dir, faults=self._faults, seed=seed
-        )
+            episode, home, driver, protocol, name, log_dir, faults=self._faults, seed=seed,
+            voter=voter,
+        )  # fmt: skip
 
 
 def protocol_for(settings: Settings, method: Method) -> Protocol:
@@ -232,6 +239,8 @@ def protocol_for(settings: Settings, method: Method) -> Protocol:
     protocol = protocol_named(settings.protocol, settings.tilt, settings.noise, settings.sensors)
     if method.driver == "shortest" and (protocol.base is not None or settings.realtime):
         raise HarnessError("oracle-goal: takes steps and turns; choose hm3d or robothor, lockstep")
+    if method.casts and settings.realtime:
+        raise HarnessError("votes of the harness's are for lockstep; leave --realtime out")
     if method.labels == "all":
         width, height = LABELS_PX
         protocol = replace(protocol, width=width, height=height)

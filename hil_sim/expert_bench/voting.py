@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Self
 
+from hil_sim.driving.told_votes import drawn_vote
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from runtime.clock import Deadline, SystemClock
 from runtime.config import Config, load
@@ -96,13 +97,7 @@ class Votes:
 
 
 def at_random(expert: str, question: BenchQuestion, seed: int) -> Vote:
-    """A vote without any sense: always cast, for one frontier drawn at random, half the time for
-    two."""
+    """A vote without any sense, on one question."""
     moment = question.moment
     place = f"{seed}/{expert}/{moment.home}/{moment.drive}/{moment.step}/{question.goal}"
-    rng = random.Random(place)
-    ids = sorted(question.costs_m)
-    chosen = sorted(rng.sample(ids, min(rng.choice((1, 2)), len(ids))))
-    share = 1.0 / len(chosen)
-    p = tuple((id, share if id in chosen else 0.0) for id in ids)
-    return Vote(expert, tuple(chosen), p, "at random")
+    return drawn_vote(expert, list(question.costs_m), random.Random(place))

@@ -87,6 +87,21 @@ class LiesBeyond:
             each_m2.astype(np.float32),
         )
 
+    def about(
+        self, frontier_xy: Points, near_m: float, room_m: float
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+        """Round a frontier, its cells (N, 2) m in the scene's frame, by any way, seen or not:
+        (things,) which are walked up to within `near_m`, (R,) shares of the floor within `room_m`
+        by ROOM_TYPES, all 0 where there is none."""
+        free = self.space.free
+        seeds = self._seeds(frontier_xy)
+        walked = _walk(free | seeds, seeds, max(near_m, room_m))
+        flat = walked.ravel()
+        near = [bool(at.size) and float(flat[at].min()) <= near_m for at in self.places]
+        rooms = self.rooms[free & (walked <= room_m)]
+        each = np.bincount(rooms[rooms >= 0], minlength=len(ROOM_TYPES)).astype(np.float64)
+        return np.array(near, bool), each / max(each.sum(), 1.0)
+
     def _seeds(self, frontier_xy: Points) -> NDArray[np.bool_]:
         """(H, W) the cells within SEEDED_M of a frontier's."""
         marked = np.zeros(self.space.free.shape, np.uint8)

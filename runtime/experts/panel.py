@@ -48,11 +48,21 @@ class PanelConfig:
         "s",
         within=(0.01, 600.0),
     )
+    told: tuple[ExpertName, ...] = key(
+        (),
+        "Experts whose votes come over the bus in lockstep, from a harness; else they are silent.",
+        research="told_experts",
+    )
     budget_in_lockstep: bool = key(
         False,
         "Whether a decision's budget counts in lockstep; else experts run to completion.",
         research="budget_in_lockstep",
     )
+
+    @property
+    def seated(self) -> tuple[ExpertName, ...]:
+        """Those that are asked here."""
+        return tuple(name for name in self.experts if name not in self.told)
 
     @property
     def votes_s(self) -> float:
@@ -258,7 +268,7 @@ class Panel:
                     return
                 question, seat.question = seat.question, None
                 seat.running, seat.rehearsing = True, question.rehearsal
-            outcome = _checked(_call(seat, question.brief, question.by), question.brief)
+            outcome = checked(_call(seat, question.brief, question.by), question.brief)
             latency_s = self._clock.now_s() - question.asked_s
             with self._condition:
                 seat.running = seat.rehearsing = False
@@ -281,7 +291,7 @@ def _call(seat: _Seat, brief: Brief, by: Deadline) -> Vote | Missing:
     return Missing(seat.name, Absence.ERROR, f"returned {type(outcome).__name__}, not a vote")
 
 
-def _checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
+def checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
     """Keep what refers to the frontiers that were asked about. A vote for one that was not on the
     brief is nonsense as a whole."""
     if isinstance(outcome, Missing):

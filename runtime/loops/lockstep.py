@@ -19,6 +19,7 @@ from runtime.loops.goal_request import STRICT, GoalRequest, Terms, cancel_reason
 from runtime.loops.order import SearchModels, understand
 from runtime.loops.ports import LockstepBus
 from runtime.loops.search import Search, seen
+from runtime.loops.told_panel import Asked, TellsVotes, ToldPanel
 from runtime.record import Record, unrecorded
 from runtime.service.limits import NO_LIMITS
 from runtime.service.outcomes import GoalEnd, refused_for
@@ -30,7 +31,8 @@ class Lockstep:
     """Answers requests and observations until it is told to end.
 
     A goal may bring settings of its own: `configure` makes the search's configuration of them.
-    `answers`: of the kinds of requests that are answered without a search.
+    `answers`: of the kinds of requests that are answered without a search. `told`: who brings the
+    votes of experts that are elsewhere.
     """
 
     def __init__(
@@ -42,8 +44,9 @@ class Lockstep:
         record: Record = unrecorded,
         terms: Terms = STRICT,
         answers: Mapping[str, Answering] = NOTHING_ELSE,
+        told: TellsVotes | None = None,
     ) -> None:
-        self._record, self._terms = record, terms
+        self._record, self._terms, self._told = record, terms, told
         self._bus, self._models, self._configure, self._clock = bus, models, configure, clock
         self._search: Search | None = None
         self._last: Search | None = None  # ended, for a goal that keeps its map
@@ -140,7 +143,10 @@ class Lockstep:
         cfg = search.config.navigate
         snap = navigate.snapshot(world, why, cfg)
         self._record("question", {"why": why, "brief": snap.brief})
-        decision = navigate.decide(snap, search.order.panel, self._deadline(search), cfg)
+        panel: Asked = search.order.panel
+        if (names := search.config.panel.told) and self._told is not None:
+            panel = ToldPanel(panel, self._told, names, snap.frontiers)
+        decision = navigate.decide(snap, panel, self._deadline(search), cfg)
         self._record("ballot", (decision.ballot, ""))
         self._bus.publish_decision(search.decided(decision, snap.brief, world))
         search.billed(self._models)

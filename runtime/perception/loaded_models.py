@@ -113,7 +113,7 @@ class LoadedModels:
         def agreed(ballot: Ballot) -> bool:
             return consensus.agreed(ballot, rule)
 
-        appeals = seating.appeals(config.panel.experts) if seating else {}
+        appeals = seating.appeals(config.panel.seated) if seating else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)
         self._detector.tell_features_of(seating.features_from if seating else "")
         return understood, self._panel
@@ -228,7 +228,7 @@ class LoadedModels:
     @models_told()
     def seated(self, config: Config) -> dict[str, Expert]:
         """Those that the configuration names; they may be asked without a panel too."""
-        names = config.panel.experts
+        names = config.panel.seated
         if not names:
             return {}
         seating = self._open_seating()

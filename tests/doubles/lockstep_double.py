@@ -20,6 +20,7 @@ from runtime.record import Record, unrecorded
 from runtime.robot import wire
 from runtime.robot.bus import Bus
 from runtime.robot.session import ACTION, BusConfig, open_session
+from runtime.robot.told_votes import ToldVotes
 from runtime.service.zones import zones_beside
 
 
@@ -96,7 +97,8 @@ def running(
                 zones = zones_beside(bus, kept=False)
                 answers = {"zones": lambda request: zones.answer(request.body)}
                 terms = Terms(True, zones=zones)
-                loop = Lockstep(bus, models, configure, clock, record, terms, answers)
+                told = ToldVotes(bus.node, clock)
+                loop = Lockstep(bus, models, configure, clock, record, terms, answers, told)
                 loop.run(ending.is_set)
         except BaseException as error:  # noqa: BLE001 -- handed to the test
             ended.append(error)

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
+import zenoh
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, Wordy, broken, farthest
 from lockstep_double import Peer, begin, home, running
@@ -15,6 +16,7 @@ from runtime.core.types import Action, Brief, Intrinsics, Missing, Pose, SearchS
 from runtime.core.world import Command, Mode
 from runtime.errors import SensorError
 from runtime.journal import read_journal, read_map
+from runtime.robot import wire
 
 
 def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
@@ -49,6 +51,36 @@ def test_an_episode_from_goal_to_stop_leaves_everything_behind(tmp_path: Path):
     assert toilet["names"] == {"toilet": 1.0}
     assert math.dist(toilet["look_from_xy"], toilet["xy"]) < 1.3
     assert all(0 < side < 1.5 for side in toilet["size_m"])
+
+
+def test_a_harness_votes_for_an_expert_by_where_the_frontiers_are(tmp_path: Path):
+    there = home()
+    told = "research.told_experts=['r2f', 'sle']"
+    with running(FakeModels(there, o2f=farthest), told) as (peer, ended):
+
+        def answer(sample: zenoh.Sample) -> None:
+            question = wire.decode_json(sample.payload.to_bytes(), "question")
+            near = min(question["frontiers"], key=lambda f: math.hypot(*f["goal_xy"]))
+            shares = [[f["id"], f is near] for f in question["frontiers"]]
+            vote = {"expert": "r2f", "frontiers": [near["id"]], "probabilities": shares}
+            vote["reason"] = "near the start"
+            told = {"stamp_ns": question["stamp_ns"], "votes": [vote]}
+            peer.session.put("rfnav/votes", wire.encode_json(told))
+
+        asked = peer.session.declare_subscriber("rfnav/question", answer)
+        begin(peer, tmp_path)
+        for _ in range(13):
+            there.apply(Action(peer.show(there)))
+        peer.ask("cancel", {})
+        asked.undeclare()
+    assert not ended
+    (first, *_) = [d for d in read_journal(tmp_path / "decisions.jsonl") if d["kind"] == "decision"]
+    assert [(vote["expert"], vote["rung"]) for vote in first["votes"]] == [
+        ("o2f", "local"), ("r2f", "told"),
+    ]  # fmt: skip
+    nearest = min(first["frontiers"], key=lambda f: math.hypot(*f["goal_xy"]))
+    assert first["votes"][1]["frontiers"] == [nearest["id"]]
+    assert first["missing"] == [{"expert": "sle", "cause": "no evidence"}]
 
 
 def test_a_broken_expert_is_an_abstention_with_its_cause(tmp_path: Path):
