@@ -7,14 +7,14 @@ from pathlib import Path
 import click
 
 from hil_sim.evaluation.sample import Wish, not_asked_for, sample_all
-from hil_sim.evaluation.suites import REPLICAS, make_suite
+from hil_sim.evaluation.suites import REPLICAS, UNSEEN, make_suite
 from hil_sim.ground_truth.episodes import HM3D_GOALS, ROBOTHOR_GOALS, save_suite
 from hil_sim.scenes.format import SceneError
 
 
 @click.command("episodes")
 @click.argument("scenes", nargs=-1)
-@click.option("--make", help="Make a bundled suite again, from its recipe: val, labels.")
+@click.option("--make", help="Make a bundled suite again, from its recipe: val, labels, official.")
 @click.option(
     "--replicas", type=click.Path(path_type=Path), help="RoboTHOR's episodes, for --make."
 )
@@ -47,7 +47,7 @@ def episodes_command(
     note = ""
     if make:
         found, note = make_suite(make, replicas, workers)
-        _tell(itertools.product(REPLICAS, ROBOTHOR_GOALS))
+        _tell(itertools.product(UNSEEN if make == "official" else REPLICAS, ROBOTHOR_GOALS))
     else:
         _tell(itertools.product(scenes, goals))
         strict = not skip_missing

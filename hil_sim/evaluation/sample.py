@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from tqdm import tqdm
 
+from hil_sim.evaluation.starts import obstacle
 from hil_sim.ground_truth.episodes import (
     HM3D_GOALS,
     SHORTEST_M,
@@ -30,7 +31,8 @@ class Wish:
     met being passed over, unless `strict`, and always those that a person would not recognise (see
     `not_asked_for`); `starts` episodes each, with seeds from `seed` on.
 
-    With `given`, up to `most` of these instead, that can be begun and done in this scene.
+    With `given`, up to `most` of these instead, that can be begun and done in this scene, each of
+    another goal; or, where `all_given`, every one of them that can, with its own length.
     """
 
     scene: str
@@ -40,6 +42,7 @@ class Wish:
     seed: int = 0
     strict: bool = False
     given: tuple[Episode, ...] = ()
+    all_given: bool = False
 
 
 def sample_all(wishes: Iterable[Wish], workers: int = 1) -> list[list[Episode]]:
@@ -75,6 +78,10 @@ def sample_scene(wish: Wish) -> list[Episode]:
         from hil_sim.ground_truth.truth import SceneTruth
 
         truth = SceneTruth(world, assets)
+        if wish.all_given:
+            home = home_name(truth.space)
+            can = [e for e in wish.given if obstacle(e, world, truth) is None]
+            return [Episode(e.id, e.scene, e.start, e.goal, e.shortest_path_m, home) for e in can]
         if wish.given:
             return adopted(wish.given, truth, wish.most)
         found: list[list[Episode]] = []

@@ -1,4 +1,4 @@
-"""Recipes of the bundled suites `val` and `labels`: which homes, which goals, in which order.
+"""Recipes of the bundled suites `val`, `labels` and `official`: homes, goals, and their order.
 
 The suites themselves are data (`suites/*.json`), so that nothing drifts when a generator changes
 its mind about an order; `hil-sim episodes --make NAME` makes them again.
@@ -22,9 +22,19 @@ VAL_HOMES, VAL_REPLICAS = 40, 20
 LABEL_HOMES, LABEL_GOALS, LABEL_STARTS = 30, 4, 2
 LABEL_FIRST = 1000  # the seed of the first home, beyond those of `val`
 REPLICA_GOALS = 3
+UNSEEN = tuple(f"FloorPlan_Val3_{j}" for j in range(1, 6))
+"""Apartments of RoboTHOR that nothing was trained or tuned on."""
+DRAWN, NO_GOAL = 100, "vase"
+"""How many of their official episodes are drawn, and the goal that is left out: as when they were
+driven first, in replicas whose vases no person would have known."""
 NOTE = (
     "Episodes in FloorPlan_* start where the public RoboTHOR 2021 challenge data set (Apache-2.0) "
     "has them start; homes, other meshes and lengths are ours."
+)
+OFFICIAL_NOTE = (
+    f"Drawn from the episodes of {UNSEEN[0]} to {UNSEEN[-1]} in the public RoboTHOR 2021 challenge "
+    "data set (Apache-2.0), whose starts and lengths these are; without vases, and without those "
+    "that cannot be driven in our replicas, which have other meshes."
 )
 
 
@@ -32,12 +42,16 @@ def make_suite(
     name: str, replicas: Path | None, workers: int = 1
 ) -> tuple[tuple[Episode, ...], str]:
     """A suite's episodes by its recipe, and a note on where they come from."""
-    if name not in ("val", "labels"):
-        raise SceneError(f"suite {name}: no recipe; known: labels, val")
+    if name not in ("val", "labels", "official"):
+        raise SceneError(f"suite {name}: no recipe; known: labels, official, val")
     if name == "labels":
         return tuple(_labels(workers)), ""
     if replicas is None:
-        raise SceneError("suite val: needs RoboTHOR's episodes; name their folder by --replicas")
+        raise SceneError(
+            f"suite {name}: needs RoboTHOR's episodes; name their folder by --replicas"
+        )
+    if name == "official":
+        return tuple(_official(replicas, workers)), OFFICIAL_NOTE
     return tuple(_val(replicas, workers)), NOTE
 
 
@@ -53,6 +67,18 @@ def _val(folder: Path, workers: int) -> list[Episode]:
     rows = found[VAL_HOMES:]
     official = [e for row in itertools.zip_longest(*rows) for e in row if e is not None]
     return interleaved(official, generated)
+
+
+def _official(folder: Path, workers: int) -> list[Episode]:
+    """As `hil-sim eval --episodes FOLDER --limit 100` draws them, the apartments in turn."""
+    from hil_sim.importers.robothor_episodes import official_episodes
+
+    drawn = official_episodes(folder, UNSEEN, DRAWN, 0)
+    wanted = [episode for episode in drawn if episode.goal != NO_GOAL]
+    given = {scene: tuple(e for e in wanted if e.scene == scene) for scene in UNSEEN}
+    wishes = [Wish(scene, given=given[scene], all_given=True) for scene in UNSEEN]
+    rows = itertools.zip_longest(*sample_all(wishes, workers))
+    return [episode for row in rows for episode in row if episode is not None]
 
 
 def _home(seed: int) -> Wish:

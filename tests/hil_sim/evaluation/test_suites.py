@@ -15,7 +15,7 @@ from hil_sim.evaluation import sample
 from hil_sim.evaluation.left_out import Undrivable
 from hil_sim.evaluation.sample import adopted
 from hil_sim.evaluation.starts import obstacle
-from hil_sim.evaluation.suites import REPLICAS, _home, interleaved, make_suite, offers
+from hil_sim.evaluation.suites import REPLICAS, UNSEEN, _home, interleaved, make_suite, offers
 from hil_sim.ground_truth.episodes import (
     HM3D_GOALS,
     ROBOTHOR_GOALS,
@@ -130,10 +130,11 @@ def test_an_episode_of_another_home_is_refused() -> None:
 
 
 def test_only_known_recipes(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match="suite huge: no recipe; known: labels, val"):
+    with pytest.raises(SceneError, match="suite huge: no recipe; known: labels, official, val"):
         make_suite("huge", None)
-    with pytest.raises(SceneError, match="suite val: needs RoboTHOR's episodes; name their folder"):
-        make_suite("val", None)
+    for name in ("val", "official"):
+        with pytest.raises(SceneError, match=f"suite {name}: needs RoboTHOR's episodes; name"):
+            make_suite(name, None)
 
 
 @pytest.mark.skipif("val" not in known_suites(), reason="not made yet")
@@ -148,10 +149,20 @@ def test_the_bundled_suites_are_as_their_recipes_say() -> None:
     assert len({e.goal for e in replicas}) >= 10
 
 
+def test_the_official_suite_is_of_apartments_that_are_in_no_other() -> None:
+    official = load_suite("official")
+    assert len(official) == 81
+    assert {e.scene for e in official} == set(UNSEEN)
+    assert {e.scene for e in official[:5]} == set(UNSEEN)  # any beginning has them all
+    assert {e.goal for e in official} == set(ROBOTHOR_GOALS) - {"vase"}
+    others = {e.scene for name in known_suites() if name != "official" for e in load_suite(name)}
+    assert not others & set(UNSEEN)
+
+
 @pytest.mark.skipif("val" not in known_suites(), reason="not made yet")
 def test_the_suites_homes_are_still_those_they_were_made_in() -> None:
     """A change to the generator or the furniture means: make the suites again."""
-    for suite in ("val", "labels", "train"):
+    for suite in ("val", "labels", "train", "official"):
         if suite in known_suites():
             episodes = load_suite(suite)
             there = [e for e in episodes if not is_replica(e.scene)][:4]
