@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from hil_sim.driving.episode_result import EpisodeResult
-from hil_sim.driving.methods import COW, LABELS, ORACLE
+from hil_sim.driving.methods import BOUNDS, COW, LABELS, ORACLE
 from hil_sim.evaluation import report_tables as tables
 from hil_sim.evaluation.failures import false_finds, split
 from hil_sim.evaluation.left_out import lines_of, rows_of
@@ -17,6 +17,7 @@ from hil_sim.evaluation.result_folder import FULL, Folder
 from hil_sim.evaluation.summary import summarise
 from hil_sim.ground_truth.metrics import TRIVIAL_M
 from runtime.errors import RfNavError
+from runtime.experts.panel import SEATED
 from runtime.journal import plain
 
 GROUPS = (
@@ -24,15 +25,18 @@ GROUPS = (
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
                                       "paper")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),
+    ("One expert left out, or at random", (
+        *(f"{how}-{expert}" for how in ("without", "spoilt") for expert in SEATED), FULL)),
+    ("What a vote could bring", (*BOUNDS, FULL)),
 )  # fmt: skip
-"""Tables of the paper; each is compared with its last row."""
+"""Tables of the paper, and what the experts are worth; each is compared with its last row."""
 Group = tuple[str, str, dict[str, list[EpisodeResult]]]
 ASIDES = (
     ("", ""),
     (f"{ORACLE}/", ", with true labels (oracle perception)"),
     (f"{LABELS}/", ", with true boxes and names"),
 )
-BOUNDS = (ORACLE, "oracle-goal")
+TOLD_ALL = (ORACLE, "oracle-goal")
 INTERVALS = (
     "Brackets are 95 % bootstrap intervals over episodes; differences are paired by episode, bold "
     "where the interval leaves out 0."
@@ -60,9 +64,9 @@ def groups(folder: Folder) -> list[Group]:
                 base = ORACLE
                 rows[base] = folder.runs.get(ORACLE)
             if title == GROUPS[0][0]:
-                rows |= {bound: folder.runs.get(bound) for bound in BOUNDS if bound not in rows}
+                rows |= {bound: folder.runs.get(bound) for bound in TOLD_ALL if bound not in rows}
             have = {name: results for name, results in rows.items() if results}
-            if base in have and len([n for n in have if n not in BOUNDS or n == base]) > 1:
+            if base in have and len([n for n in have if n not in TOLD_ALL or n == base]) > 1:
                 found += [(title + aside, base, runs) for runs in _tiers(have, base)]
     return found
 
@@ -97,8 +101,9 @@ def section(
 
 
 def brief(folder: Folder, seed: int) -> str:
-    """One folder's block for a page: the methods with most episodes, and why they failed."""
-    main = groups(folder)[:1]
+    """One folder's block for a page: what is compared with the runtime as it is, and why methods
+    with most episodes failed."""
+    main = [group for group in groups(folder) if group[1].endswith(FULL)] or groups(folder)[:1]
     parts = [_title(folder), INTERVALS, *_compared(folder, main, seed), *_remarks(folder)]
     parts += ["### Why episodes failed", RULE, tables.failures(_main(folder))]
     parts += _spent(_main(folder))
