@@ -42,6 +42,7 @@ from runtime.robot.requests import QUERIES, Requests
 from runtime.robot.session import BusConfig, SensesConfig, TopicsConfig
 from runtime.robot.streams import SensorStreams
 from runtime.robot.sync import RawMessage
+from runtime.robot.told_votes import read_votes
 from runtime.robot.transforms import TF, CameraConfig
 from runtime.service.atlas import asked_name, atlas_of
 from runtime.service.bounds import read_bounds
@@ -93,10 +94,17 @@ def odometry(payload: bytes, topic: str) -> object:
     return BaseOdometry(topic, tell=lambda line: None).read(RawMessage(0, payload, 0.0))
 
 
+def votes(payload: bytes, topic: str) -> object:
+    """What a harness votes for an expert."""
+    return read_votes(wire.decode_json(payload, topic), ["r2f"])
+
+
+VOTE = {"expert": "r2f", "frontiers": [4], "probabilities": [[4, 0.6], [3, 0.4]], "reason": "so"}
 OTHERS: dict[Callable[[bytes, str], object], list[bytes]] = {
     slam: [slam_pose(Pose(1.0, 2.0, 0.5), 5 * S)],
     wire.decode_transforms: [tf(("base_link", "camera", (0.1, 0.0, 0.8), OPTICAL), stamp_ns=5 * S)],
     wire.decode_json: [wire.encode_json({"boxes": [[0, 0, 4, 4]], "names": ["bed"]})],
+    votes: [wire.encode_json({"stamp_ns": 5, "votes": [VOTE]})],
     wire.decode_twist: [wire.encode_twist(0.1, 0.2)],
     wire.peek_stamp: [],
     odometry: TELLING["told"],
