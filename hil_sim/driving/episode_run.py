@@ -42,12 +42,14 @@ def run_episode(
     voter: HarnessVotes | None = None,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
-    raised only when it refuses the goal. `seed` is that of noise and faults; `play` drives: in
-    lockstep, or in real time (`realtime.drive`); `settings` of this search come last. `bounds`:
-    what people have drawn for it; `voter`: who casts the votes that the method has the harness
-    cast, in lockstep."""
+    raised only when it refuses the goal, or nobody casts the votes that the method has the harness
+    cast: `voter` does, in lockstep. `seed` is that of noise and faults; `play` drives: in lockstep,
+    or in real time (`realtime.drive`); `settings` of this search come last. `bounds`: what people
+    have drawn for it."""
     began_s = time.monotonic()
     how = method_named(method)
+    if how.casts and voter is None:
+        raise HarnessError(f"method {method}: votes are cast by `hil-sim eval` alone, in lockstep")
     log_dir.mkdir(parents=True, exist_ok=True)
     (log_dir / EPISODE_FILE).write_text(json.dumps(asdict(episode), indent=1) + "\n")
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)

@@ -102,6 +102,11 @@ def test_of_the_truth_boxes_and_names_alone_may_go_along(walker: Runtime, tmp_pa
     assert {label["room"] for label in labels} == {None}
 
 
+def test_a_method_whose_votes_nobody_casts_is_refused(walker: Runtime, tmp_path: Path) -> None:
+    with pytest.raises(HarnessError, match="spoilt-sle: votes are cast by `hil-sim eval` alone"):
+        run_episode(EPISODE, Corridor().home(), walker, SMALL, "spoilt-sle", tmp_path / "e")
+
+
 def test_one_child_serves_many_episodes(walker: Runtime, tmp_path: Path) -> None:
     results = [drive(walker, tmp_path / str(i)) for i in range(3)]
     assert [replace(result, wall={}) for result in results] == [replace(results[0], wall={})] * 3

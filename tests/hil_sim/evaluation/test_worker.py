@@ -78,5 +78,7 @@ def test_methods_with_true_labels_get_small_frames(tmp_path: Path) -> None:
     assert (small.width, full.width) == (320, 640)
     assert protocol_for(settings, method_named("labels/o2f")) == full  # its views are looked at
     assert small.intrinsics.fx == pytest.approx(full.intrinsics.fx / 2)
+    with pytest.raises(HarnessError, match="votes of the harness's are for lockstep"):
+        protocol_for(replace(settings, realtime=True), method_named("labels/all-known"))
     with pytest.raises(HarnessError, match="oracle-goal: takes steps and turns; choose hm3d"):
         protocol_for(replace(settings, protocol="onrobot"), method_named("oracle-goal"))
