@@ -9,16 +9,18 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Circle, Patch
 from numpy.typing import NDArray
 
 from runtime.journal import read_journal, read_map
 
 UNKNOWN, FREE, OCCUPIED = (0.80, 0.81, 0.83), (1.0, 1.0, 1.0), (0.22, 0.24, 0.28)
-DROP = (0.72, 0.20, 0.16)
+DROP, EXPECTED = (0.72, 0.20, 0.16), (0.46, 0.20, 0.62)
 ROOM_STRENGTH = 0.28
 CERTAIN = 0.6  # objects at least this sure are named
 MARGIN_M = 0.6
+DISC_M, LEAST_P = 1.5, 0.02  # radius of a disc that is sure; what is less likely is not drawn
+JOURNAL_FILE = "decisions.jsonl"
 WIDTH_IN, LEGEND_IN = 8.0, 2.2
 CHARACTER_PT, LINE_PT = 4.4, 11.0  # of a label, with its frame
 STAR_PT = 18.0  # a target's name stands that much below its middle, where the star is
@@ -38,7 +40,11 @@ def draw_map(run_dir: Path, out: Path) -> Path:
     rooms = _ground(axes, arrays, meta)
     _frontiers(axes, meta)
     _objects(axes, meta, wide_m / (WIDTH_IN * 72))
-    _path(axes, arrays, run_dir)
+    journal = run_dir / JOURNAL_FILE
+    lines = list(read_journal(journal)) if journal.is_file() else []
+    decisions = [line for line in lines if line["kind"] == "decision"]
+    believed = _belief(axes, decisions)
+    _path(axes, arrays, [line["step"] for line in decisions])
     _target(axes, meta, summary)
     axes.set_xlim(*window[:2])
     axes.set_ylim(*window[2:])
@@ -46,7 +52,7 @@ def draw_map(run_dir: Path, out: Path) -> Path:
     axes.set_xlabel("x, m (forward at the start)")
     axes.set_ylabel("y, m")
     axes.set_aspect("equal")
-    handles = _legend(meta, rooms, bool(_drops(arrays).any()))
+    handles = _legend(meta, rooms, bool(_drops(arrays).any()), believed)
     axes.legend(handles=handles, loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8)
     figure.savefig(out)
     return out
@@ -155,16 +161,28 @@ def _meet(a: Extent, b: Extent) -> bool:
     return a[0] < b[1] and b[0] < a[1] and a[2] < b[3] and b[2] < a[3]
 
 
-def _path(axes: Axes, arrays: dict[str, NDArray[Any]], run_dir: Path) -> None:
+def _belief(axes: Axes, decisions: list[dict[str, Any]]) -> bool:
+    """Where the goal was expected by the newest decision that tells it, as discs whose area is the
+    probability; whether there was anything to draw."""
+    told: list[dict[str, Any]] = next(
+        (d["belief"]["places"] for d in reversed(decisions) if d.get("belief")), []
+    )
+    places = [place for place in told if place["p"] >= LEAST_P]
+    for place in places:
+        disc = Circle(place["xy"], DISC_M * place["p"] ** 0.5, color=EXPECTED, alpha=0.35, lw=0)
+        disc.set_zorder(2.5)
+        axes.add_patch(disc)
+        text = f"{100 * place['p']:.0f} %"
+        axes.annotate(text, place["xy"], fontsize=6, ha="center", va="center", color=EXPECTED)
+    return bool(places)
+
+
+def _path(axes: Axes, arrays: dict[str, NDArray[Any]], decided: list[int]) -> None:
+    """The way that was driven, and where on it, by step, decisions were made."""
     path = arrays["path_xy"]
     axes.plot(*path.T, color="tab:blue", lw=1.8, zorder=5)
     axes.plot(*path[0], "o", color="tab:green", ms=9, mec="white", zorder=8)
     axes.plot(*path[-1], "s", color="tab:blue", ms=9, mec="white", zorder=8)
-    journal = run_dir / "decisions.jsonl"
-    if not journal.is_file():
-        return
-    lines = list(read_journal(journal))
-    decided = [line["step"] for line in lines if line["kind"] == "decision"]
     at = path[[s for s in decided if s < len(path)]]
     axes.plot(*at.T, ".", color="navy", ms=5, zorder=6)
 
@@ -202,7 +220,7 @@ def _title(meta: dict[str, Any], summary: dict[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _legend(meta: dict[str, Any], rooms: list[int], drops: bool) -> list[Any]:
+def _legend(meta: dict[str, Any], rooms: list[int], drops: bool, believed: bool) -> list[Any]:
     colours = _colours(len(meta["room_names"]), "Set2")
     tint = [
         Patch(
@@ -225,5 +243,6 @@ def _legend(meta: dict[str, Any], rooms: list[int], drops: bool) -> list[Any]:
         Patch(color=OCCUPIED, label="obstacle"),
         Patch(color=UNKNOWN, label="unknown"),
         *([Patch(color=DROP, label="no floor")] if drops else []),
+        *([Patch(color=EXPECTED, alpha=0.35, label="expected (p)")] if believed else []),
         *tint,
     ]

@@ -1,14 +1,16 @@
 """The picture of an episode: what lies close together stays readable."""
 
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
 import pytest
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 
-from hil_sim.evaluation.map_picture import draw_map
-from runtime.journal import write_map
+from hil_sim.evaluation.map_picture import JOURNAL_FILE, draw_map
+from runtime.journal import Journal, write_map
 
 
 def thing(name: str, x: float, confidence: float) -> dict[str, object]:
@@ -51,3 +53,39 @@ def test_the_picture_has_the_shape_of_what_is_known(tmp_path: Path) -> None:
     out = draw_map(run_folder(tmp_path), tmp_path / "map.png")
     height, width = cv2.imread(str(out)).shape[:2]
     assert width > 2 * height
+
+
+def expecting(folder: Path, *believed: dict[str, float]) -> Path:
+    """Decisions that tell where the goal was expected: p by x, m."""
+    with Journal(folder / JOURNAL_FILE) as journal:
+        for step, told in enumerate(believed):
+            places = [{"xy": [float(x), 1.0], "p": p} for x, p in told.items()]
+            belief = {"places": places, "others": 0.1} if told else None
+            journal.write("decision", step=step, belief=belief)
+    return folder
+
+
+def test_discs_show_where_the_goal_was_expected_last(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    discs: list[tuple[float, float]] = []
+    real = Axes.add_patch
+
+    def add_patch(axes: Axes, patch: Any) -> Any:
+        if isinstance(patch, Circle):
+            discs.append((patch.center[0], patch.radius))
+        return real(axes, patch)
+
+    monkeypatch.setattr(Axes, "add_patch", add_patch)
+    folder = expecting(run_folder(tmp_path), {"1": 0.9}, {"4": 0.64, "5": 0.16, "3": 0.01}, {})
+    draw_map(folder, tmp_path / "map.png")
+    (first, wide), (second, narrow) = discs
+    assert (first, second) == (4.0, 5.0)
+    assert wide == pytest.approx(2 * narrow)  # four times the area for four times the chance
+
+
+def test_a_journal_without_expectations_has_no_discs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Axes, "add_patch", lambda axes, patch: pytest.fail(str(patch)))
+    draw_map(expecting(run_folder(tmp_path), {}), tmp_path / "map.png")
