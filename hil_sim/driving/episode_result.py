@@ -48,11 +48,10 @@ class EpisodeResult:
     Steps count from 1, an observation each. `seen_at`: the first at which an instance of the goal
     truly showed 200 pixels within 5 m; `seen_steps`: at how many. `believed_at`: the first at which
     the runtime went for a point within 0.5 m of an instance. `claim`: whether the place that it
-    stopped for is one. `frontier_m`: for each
-    decision, the true way from the elected frontier to success, unless there is none. `actions`:
-    steps by the runtime's mode; `purposes`: by what they were spent on, {} in
-    older results. `stopped`: it ended standing still. `fault`: what was done to it. `wall` holds
-    wall-clock seconds and nothing else does.
+    stopped for is one. `frontier_m`: for each decision, the true way from the elected frontier to
+    success, unless there is none. `actions`: steps by the runtime's mode; `purposes`: by what they
+    were spent on, {} in older results. `stopped`: it ended standing still. `fault`: what was done
+    to it. `wall` holds wall-clock seconds and nothing else does.
     """
 
     episode: str

@@ -5,6 +5,7 @@ methods that look with the same detector; of one episode they share the frames t
 them looks at.
 """
 
+import functools
 import signal
 import sys
 import traceback
@@ -26,6 +27,7 @@ from hil_sim.driving.told_votes import HarnessVotes
 from hil_sim.evaluation.left_out import StartCheck
 from hil_sim.evaluation.memo import LIMIT_BYTES, FrameMemo, Render
 from hil_sim.ground_truth.episodes import Episode, check_start
+from hil_sim.ground_truth.lies_beyond import LiesBeyond
 from hil_sim.ground_truth.metrics import spl
 from hil_sim.ground_truth.oracle_votes import OracleKnowledge
 from hil_sim.scenes.format import SceneError
@@ -183,6 +185,7 @@ class _Rig:
     ) -> None:
         self._world, self._truth, self._standbys = world, truth, standbys
         self._settings = settings
+        self._lies = functools.cache(lambda: LiesBeyond.of(truth.space))
         self._faults = parse_faults(settings.faults)
         # Who walks in front of the camera must be in every frame.
         self.memo = FrameMemo(_renderer(world), 0 if self._faults else LIMIT_BYTES)
@@ -226,7 +229,7 @@ class _Rig:
             )  # fmt: skip
         voter = None
         if method.casts:
-            known = OracleKnowledge(self._truth, episode.goal)
+            known = OracleKnowledge(self._truth, episode.goal, self._lies)
             voter = HarnessVotes(method.casts, known, episode.id, seed)
         return run_episode(
             episode, home, driver, protocol, name, log_dir, faults=self._faults, seed=seed,

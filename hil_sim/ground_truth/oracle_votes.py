@@ -1,15 +1,15 @@
 """How an expert would vote who knew one thing perfectly: the rooms round each frontier, what stands
 near it, or how far it is from there to the goal. A bound on what such an expert can bring.
 
-    known = OracleKnowledge(truth, "bed")
+    known = OracleKnowledge(truth, "bed", lambda: LiesBeyond.of(truth.space))
     known.evidence("rooms", frontiers)  # by frontier: how much speaks for it, 0..1
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
     from hil_sim.ground_truth.truth import SceneTruth
 
 Kind = Literal["rooms", "objects", "beyond"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
 ROOM_M, OBJECTS_M = 1.5, 3.5
 """How far round a frontier rooms and objects are known: as far as the runtime tells its experts of
 them (`runtime.core.voting.brief`)."""
@@ -46,10 +45,12 @@ class AskedFrontier:
 
 @dataclass(frozen=True)
 class OracleKnowledge:
-    """The truth of one home about one goal."""
+    """The truth of one home about one goal; `lies` is asked for when it is needed, for it takes
+    a while to be made."""
 
     truth: "SceneTruth"
     goal: str
+    lies: Callable[[], LiesBeyond]
 
     def evidence(self, kind: Kind, frontiers: Sequence[AskedFrontier]) -> Mapping[int, float]:
         """By frontier, what speaks for it. rooms: share of the floor round it that is of a room
@@ -59,7 +60,7 @@ class OracleKnowledge:
             return self._by_cost(frontiers)
         told = {}
         for frontier in frontiers:
-            near, shares = self.lies.about(frontier.cells_xy, OBJECTS_M, ROOM_M)
+            near, shares = self.lies().about(frontier.cells_xy, OBJECTS_M, ROOM_M)
             told[frontier.id] = (
                 float(shares[self.rooms].sum()) if kind == "rooms" else float(near[self.by].any())
             )
@@ -77,10 +78,6 @@ class OracleKnowledge:
         if not math.isfinite(least_m):
             return dict.fromkeys(costs_m, 0.0)
         return {id: math.exp((least_m - cost_m) / SPARE_M) for id, cost_m in costs_m.items()}
-
-    @cached_property
-    def lies(self) -> LiesBeyond:
-        return LiesBeyond.of(self.truth.space)
 
     @cached_property
     def rooms(self) -> list[int]:

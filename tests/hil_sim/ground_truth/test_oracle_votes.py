@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hil_sim.ground_truth.freespace import FreeSpace
+from hil_sim.ground_truth.lies_beyond import LiesBeyond
 from hil_sim.ground_truth.oracle_votes import AskedFrontier, OracleKnowledge
 from hil_sim.scenes.format import Room, Scene, SceneObject
 from hil_sim.scenes.furniture.boxes import box_of
@@ -29,7 +30,7 @@ def known() -> OracleKnowledge:
     onward_m = space.distance_field(np.array([[5.1, 0.5]]))
     boxes = {0: box_of(things[0]).corners()}
     truth = SimpleNamespace(space=space, field=lambda goal: onward_m, boxes=lambda goal: boxes)
-    return OracleKnowledge(truth, "bed")
+    return OracleKnowledge(truth, "bed", lambda: LiesBeyond.of(space))
 
 
 def frontier(id: int, x: float, y: float, distance_m: float) -> AskedFrontier:
