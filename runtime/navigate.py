@@ -135,7 +135,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
     nothing."""
     candidates = tuple(f for f in world.frontiers if math.isfinite(f.distance_m))
     decision, frame = world.standing.decision, world.map.frame
-    window, ranked = around(candidates, frame), cfg.consensus.fallback == "geometry"
+    window, ranked = around(candidates, frame), cfg.consensus.fallback != "closest"
     copy = world.map.copied(window)
     if world.map.zones.zones:
         barred = world.map.zones.barred(frame)[window]
@@ -151,6 +151,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         world.pose,
         world.terrain.around(world.pose, ROOM_M) if ranked else None,
         decision.frontier if decision else None,
+        cfg.consensus.plans,
     )
 
 
@@ -160,8 +161,9 @@ def decide(
     """DEFA and CDM: ask the experts, elect a frontier, else the fallback's."""
     ballot = panel.ask(snap.brief, by)
     return consensus.elect(
-        ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.brief.order
-    )
+        ballot, snap.frontiers, cfg.consensus, snap.stamp_ns, snap.why, snap.brief.order,
+        snap.brief.ahead,
+    )  # fmt: skip
 
 
 def adopt(world: World, decision: Decision) -> None:

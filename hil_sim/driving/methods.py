@@ -19,6 +19,7 @@ ORACLE, LABELS = "oracle-perception", "labels"
 OURS = "rfnav-det"
 CLOSEST = 'research.consensus_fallback="closest"'
 LENIENT = 'research.consensus_mode="lenient"'
+AHEAD = 'research.consensus_fallback="ahead"'
 
 
 @dataclass(frozen=True)
@@ -92,6 +93,8 @@ SINGLE: dict[str, Method] = {
     "paper": Method((CLOSEST,)),
     "closest": Method((_experts(), CLOSEST)),
     "geometry": Method((_experts(),)),
+    "geometry-ahead": Method((_experts(), AHEAD)),
+    "prior": Method(('research.consensus_mode="prior"', AHEAD)),
     "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),

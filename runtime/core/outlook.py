@@ -13,7 +13,7 @@ from runtime.core.mapping.grid import MapCopy
 from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.windows import Window, widened
 from runtime.core.types import Brief, Frontier, Pose
-from runtime.core.voting import brief, information_gain
+from runtime.core.voting import brief, information_gain, search_order
 from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Snapshot
 
@@ -25,7 +25,8 @@ AROUND_M = 5.5  # the frontiers: farther is no object that is told, and no image
 class Outlook:
     """Copies that nobody changes: the map and the objects around the reachable frontiers, the
     keyframes. `terrain` and `standing`, the frontier that is driven to, are there where frontiers
-    are ranked by geometry. What is a `Snapshot`'s is worked out when it is asked for."""
+    are ranked by geometry; `plans`: their order is planned. What is a `Snapshot`'s is worked out
+    when it is asked for."""
 
     goal: str
     stamp_ns: int
@@ -37,6 +38,7 @@ class Outlook:
     pose: Pose
     terrain: Terrain | None
     standing: int | None
+    plans: bool = False
 
     @property
     def brief(self) -> Brief:
@@ -56,13 +58,26 @@ class Outlook:
         told = brief.compose(self.goal, self.stamp_ns, self.map, self.semantic, found, views)
         told = brief.worthwhile(told, WORTH_M2)
         unknown_m2 = {f.id: f.unknown_m2 for f in told.frontiers}
-        order: tuple[int, ...] = ()
-        if self.terrain is not None:
-            order = information_gain.ranked(
-                found, unknown_m2, self.standing, self.terrain, self.pose
-            )
         kept = tuple(f for f in found if f.id in unknown_m2)
-        return Snapshot(replace(told, order=order), kept, self.stamp_ns, self.why)
+        if self.terrain is not None:
+            told = self._ranked(told, kept, unknown_m2, self.terrain)
+        return Snapshot(told, kept, self.stamp_ns, self.why)
+
+    def _ranked(
+        self,
+        told: Brief,
+        kept: tuple[Frontier, ...],
+        unknown_m2: dict[int, float],
+        terrain: Terrain,
+    ) -> Brief:
+        """With the order in which the frontiers are gone to where nobody's word decides."""
+        mass = information_gain.masses(kept, unknown_m2, self.standing, terrain, self.pose)
+        if not self.plans:
+            order = tuple(f.id for f in information_gain.by_worth(kept, mass))
+            return replace(told, order=order)
+        ahead = search_order.outlook_ahead(kept, unknown_m2, mass, terrain)
+        order = search_order.ordered(ahead, {}) if ahead is not None else ()
+        return replace(told, order=order, ahead=ahead)
 
 
 def around(frontiers: tuple[Frontier, ...], frame: GridFrame) -> Window:

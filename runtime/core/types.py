@@ -8,6 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from runtime.core.belief import Ahead, Belief
 from runtime.core.keys import key
 
 F16 = NDArray[np.float16]
@@ -208,6 +209,8 @@ class Brief:
     frontiers: tuple[FrontierBrief, ...]
     order: tuple[int, ...] = field(default=(), compare=False)
     """How the fallback ranks them; () is by distance. Experts do not hear of it."""
+    ahead: Ahead | None = field(default=None, compare=False, repr=False, metadata=UNWRITTEN)
+    """How they lie to one another, where their order is planned."""
 
 
 @dataclass(frozen=True)
@@ -224,6 +227,8 @@ class Vote:
     """(id, why) of each frontier of the set, sorted by id; () when the reason is of all at once."""
     reply: str = field(default="", compare=False, repr=False)
     """What a model that answers in words said, as it said it."""
+    nats: tuple[tuple[int, float], ...] = ()
+    """(id, evidence) alone, without what unknown areas say, sorted by id."""
 
     def reason_for(self, frontier: int) -> str:
         """What was said of this frontier, where reasons are given by frontier; else all of it."""
@@ -270,6 +275,7 @@ class Missing:
     why: Absence
     detail: str = ""
     reply: str = field(default="", compare=False, repr=False)  # as a vote's
+    nats: tuple[tuple[int, float], ...] = field(default=(), compare=False)  # as a vote's
 
     @property
     def cause(self) -> str:
@@ -304,7 +310,11 @@ class Decision:
     stamp_ns: int
     why: str  # the event that made it due
     without: tuple[tuple[str, int | None], ...] = ()
-    """By expert that voted: what would have been elected without its vote."""
+    """By expert that was heard: what would have been elected without its word."""
+    order: tuple[int, ...] = field(default=(), metadata=UNWRITTEN)
+    """In which the robot would look behind the frontiers, where that is planned."""
+    belief: Belief | None = field(default=None, repr=False, metadata=UNWRITTEN)
+    """Where the thing may be, where that is worked out."""
 
 
 class Action(StrEnum):

@@ -153,6 +153,7 @@ class DecisionWorker:
                 snap.stamp_ns,
                 snap.why,
                 snap.brief.order,
+                snap.brief.ahead,
             )
         else:
             decision = navigate.decide(question.snapshot, question.panel, question.by, question.cfg)

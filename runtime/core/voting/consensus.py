@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal, Protocol
 
+from runtime.core.belief import Ahead
 from runtime.core.keys import key
 from runtime.core.types import Ballot, Decision, Vote
-from runtime.core.voting import comparison_modes
+from runtime.core.voting import comparison_modes, prior
 
-Rank = Literal["nearest", "farthest"]
-ConsensusMode = Literal["strict", "lenient", "weighted", "best", "majority-3", "majority-5"]
-Fallback = Literal["closest", "geometry"]
+Rank = Literal["nearest", "farthest", "gain"]
+ConsensusMode = Literal[
+    "strict", "lenient", "prior", "weighted", "best", "majority-3", "majority-5"
+]
+Fallback = Literal["closest", "geometry", "ahead"]
 SAMPLES = {"majority-3": 3, "majority-5": 5}
 
 
@@ -22,20 +25,23 @@ class ConsensusConfig:
     """How votes elect a frontier; all of it to compare with."""
 
     rank: Rank = key(
-        "nearest", 'Which of the chosen set wins; "farthest" is Algorithm 1\'s literal argmax.',
+        "nearest",
+        'Which of the chosen set wins; "farthest" is Algorithm 1\'s literal argmax, "gain" the one '
+        "that the fallback puts first.",
         research="consensus_rank",
     )  # fmt: skip
     mode: ConsensusMode = key(
         "strict",
-        '"strict": two must agree; "lenient": a lone vote counts; "weighted": evidence against '
-        'way, by the weights; "best": what one is surest of; "majority-K": the most frequent of K '
-        "samples of the first vote.",
+        '"strict": two must agree; "lenient": a lone vote counts; "prior": all evidence says, with '
+        "the unknown, where the thing may be, and the order of frontiers is planned by that; "
+        '"weighted": evidence against way, by the weights; "best": what one is surest of; '
+        '"majority-K": the most frequent of K samples of the first vote.',
         research="consensus_mode",
     )
     fallback: Fallback = key(
         "geometry",
         'What decides when nobody agrees: "geometry" is information gain against distance, '
-        '"closest" is the paper\'s.',
+        '"ahead" the order of frontiers that finds soonest in the mean, "closest" is the paper\'s.',
         research="consensus_fallback",
     )
     weights: tuple[tuple[str, float], ...] = key(
@@ -69,6 +75,11 @@ class ConsensusConfig:
     def counts_sets(self) -> bool:
         """Whether only the experts' sets count, as in the paper, not their probabilities."""
         return self.mode in ("strict", "lenient")
+
+    @property
+    def plans(self) -> bool:
+        """Whether the order of several frontiers is planned."""
+        return self.mode == "prior" or self.fallback == "ahead"
 
 
 class Candidate(Protocol):
@@ -130,6 +141,9 @@ class _Field:
 
     def ranked(self, ids: Collection[int], rank: str) -> list[int]:
         """The best of `ids` first, as `research.consensus_rank` has it."""
+        if rank == "gain":
+            places = {id: n for n, id in enumerate(self.order)}
+            return sorted(ids, key=lambda i: (places.get(i, len(places)), self.distance_m[i], i))
         sign = -1 if rank == "farthest" else 1
         return sorted(ids, key=lambda i: (sign * self.distance_m[i], i))
 
@@ -147,12 +161,16 @@ def elect(
     stamp_ns: int = 0,
     why: str = "",
     order: Sequence[int] = (),
+    ahead: Ahead | None = None,
 ) -> Decision:
     """Decide a ballot among the reachable frontiers. Ties in distance go to the older frontier.
-    `order` ranks frontiers for the fallback; without it the closest is the fallback."""
+    `order` ranks frontiers for the fallback; without it the closest is the fallback. `ahead`: how
+    they lie to one another, where their order is planned."""
     field = _Field.of(frontiers, order)
     if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
+    if cfg.mode == "prior" and ahead is not None:
+        return prior.elect(ballot, ahead, field.closest, stamp_ns, why)
     winner, rule, chosen = _outcome(ballot.votes, field, cfg, stamp_ns)
     if not chosen and order:
         rule = cfg.fallback
@@ -162,7 +180,10 @@ def elect(
         for others in [[v for v in ballot.votes if v.expert != left_out]]
     )
     standing = tuple(sorted(chosen))
-    return Decision(winner, rule, standing, field.closest, ballot, stamp_ns, why, without)
+    told = Decision(winner, rule, standing, field.closest, ballot, stamp_ns, why, without)
+    if ahead is None:
+        return told
+    return replace(told, order=tuple(order), belief=prior.belief(ahead, prior.heard(ballot)))
 
 
 def _outcome(
@@ -175,6 +196,8 @@ def _outcome(
         rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")
     elif cfg.mode == "weighted":
         rule, chosen = comparison_modes.weighted(votes, far, dict(cfg.weights))
+    elif cfg.mode == "prior":
+        rule, chosen = comparison_modes.NOBODY  # nothing to plan with
     elif cfg.mode == "best":
         rule, chosen = comparison_modes.surest(votes, far)
     else:
@@ -191,6 +214,8 @@ def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
         out = _vetoed(ballot.votes, cfg)
         sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
         return bool(agree(sets, cfg.mode == "lenient")[1])
+    if cfg.mode == "prior":
+        return bool(prior.heard(ballot))
     if cfg.mode == "weighted":
         return any(v.expert in dict(cfg.weights) for v in ballot.votes)
     return any(p > 0 for v in sorted(ballot.votes, key=_name)[:1] for _, p in v.probabilities)
@@ -205,14 +230,14 @@ def settled(
 ) -> bool:
     """True iff no possible votes of the `pending` experts (by name; each may name any non-empty
     set of frontiers, or abstain) can change the frontier that `votes` elect. Exact, but where
-    numbers count beside the sets ("weighted", a veto): there everyone is waited for."""
+    numbers count beside the sets ("prior", "weighted", a veto): there everyone is waited for."""
     field = _Field.of(frontiers, order)
     if not pending or field is None:
         return True
     field = field.within(cfg.detour_m)
     if len(field.distance_m) == 1:
         return True
-    if cfg.veto or cfg.mode == "weighted":
+    if cfg.veto or cfg.mode in ("prior", "weighted"):
         return False
     if cfg.counts_sets:
         return _stands(field.sets(votes), len(pending), field, cfg)
@@ -247,15 +272,16 @@ def successor(
     decision: Decision, frontiers: Iterable[Candidate], rank: str = "nearest"
 ) -> int | None:
     """The decision on a newer map: the elected frontier if it still exists and can be reached, else
-    the next of the chosen set (by `rank`, at today's distances), else the closest of all; None when
-    there is none. The ballot is not counted again: it was about another map."""
-    field = _Field.of(frontiers)
+    the next of the chosen set (by `rank`, at today's distances) or of the planned order, else the
+    closest of all; None when there is none. The ballot is not counted again: it was about another
+    map."""
+    field = _Field.of(frontiers, decision.order)
     if field is None:
         return None
     if decision.frontier in field.distance_m:
         return decision.frontier
     heirs = field.ranked([i for i in decision.chosen if i in field.distance_m], rank)
-    return heirs[0] if heirs else field.closest
+    return heirs[0] if heirs else field.fallback
 
 
 def _vetoed(votes: Iterable[Vote], cfg: ConsensusConfig) -> frozenset[int]:

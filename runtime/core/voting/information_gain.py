@@ -20,29 +20,34 @@ ROOM_BONUS = 2.0  # of a frontier in the robot's own room
 DOORWAY_M = 0.5  # clearance below which a place separates rooms
 
 
-def ranked(
+def masses(
     frontiers: Sequence[Frontier],
     unknown_m2: Mapping[int, float],
     current: int | None,
     terrain: Terrain,
     pose: Pose,
-) -> tuple[int, ...]:
-    """Ids of the frontiers in `unknown_m2` (the area behind each), best first; ties go to the
-    nearer, then the older."""
-    here = room_of(terrain, pose)
-    scored = []
+) -> dict[int, float]:
+    """What speaks for each frontier in `unknown_m2` but the way there: that area, with a bonus for
+    the one under way and for those in the robot's room."""
+    here, found = room_of(terrain, pose), {}
     for frontier in frontiers:
-        if frontier.id not in unknown_m2:
-            continue
-        value = unknown_m2[frontier.id]
-        value *= math.exp(-DISCOUNT_PER_M * frontier.distance_m)
-        if frontier.id == current:
-            value *= KEEP_BONUS
-        row, col = terrain.frame.cell(*frontier.goal_xy)
-        if terrain.frame.contains(row, col) and here[row, col]:
-            value *= ROOM_BONUS
-        scored.append((-value, frontier.distance_m, frontier.id))
-    return tuple(id for _, _, id in sorted(scored))
+        if frontier.id in unknown_m2:
+            row, col = terrain.frame.cell(*frontier.goal_xy)
+            in_room = terrain.frame.contains(row, col) and here[row, col]
+            keep = KEEP_BONUS if frontier.id == current else 1.0
+            found[frontier.id] = unknown_m2[frontier.id] * keep * (ROOM_BONUS if in_room else 1.0)
+    return found
+
+
+def by_worth(frontiers: Sequence[Frontier], mass: Mapping[int, float]) -> list[Frontier]:
+    """Those that have a mass, the most of it for the way there first; ties go to the nearer, then
+    the older."""
+
+    def worth(frontier: Frontier) -> tuple[float, float, int]:
+        value = mass[frontier.id] * math.exp(-DISCOUNT_PER_M * frontier.distance_m)
+        return -value, frontier.distance_m, frontier.id
+
+    return sorted((f for f in frontiers if f.id in mass), key=worth)
 
 
 def room_of(terrain: Terrain, pose: Pose) -> Mask:

@@ -276,7 +276,7 @@ def recommend(
     set is those with p >= bar / n. Nothing above the bar is an abstention, not an empty set."""
     if not evidence:
         return Missing(expert, Absence.NO_EVIDENCE)
-    ids = sorted(evidence)
+    ids, nats = sorted(evidence), tuple(sorted(evidence.items()))
     top = max(evidence.values())
     area = {f.id: (f.unknown_m2 + LEAST_M2) ** unknown_weight for f in brief.frontiers}
     weights = [area[i] * math.exp((evidence[i] - top) / cfg.temperature) for i in ids]
@@ -284,11 +284,12 @@ def recommend(
     p = {i: w / total for i, w in zip(ids, weights, strict=True)}
     chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
     if not chosen:
-        return Missing(expert, Absence.NO_PREFERENCE)
+        return Missing(expert, Absence.NO_PREFERENCE, nats=nats)
     reasons = tuple((i, f"{told[i]} ({p[i]:.2f})") for i in chosen)
     reason = "; ".join(f"{i}: {why}" for i, why in reasons)
     against = tuple(i for i in ids if p[i] <= cfg.doubt / len(ids))
-    return Vote(expert, chosen, tuple(p.items()), reason, against=against, reasons=reasons)
+    told_p = tuple(p.items())
+    return Vote(expert, chosen, told_p, reason, against=against, reasons=reasons, nats=nats)
 
 
 def vote_where_known(

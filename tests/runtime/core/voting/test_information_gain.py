@@ -10,7 +10,7 @@ from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.types import Frontier, Pose
 from runtime.core.voting.brief import compose, worthwhile
-from runtime.core.voting.information_gain import ranked, room_of
+from runtime.core.voting.information_gain import by_worth, masses, room_of
 
 AREA = {1: 4.0, 2: 4.0}
 POSE = Pose(0.0, 0.0, 0.0)
@@ -42,6 +42,11 @@ def edge(id: int, x: float, grid: NavigationMap, distance_m: float) -> Frontier:
     cells = grid.frame.cells(np.stack([np.full_like(ys, x), ys], 1))
     centres = grid.frame.centres(cells)
     return Frontier(id, centres, (float(centres[26, 0]), float(centres[26, 1])), distance_m)
+
+
+def ranked(frontiers, area, current, grid_terrain):
+    mass = masses(frontiers, area, current, grid_terrain, POSE)
+    return tuple(f.id for f in by_worth(frontiers, mass))
 
 
 def test_a_room_ends_at_its_doorway():
@@ -88,7 +93,7 @@ def test_the_nearer_of_equals_wins_and_the_one_under_way_is_kept():
     grid = two_rooms()
     terrain = survey(grid, POSE, RADIUS_M)
     near, far = edge(1, 3.98, grid, 4.0), edge(2, 3.98, grid, 4.5)
-    assert ranked([far, near], AREA, None, terrain, POSE) == (1, 2)
-    assert ranked([far, near], AREA, 2, terrain, POSE) == (2, 1)
+    assert ranked([far, near], AREA, None, terrain) == (1, 2)
+    assert ranked([far, near], AREA, 2, terrain) == (2, 1)
     gone = Frontier(3, near.cells_xy, near.goal_xy, math.inf)
-    assert ranked([gone, near], {1: 4.0}, None, terrain, POSE) == (1,)
+    assert ranked([gone, near], {1: 4.0}, None, terrain) == (1,)

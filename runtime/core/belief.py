@@ -1,0 +1,91 @@
+"""Where the thing that is looked for may be: a probability over the places of the map, and how far
+those are from one another."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Kind = Literal["frontier", "surface", "room"]
+ELSEWHERE_M2 = 2.0  # of unknown floor that lies behind no frontier that can be gone to
+STANDING = 0.5  # what a square metre of a surface holds of what one of unknown floor does
+LIKELIEST = 10  # places that are told
+
+
+class Patch(Protocol):
+    """A surface that was seen: where, how large, and how likely such a thing on it was missed."""
+
+    @property
+    def id(self) -> int | str: ...
+
+    @property
+    def xy(self) -> tuple[float, float]: ...
+
+    @property
+    def area_m2(self) -> float: ...
+
+    @property
+    def missed(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Expected:
+    """A place that may hold the thing: `xy` m, how likely, and why."""
+
+    kind: Kind
+    id: int | str
+    xy: tuple[float, float]
+    p: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Belief:
+    """The likeliest place first; what is `elsewhere` lies at none of them. All p and it are 1."""
+
+    places: tuple[Expected, ...]
+    elsewhere: float
+
+    def told(self) -> dict[str, object]:
+        """As it is published: the LIKELIEST, and what the others come to."""
+        told = [vars(place) | {"p": round(place.p, 3)} for place in self.places[:LIKELIEST]]
+        others = 1.0 - sum(place.p for place in self.places[:LIKELIEST])
+        return {"places": told, "others": round(max(0.0, others), 3)}
+
+
+@dataclass(frozen=True, eq=False)
+class Ahead:
+    """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
+    `unknown_m2` behind it, `mass` (n,) that area with what else speaks for it; ways on foot, m:
+    `first_m` (n,) from the robot, `between_m` (n, n)."""
+
+    ids: tuple[int, ...]
+    at_xy: tuple[tuple[float, float], ...]
+    unknown_m2: tuple[float, ...]
+    mass: NDArray[np.float64]
+    first_m: NDArray[np.float64]
+    between_m: NDArray[np.float64]
+
+
+def believed(
+    ahead: Ahead, nats: Mapping[int, float], patches: Iterable[Patch] = (), said: str = ""
+) -> Belief:
+    """What lies behind frontiers by their unknown area and the evidence, nats by id; on surfaces by
+    theirs and how likely it was missed there. `said`: whose the evidence is."""
+    weighed: list[Expected] = []
+    for id, xy, area_m2 in zip(ahead.ids, ahead.at_xy, ahead.unknown_m2, strict=True):
+        mass = area_m2 * float(np.exp(nats.get(id, 0.0)))
+        why = f"{area_m2:.1f} m² unknown behind it"
+        if nats.get(id):
+            why += f", {nats[id]:+.1f} nats by {said}"
+        weighed.append(Expected("frontier", id, xy, mass, why))
+    for patch in patches:
+        mass = STANDING * patch.area_m2 * patch.missed
+        why = f"{patch.area_m2:.1f} m² on which it is missed with {100 * patch.missed:.0f} %"
+        weighed.append(Expected("surface", patch.id, patch.xy, mass, why))
+    total = sum(place.p for place in weighed) + ELSEWHERE_M2
+    shares = [Expected(e.kind, e.id, e.xy, e.p / total, e.why) for e in weighed]
+    ranked = sorted(shares, key=lambda e: (-e.p, e.kind, str(e.id)))
+    return Belief(tuple(ranked), ELSEWHERE_M2 / total)
