@@ -150,7 +150,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         tuple(world.keyframes),
         world.pose,
         world.terrain.around(world.pose, ROOM_M) if ranked else None,
-        decision.frontier if decision else None,
+        decision,
         cfg.consensus.plans,
     )
 

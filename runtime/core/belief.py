@@ -2,13 +2,15 @@
 those are from one another."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 Kind = Literal["frontier", "surface", "room"]
+Evidence = Mapping[str, Mapping[int, float]]
+"""By expert: nats by frontier."""
 ELSEWHERE_M2 = 2.0  # of unknown floor that lies behind no frontier that can be gone to
 STANDING = 0.5  # what a square metre of a surface holds of what one of unknown floor does
 LIKELIEST = 10  # places that are told
@@ -59,7 +61,8 @@ class Belief:
 class Ahead:
     """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
     `unknown_m2` behind it, `mass` (n,) that area with what else speaks for it; ways on foot, m:
-    `first_m` (n,) from the robot, `between_m` (n, n)."""
+    `first_m` (n,) from the robot, `between_m` (n, n). `standing`: the one that is driven to.
+    `before`: by expert, what it has said of frontiers so far, nats by id."""
 
     ids: tuple[int, ...]
     at_xy: tuple[tuple[float, float], ...]
@@ -67,6 +70,8 @@ class Ahead:
     mass: NDArray[np.float64]
     first_m: NDArray[np.float64]
     between_m: NDArray[np.float64]
+    standing: int | None = None
+    before: Evidence = field(default_factory=dict)
 
 
 def believed(

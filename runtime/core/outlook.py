@@ -12,7 +12,7 @@ from runtime.core.mapping import keyframes
 from runtime.core.mapping.grid import MapCopy
 from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.windows import Window, widened
-from runtime.core.types import Brief, Frontier, Pose
+from runtime.core.types import Brief, Decision, Frontier, Pose
 from runtime.core.voting import brief, information_gain, search_order
 from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Snapshot
@@ -24,7 +24,7 @@ AROUND_M = 5.5  # the frontiers: farther is no object that is told, and no image
 @dataclass(frozen=True)
 class Outlook:
     """Copies that nobody changes: the map and the objects around the reachable frontiers, the
-    keyframes. `terrain` and `standing`, the frontier that is driven to, are there where frontiers
+    keyframes. `terrain` is there, and `standing`, the decision before, where frontiers
     are ranked by geometry; `plans`: their order is planned. What is a `Snapshot`'s is worked out
     when it is asked for."""
 
@@ -37,7 +37,7 @@ class Outlook:
     frames: tuple[Keyframe, ...]
     pose: Pose
     terrain: Terrain | None
-    standing: int | None
+    standing: Decision | None
     plans: bool = False
 
     @property
@@ -71,11 +71,12 @@ class Outlook:
         terrain: Terrain,
     ) -> Brief:
         """With the order in which the frontiers are gone to where nobody's word decides."""
-        mass = information_gain.masses(kept, unknown_m2, self.standing, terrain, self.pose)
+        current = self.standing.frontier if self.standing and not self.plans else None
+        mass = information_gain.masses(kept, unknown_m2, current, terrain, self.pose)
         if not self.plans:
             order = tuple(f.id for f in information_gain.by_worth(kept, mass))
             return replace(told, order=order)
-        ahead = search_order.outlook_ahead(kept, unknown_m2, mass, terrain)
+        ahead = search_order.outlook_ahead(kept, unknown_m2, mass, terrain, self.standing)
         order = search_order.ordered(ahead, {}) if ahead is not None else ()
         return replace(told, order=order, ahead=ahead)
 

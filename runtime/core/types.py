@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.belief import Ahead, Belief
+from runtime.core.belief import Ahead, Belief, Evidence
 from runtime.core.keys import key
 
 F16 = NDArray[np.float16]
@@ -315,6 +315,8 @@ class Decision:
     """In which the robot would look behind the frontiers, where that is planned."""
     belief: Belief | None = field(default=None, repr=False, metadata=UNWRITTEN)
     """Where the thing may be, where that is worked out."""
+    said: Evidence = field(default_factory=dict, repr=False, metadata=UNWRITTEN)
+    """What experts have said of frontiers so far, where that is remembered."""
 
 
 class Action(StrEnum):

@@ -28,6 +28,8 @@ def explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
         "closest": decision.closest,
         "heads_for": consensus.successor(decision, world.frontiers, rank),
         "in_words": in_words(decision),
+        "order": decision.order,
+        "belief": told_belief(decision),
         "without": dict(decision.without),
         "votes": decision.ballot.votes,
         "missing": decision.ballot.missing,
@@ -42,6 +44,11 @@ def explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
             for f in world.frontiers
         ],
     }
+
+
+def told_belief(decision: Decision | None) -> dict[str, object] | None:
+    """Where the thing may be, as it is published; None where that is not worked out."""
+    return decision.belief.told() if decision is not None and decision.belief is not None else None
 
 
 def map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:

@@ -32,7 +32,7 @@ from runtime.experts.hindsight import CHOICES_KEPT, Choice
 from runtime.journal import Journal, write_map
 from runtime.log import say
 from runtime.loops.order import Order, SearchModels
-from runtime.loops.reports import explain, map_of, told_command
+from runtime.loops.reports import explain, map_of, told_belief, told_command
 from runtime.loops.whereabouts import Whereabouts
 from runtime.perception.goal_words import Goal
 from runtime.record import Record, unrecorded
@@ -229,7 +229,7 @@ class Search:
         self.journal.write("step", pose=pose, **state)
         self.record("command", told_command(world, command))
         self.record("world", world)
-        return state
+        return state | {"belief": told_belief(decision)}
 
     def billed(self, models: SearchModels) -> None:
         """Journal what was asked of a cloud, and what it cost."""

@@ -183,7 +183,7 @@ def elect(
     told = Decision(winner, rule, standing, field.closest, ballot, stamp_ns, why, without)
     if ahead is None:
         return told
-    return replace(told, order=tuple(order), belief=prior.belief(ahead, prior.heard(ballot)))
+    return replace(told, order=tuple(order), belief=prior.belief(ahead, prior.heard(ballot, ahead)))
 
 
 def _outcome(
@@ -215,7 +215,7 @@ def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
         sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
         return bool(agree(sets, cfg.mode == "lenient")[1])
     if cfg.mode == "prior":
-        return bool(prior.heard(ballot))
+        return bool(ballot.votes) or any(absent.nats for absent in ballot.missing)
     if cfg.mode == "weighted":
         return any(v.expert in dict(cfg.weights) for v in ballot.votes)
     return any(p > 0 for v in sorted(ballot.votes, key=_name)[:1] for _, p in v.probabilities)

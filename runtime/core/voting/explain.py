@@ -6,6 +6,7 @@ from runtime.core.types import Decision, Vote
 from runtime.core.voting import consensus
 
 REASON_MAX = 100  # characters of one expert's reason
+THEN_MAX = 5  # frontiers of the order that are told
 
 
 def in_words(decision: Decision) -> str:
@@ -14,6 +15,8 @@ def in_words(decision: Decision) -> str:
     if decision.frontier is None:
         return "no frontier can be reached"
     parts = [f"frontier {decision.frontier}, {_why(decision, decision.frontier)}"]
+    if len(decision.order) > 1:
+        parts.append(f"then {', '.join(str(i) for i in decision.order[1:THEN_MAX])}")
     if decision.closest != decision.frontier:
         parts.append(f"the closest is {decision.closest}")
     others = [f"without {e}: {i}" for e, i in decision.without if i != decision.frontier]
@@ -22,6 +25,10 @@ def in_words(decision: Decision) -> str:
 
 def _why(decision: Decision, elected: int) -> str:
     votes = decision.ballot.votes
+    if decision.rule == "prior":
+        return (
+            f"where it is found soonest by the word of {listed(heard(decision))}{_said(decision)}"
+        )
     backers = [v for v in votes if elected in v.frontiers] or list(votes)
     if decision.chosen:
         said = "; ".join(f"{v.expert}: {_reason(v, elected)}" for v in backers)
@@ -33,8 +40,24 @@ def _why(decision: Decision, elected: int) -> str:
             "majority": "most frequent of the samples of {0}",
         }.get(decision.rule, "on which {0} agree")
         return verb.format(listed(names)) + f" ({said})"
-    what = "the closest" if decision.rule == "closest" else f"by {decision.rule}"
+    what = {
+        "closest": "the closest",
+        "ahead": "from where the unknown is looked through soonest",
+    }.get(decision.rule, f"by {decision.rule}")
     return f"{what}, as {no_agreement(decision)}"
+
+
+def heard(decision: Decision) -> list[str]:
+    """Whose word counted, where evidence does, whether or not it was a recommendation."""
+    return [expert for expert, _ in decision.without]
+
+
+def _said(decision: Decision) -> str:
+    """ " (o2f: sink, towel (0.61))": of those who name the elected frontier."""
+    elected = decision.frontier
+    backers = [v for v in decision.ballot.votes if elected is not None and elected in v.frontiers]
+    said = "; ".join(f"{v.expert}: {_reason(v, elected)}" for v in backers if elected is not None)
+    return f" ({said})" if said else ""
 
 
 def no_agreement(decision: Decision) -> str:

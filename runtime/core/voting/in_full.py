@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from runtime.core.types import Brief, Decision, FrontierBrief, Missing, Vote
-from runtime.core.voting.explain import listed, no_agreement
+from runtime.core.voting.explain import heard, listed, no_agreement
 
 WHO: Final = {
     "o2f": "the objects near by",
@@ -25,6 +25,7 @@ OBJECTS_TOLD: Final = 5  # near a frontier, the nearest; experts hear no more
 ROOMS_TOLD: Final = 3
 FRONTIERS_TOLD: Final = 4  # of one vote, the likeliest
 REASON_CHARS: Final = 300
+PLACES_TOLD: Final = 3  # where the thing may be, the likeliest
 
 
 @dataclass(frozen=True)
@@ -54,6 +55,7 @@ def in_full(told: ToldDecision) -> tuple[str, ...]:
         lines.append(f"Taken: {_place(told, decision.frontier)}.")
         lines.append("  A frontier is an edge of what has been seen; behind it is the unknown.")
         lines.append(f"Rule: {_rule(told, decision.frontier)}.")
+        lines.extend(_planned(decision))
     for vote in decision.ballot.votes:
         lines.extend(_vote(told, vote))
     lines.extend(_absence(missing) for missing in decision.ballot.missing)
@@ -80,10 +82,17 @@ def _rule(told: ToldDecision, elected: int) -> str:
     decision = told.decision
     names = [v.expert for v in decision.ballot.votes if elected in v.frontiers]
     names = names or [v.expert for v in decision.ballot.votes]
+    if decision.rule == "prior":
+        return (
+            f"by what is unknown and what {listed(heard(decision))} make of it, the thing is found "
+            "soonest in the mean by looking there first"
+        )
     if not decision.chosen:
         why = no_agreement(decision)
         if decision.rule == "closest":
             return f"the closest, as {why}"
+        if decision.rule == "ahead":
+            return f"looking there first sees most of the unknown soonest, as {why}"
         return f"the one with the most unknown behind it for the way there, as {why}"
     said = {
         "all": f"all that voted name it ({listed(names)})",
@@ -97,6 +106,24 @@ def _rule(told: ToldDecision, elected: int) -> str:
     if not others:
         return said
     return f"{said}, as they do {_ids(others)}; {_first_of(told, elected)}"
+
+
+def _planned(decision: Decision) -> Iterator[str]:
+    """What comes after it, and where the thing may be."""
+    if len(decision.order) > 1:
+        yield f"After it: {', '.join(str(i) for i in decision.order[1:])}, as far as is known now."
+    if decision.belief is None:
+        return
+    places = decision.belief.places[:PLACES_TOLD]
+    yield f"Where it may be, likeliest first ({100 * decision.belief.elsewhere:.0f} % elsewhere):"
+    for place in places:
+        where = (
+            f"behind frontier {place.id}"
+            if place.kind == "frontier"
+            else f"{place.kind} {place.id}"
+        )
+        x_m, y_m = place.xy
+        yield f"  {where}, at ({x_m:.1f}, {y_m:.1f}) m, {100 * place.p:.0f} %: {place.why}"
 
 
 def _first_of(told: ToldDecision, elected: int) -> str:

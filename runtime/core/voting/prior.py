@@ -2,66 +2,83 @@
 what unknown areas say, and the order of frontiers is planned over both."""
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 
-from runtime.core.belief import Ahead, Belief, believed
+from runtime.core.belief import Ahead, Belief, Evidence, believed
 from runtime.core.types import Ballot, Decision, Missing, Vote
 from runtime.core.voting import search_order
 
 PULL = 2.0  # nats of one expert at most, either way of its mean
 NAMED = 1.0  # nats of a frontier that is named by an expert that tells no numbers
+LONE = 0.3  # of what an expert alone says of a frontier, beyond what any other backs
+NEWEST = 0.4  # of an expert's evidence for a frontier, what it says now against what it said
 
 
-def heard(ballot: Ballot) -> dict[str, Mapping[int, float]]:
-    """By expert that has any evidence, whether or not it recommends anything: nats by frontier."""
+def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
+    """By expert that has any evidence, whether or not it recommends anything: nats by frontier, the
+    difference to their mean, cut to PULL. Who knows nothing of a frontier has 0 for it. What it
+    said of the same frontier before goes on counting, less and less: what is said at random cancels
+    out over time, what is known stays."""
     every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
-    told = {each.expert: dict(each.nats) or _named(each) for each in every}
-    return {expert: told[expert] for expert in sorted(told) if told[expert]}
+    now = {each.expert: dict(each.nats) or _named(each) for each in every}
+    found: dict[str, Mapping[int, float]] = {}
+    for expert in sorted({e for e, nats in now.items() if nats} | set(ahead.before)):
+        nats, before = _apart(now.get(expert, {}), ahead.ids), ahead.before.get(expert, {})
+        found[expert] = {
+            id: NEWEST * x + (1 - NEWEST) * before[id] if id in before else x
+            for id, x in nats.items()
+        }
+    return found
 
 
 def _named(outcome: Vote | Missing) -> dict[int, float]:
     return dict.fromkeys(outcome.frontiers, NAMED) if isinstance(outcome, Vote) else {}
 
 
-def pooled(evidence: Mapping[str, Mapping[int, float]], ids: Collection[int]) -> dict[int, float]:
-    """Nats of all experts together, by frontier. Of each the difference to its own mean counts, cut
-    to PULL; who knows nothing of a frontier has 0 for it. Where experts contradict each other, what
-    is left of their sum is taken as many times less as they cancel out."""
-    total = {id: [0.0, 0.0] for id in sorted(ids)}  # for and against
-    for expert in sorted(evidence):
-        known = {id: evidence[expert].get(id, 0.0) for id in total}
-        mean = math.fsum(known.values()) / len(known) if known else 0.0
-        for id, nats in known.items():
-            apart = max(-PULL, min(PULL, nats - mean))
-            total[id][apart < 0] += apart
-    return {id: _agreed(*both) for id, both in total.items()}
+def _apart(nats: Mapping[int, float], ids: Collection[int]) -> dict[int, float]:
+    known = {id: nats.get(id, 0.0) for id in sorted(ids)}
+    mean = math.fsum(known.values()) / max(1, len(known))
+    return {id: max(-PULL, min(PULL, x - mean)) for id, x in known.items()}
 
 
-def _agreed(speaks_for: float, against: float) -> float:
-    """Of nats for and against, 0 or more and 0 or less."""
-    said = speaks_for - against
-    return (speaks_for + against) * abs(speaks_for + against) / said if said else 0.0
+def pooled(evidence: Evidence, ids: Collection[int]) -> dict[int, float]:
+    """Nats of all experts together, by frontier: what two or more say counts, and of what one alone
+    says, for or against, the part LONE."""
+    found = {}
+    for id in sorted(ids):
+        said = [nats.get(id, 0.0) for nats in evidence.values()]
+        spoken_for = sorted((x for x in said if x > 0), reverse=True)
+        against = sorted((-x for x in said if x < 0), reverse=True)
+        found[id] = _supported(spoken_for) - _supported(against)
+    return found
+
+
+def _supported(nats: Sequence[float]) -> float:
+    """Of nats in one direction, the strongest first: of the strongest no more counts in full than
+    the next one backs."""
+    if not nats:
+        return 0.0
+    backed = nats[1] if len(nats) > 1 else 0.0
+    return backed + LONE * (nats[0] - backed) + math.fsum(nats[1:])
 
 
 def elect(ballot: Ballot, ahead: Ahead, closest: int, stamp_ns: int, why: str) -> Decision:
     """The first of the order that is planned over what the unknown and all experts say."""
-    evidence = heard(ballot)
+    evidence = heard(ballot, ahead)
     order = _planned(ahead, evidence)
     without = tuple(
         (left_out, _planned(ahead, {e: nats for e, nats in evidence.items() if e != left_out})[0])
         for left_out in evidence
     )
     rule, chosen = ("prior", order[:1]) if evidence else ("ahead", ())
-    likely = belief(ahead, evidence)
-    return Decision(
-        order[0], rule, chosen, closest, ballot, stamp_ns, why, without, order, likely
-    )  # fmt: skip
+    told = ballot, stamp_ns, why, without, order, belief(ahead, evidence), evidence
+    return Decision(order[0], rule, chosen, closest, *told)
 
 
-def belief(ahead: Ahead, evidence: Mapping[str, Mapping[int, float]]) -> Belief:
+def belief(ahead: Ahead, evidence: Evidence) -> Belief:
     """Where the thing may be."""
     return believed(ahead, pooled(evidence, ahead.ids), said=", ".join(evidence))
 
 
-def _planned(ahead: Ahead, evidence: Mapping[str, Mapping[int, float]]) -> tuple[int, ...]:
+def _planned(ahead: Ahead, evidence: Evidence) -> tuple[int, ...]:
     return search_order.ordered(ahead, pooled(evidence, ahead.ids))

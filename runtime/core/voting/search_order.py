@@ -10,11 +10,12 @@ import numpy as np
 from runtime.core.belief import Ahead
 from runtime.core.distances.terrain import Terrain
 from runtime.core.kernels import marching
-from runtime.core.types import F64, I32, Frontier
+from runtime.core.types import F64, I32, Decision, Frontier
 from runtime.core.voting import information_gain
 
 MOST = 8  # frontiers whose orders are all compared: 2^8 sets of them
 MARCHED = 12  # frontiers that ways are measured from, the best without a vote
+STEADY = 0.15  # more way in the mean that is taken into the bargain to go on where one was going
 
 
 def outlook_ahead(
@@ -22,9 +23,10 @@ def outlook_ahead(
     unknown_m2: Mapping[int, float],
     mass: Mapping[int, float],
     terrain: Terrain,
+    standing: Decision | None,
 ) -> Ahead | None:
     """How the MARCHED best of the frontiers lie to one another on the terrain; None for none. A way
-    that is not known there leads by where the robot is."""
+    that is not known there leads by where the robot is. `standing`: the decision before."""
     best = information_gain.by_worth(frontiers, mass)[:MARCHED]
     if not best:
         return None
@@ -39,6 +41,8 @@ def outlook_ahead(
         np.array([mass[f.id] for f in best]),
         first_m,
         between_m,
+        standing.frontier if standing else None,
+        standing.said if standing else {},
     )
 
 
@@ -64,16 +68,22 @@ def ordered(ahead: Ahead, nats: Mapping[int, float]) -> tuple[int, ...]:
     mass = ahead.mass * np.exp(evidence - evidence.max(initial=0.0))
     worth = mass * np.exp(-information_gain.DISCOUNT_PER_M * ahead.first_m)
     ranked = np.lexsort((np.array(ahead.ids), ahead.first_m, -worth))
+    kept = ahead.ids.index(ahead.standing) if ahead.standing in ahead.ids else None
+    if kept is not None and kept in ranked[MOST:]:
+        ranked = np.concatenate([[kept], ranked[ranked != kept]])
     best, rest = ranked[:MOST], ranked[MOST:]
-    tour = soonest(mass[best], ahead.first_m[best], ahead.between_m[np.ix_(best, best)])
+    ways_m = ahead.first_m[best], ahead.between_m[np.ix_(best, best)]
+    keep = None if kept is None else best.tolist().index(kept)
+    tour = soonest(mass[best], *ways_m, keep)
     return tuple(ahead.ids[n] for n in (*best[list(tour)].tolist(), *rest.tolist()))
 
 
-def soonest(mass: F64, first_m: F64, between_m: F64) -> tuple[int, ...]:
+def soonest(mass: F64, first_m: F64, between_m: F64, keep: int | None = None) -> tuple[int, ...]:
     """The order of n <= MOST places in which the way to the thing is least in the mean. `mass` (n,)
     how likely it is at each, up to a factor; ways, m: `first_m` (n,) from here, `between_m` (n, n)
     from row to column. Exact, by dynamic programming over the sets of places that are left; of
-    equal orders the one whose places come first."""
+    equal orders the one whose places come first. `keep` stays the first of them unless another
+    saves a good part of the way, STEADY."""
     n = len(mass)
     if n == 0:
         return ()
@@ -89,7 +99,10 @@ def soonest(mass: F64, first_m: F64, between_m: F64) -> tuple[int, ...]:
         then[sets] = total.argmin(axis=2)
         cost[sets] = total.min(axis=2)
     rest = (1 << n) - 1
-    at = int((first_m * left[rest] + cost[rest & ~bits, np.arange(n)]).argmin())
+    total_m = first_m * left[rest] + cost[rest & ~bits, np.arange(n)]
+    at = int(total_m.argmin())
+    if keep is not None and total_m[keep] <= (1.0 + STEADY) * total_m[at]:
+        at = keep
     order = [at]
     while rest := rest & ~(1 << at):
         at = int(then[rest, at])

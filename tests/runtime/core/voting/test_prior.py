@@ -1,0 +1,165 @@
+"""Votes as evidence: how far each can go alone, and what they come to together."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.core.belief import Ahead
+from runtime.core.types import Absence, Ballot, Missing, Vote
+from runtime.core.voting import prior
+from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
+from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, heard, pooled
+
+NATS = st.dictionaries(st.integers(1, 4), st.floats(-9.0, 9.0), min_size=1)
+PRIOR = ConsensusConfig(mode="prior", fallback="ahead")
+
+
+def star(masses=(1.0, 1.0, 1.0, 1.0), far_m=(2.0, 2.0, 2.0, 2.0), **more) -> Ahead:
+    """Frontiers 1, 2, … each its own way off, and no way between two but by the robot."""
+    n, first_m = len(masses), np.array(far_m[: len(masses)])
+    between_m = (first_m[:, None] + first_m) * (1 - np.eye(n))
+    ids, at = tuple(range(1, n + 1)), ((0.0, 0.0),) * n
+    return Ahead(ids, at, tuple(masses), np.array(masses), first_m, between_m, **more)
+
+
+def vote(expert: str, nats: dict[int, float]) -> Vote:
+    best = max(nats, key=lambda i: nats[i])
+    return Vote(expert, (best,), (), "so it is", nats=tuple(sorted(nats.items())))
+
+
+def ballot(**nats: dict[int, float]) -> Ballot:
+    return Ballot(tuple(vote(expert, each) for expert, each in sorted(nats.items())))
+
+
+class _Reachable:
+    def __init__(self, id: int, distance_m: float) -> None:
+        self.id, self.distance_m = id, distance_m
+
+
+def elected(votes: Ballot, ahead: Ahead):
+    frontiers = [_Reachable(i, float(m)) for i, m in zip(ahead.ids, ahead.first_m, strict=True)]
+    return elect(votes, frontiers, PRIOR, 7, "due", ahead.ids, ahead)
+
+
+@given(NATS)
+def test_one_expert_alone_is_heard_in_part_and_within_bounds(nats: dict[int, float]):
+    ahead = star()
+    found = pooled(heard(ballot(o2f=nats), ahead), ahead.ids)
+    assert max(abs(x) for x in found.values()) <= LONE * PULL + 1e-9
+
+
+@given(NATS, NATS)
+def test_an_expert_moves_no_frontier_farther_than_another_backs_it(a, b):
+    """However wild it is: beyond what the other says as well, it adds the lone part alone."""
+    ahead = star()
+    known = heard(ballot(o2f=a), ahead)["o2f"]
+    both = pooled(heard(ballot(o2f=a, r2f=b), ahead), ahead.ids)
+    for id in ahead.ids:
+        most = 2 * abs(known[id]) + LONE * PULL
+        assert abs(both[id]) <= most + 1e-9
+
+
+def test_what_two_say_counts_in_full():
+    ahead, said = star(), {1: 1.5, 2: -0.5, 3: -0.5, 4: -0.5}
+    both = pooled(heard(ballot(o2f=said, r2f=said), ahead), ahead.ids)
+    assert both == pytest.approx({i: 2 * x for i, x in said.items()})
+
+
+def test_experts_that_contradict_each_other_cancel_out():
+    said = {1: 1.0, 2: -1.0}
+    ahead = star(masses=(1.0, 1.0))
+    found = pooled(heard(ballot(o2f=said, r2f={1: -1.0, 2: 1.0}), ahead), ahead.ids)
+    assert found == {1: 0.0, 2: 0.0}
+
+
+def test_nobody_who_is_wild_alone_takes_the_robot_to_the_far_end():
+    """Frontier 2 is four times as far: one expert's word is not worth that, two experts' is."""
+    ahead = star(masses=(1.0, 1.0), far_m=(2.0, 8.0))
+    wild = {1: -50.0, 2: 50.0}
+    assert elected(ballot(o2f=wild), ahead).frontier == 1
+    assert elected(ballot(o2f=wild, r2f=wild), ahead).frontier == 2
+
+
+def test_what_is_said_at_random_fades_and_what_is_known_stays():
+    rng, steady = np.random.default_rng(1), {1: 1.0, 2: -1.0}
+    known, drawn, last = {}, {}, []
+    for _ in range(40):
+        drawn_now = dict(zip((1, 2), rng.normal(size=2), strict=True))
+        drawn = heard(ballot(o2f=drawn_now), star(masses=(1.0, 1.0), before=drawn))
+        known = heard(ballot(o2f=steady), star(masses=(1.0, 1.0), before=known))
+        last.append(drawn["o2f"][1])
+    assert known["o2f"] == pytest.approx(steady)
+    alone = np.std(rng.normal(size=(4000, 2)) @ [0.5, -0.5])
+    assert np.std(last) < 0.8 * alone
+
+
+def test_who_is_late_goes_on_counting_less_and_less():
+    ahead = star(masses=(1.0, 1.0), before={"o2f": {1: 1.0, 2: -1.0}})
+    late = Ballot(missing=(Missing("o2f", Absence.LATE),))
+    left = 1 - NEWEST
+    assert heard(late, ahead)["o2f"] == pytest.approx({1: left, 2: -left})
+
+
+def test_an_expert_without_a_preference_leans_all_the_same():
+    ahead = star(masses=(1.0, 1.0))
+    leaning = Missing("r2f", Absence.NO_PREFERENCE, nats=((1, -0.2), (2, 0.2)))
+    told = elected(Ballot(missing=(leaning,)), ahead)
+    assert told.frontier == 2
+    assert told.without == (("r2f", 1),)
+
+
+def test_a_vote_without_numbers_is_worth_so_much_where_it_names():
+    named = Vote("cloud", (2,), (), "there")
+    said = heard(Ballot((named,)), star(masses=(1.0, 1.0)))
+    assert said == {"cloud": {1: -NAMED / 2, 2: NAMED / 2}}
+
+
+def test_the_decision_tells_the_order_the_belief_and_what_each_changed():
+    ahead = star(far_m=(1.0, 2.0, 4.0, 5.0))
+    said = {1: -1.0, 2: 0.0, 3: 1.0, 4: 0.0}
+    told = elected(ballot(o2f=said, r2f=said), ahead)
+    assert (told.rule, told.frontier, told.closest) == ("prior", 3, 1)
+    assert told.order[0] == 3
+    assert sorted(told.order) == [1, 2, 3, 4]
+    assert dict(told.without) == {"o2f": 1, "r2f": 1}
+    assert told.belief is not None
+    assert told.belief.places[0].id == 3
+    total = sum(place.p for place in told.belief.places) + told.belief.elsewhere
+    assert total == pytest.approx(1.0)
+    gone = [_Reachable(i, 1.0) for i in told.order[1:]]
+    assert successor(told, gone) == told.order[1]
+
+
+def test_without_a_word_the_order_alone_decides():
+    told = elected(Ballot(), star(far_m=(3.0, 2.0, 1.0, 4.0)))
+    assert (told.rule, told.chosen, told.frontier) == ("ahead", (), 3)
+
+
+def test_without_ways_to_plan_over_the_fallback_decides():
+    frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0)]
+    assert elect(ballot(o2f={2: 5.0, 1: 0.0}), frontiers, PRIOR, order=(2, 1)).frontier == 2
+
+
+def test_everyone_is_waited_for_where_evidence_counts():
+    frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0)]
+    assert not settled((), ("o2f",), frontiers, PRIOR)
+    assert settled((), (), frontiers, PRIOR)
+    assert agreed(ballot(o2f={1: 1.0, 2: 0.0}), PRIOR)
+    assert not agreed(Ballot(missing=(Missing("o2f", Absence.LATE),)), PRIOR)
+
+
+def test_rank_gain_takes_of_the_chosen_what_the_fallback_puts_first():
+    frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0), _Reachable(3, 3.0)]
+    votes = Ballot((Vote("a", (1, 3), (), ""), Vote("b", (1, 3), (), "")))
+    for rank, best in (("nearest", 1), ("gain", 3), ("farthest", 3)):
+        cfg = ConsensusConfig(rank=rank)
+        assert elect(votes, frontiers, cfg, order=(2, 3, 1)).frontier == best
+
+
+def test_belief_follows_evidence():
+    ahead = star(masses=(1.0, 3.0))
+    before = prior.belief(ahead, {})
+    after = prior.belief(ahead, {"o2f": {1: 2.0, 2: -2.0}, "r2f": {1: 2.0, 2: -2.0}})
+    assert [p.id for p in before.places] == [2, 1]
+    assert [p.id for p in after.places] == [1, 2]
