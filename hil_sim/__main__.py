@@ -40,6 +40,7 @@ COMMANDS = {
         "eval_command",
         "Drive a suite of episodes; print the table.",
     ),
+    "flat": ("hil_sim.commands.flat", "flat_command", "Ways to elect, compared on plans."),
     "frames": (
         "hil_sim.commands.frames",
         "frames_command",
