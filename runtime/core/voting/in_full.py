@@ -84,7 +84,7 @@ def _rule(told: ToldDecision, elected: int) -> str:
     names = names or [v.expert for v in decision.ballot.votes]
     if decision.rule == "prior":
         return (
-            f"by what is unknown and what {listed(heard(decision))} make of it, the thing is found "
+            f"by what is unknown and what is said by {listed(heard(decision))}, the thing is found "
             "soonest in the mean by looking there first"
         )
     if not decision.chosen:

@@ -9,8 +9,9 @@ from runtime import navigate
 from runtime.core.exploration import with_frontiers
 from runtime.core.mapping import keyframes
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.types import Pose
+from runtime.core.types import Ballot, Brief, Decision, Pose, Vote
 from runtime.core.voting import brief
+from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.world import World
 
 NAMES, ROOMS = ("toilet", "sofa", "bed"), ("bathroom", "bedroom")
@@ -81,3 +82,51 @@ def test_without_a_frontier_it_tells_of_none():
     world, _ = looked_around(2)
     world.frontiers = ()
     assert navigate.outlook(world, "test", CFG).brief.frontiers == ()
+
+
+def test_where_the_order_is_planned_it_tells_how_frontiers_lie_to_one_another():
+    world, _ = looked_around(5)
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(mode="prior", fallback="ahead"))
+    stood = Decision(3, "prior", (3,), 3, Ballot(), 0, "", said={"o2f": {3: 1.0}})
+    navigate.adopt(world, stood)
+    told = navigate.outlook(world, "test", cfg).brief
+    assert told.ahead is not None
+    assert set(told.ahead.ids) == {f.id for f in told.frontiers}
+    assert set(told.order) == set(told.ahead.ids)
+    assert (told.ahead.standing, told.ahead.before) == (3, stood.said)
+    n = len(told.ahead.ids)
+    assert told.ahead.between_m.shape == (n, n)
+    areas = {f.id: f.unknown_m2 for f in told.frontiers}
+    assert dict(zip(told.ahead.ids, told.ahead.unknown_m2, strict=True)) == areas
+    assert navigate.outlook(world, "test", CFG).brief.ahead is None
+
+
+def test_a_decision_by_evidence_is_made_of_the_world_as_it_is():
+    world, _ = looked_around(5)
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(mode="prior", fallback="ahead"))
+    snap = navigate.snapshot(world, "test", cfg)
+    silent = navigate.decide(snap, Silent(), None, cfg)
+    assert (silent.rule, silent.order) == ("ahead", snap.brief.order)
+    last = silent.order[-1]
+    decided = navigate.decide(snap, Pointing(last), None, cfg)
+    assert (decided.rule, decided.frontier) == ("prior", last)
+    navigate.adopt(world, decided)
+    again = navigate.snapshot(world, "test", cfg)
+    assert again.brief.ahead is not None
+    assert again.brief.ahead.before == decided.said
+
+
+class Silent:
+    def ask(self, brief: Brief, by: None) -> Ballot:
+        return Ballot()
+
+
+class Pointing:
+    """Two experts who are as sure of one frontier as they may be."""
+
+    def __init__(self, at: int) -> None:
+        self.at = at
+
+    def ask(self, brief: Brief, by: None) -> Ballot:
+        nats = tuple((f.id, 9.0 * (f.id == self.at)) for f in brief.frontiers)
+        return Ballot(tuple(Vote(e, (self.at,), (), "there", nats=nats) for e in ("o2f", "r2f")))

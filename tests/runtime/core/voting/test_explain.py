@@ -2,7 +2,7 @@
 
 import pytest
 
-from runtime.core.types import Absence, Ballot, FrontierBrief, Missing, Vote
+from runtime.core.types import Absence, Ballot, Decision, FrontierBrief, Missing, Vote
 from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.core.voting.explain import in_words
 
@@ -83,4 +83,18 @@ def test_an_agreement_on_what_is_too_far_away_is_told():
     decision = elect(Ballot(votes), FRONTIERS, ConsensusConfig(detour_m=1.0))
     assert in_words(decision).startswith(
         "frontier 1, the closest, as what o2f and r2f agree on is too far away"
+    )
+
+
+def test_a_planned_order_is_told_with_whose_word_it_rests_on():
+    planned = Decision(
+        3, "prior", (3,), 1, Ballot((vote("o2f", 3),)), 0, "", (("o2f", 1), ("r2f", 3)), (3, 1, 2)
+    )  # fmt: skip
+    assert in_words(planned) == (
+        "frontier 3, where it is found soonest by the word of o2f and r2f (o2f: thing 3 (0.50)); "
+        "then 1, 2; the closest is 1; without o2f: 1"
+    )
+    silent = Decision(1, "ahead", (), 1, Ballot(), 0, "", order=(1, 2))
+    assert in_words(silent) == (
+        "frontier 1, from where the unknown is looked through soonest, as no expert votes; then 2"
     )

@@ -4,7 +4,17 @@ from dataclasses import replace
 
 import pytest
 
-from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
+from runtime.core.belief import Belief, Expected
+from runtime.core.types import (
+    Absence,
+    Ballot,
+    Brief,
+    Decision,
+    FrontierBrief,
+    Missing,
+    NearbyObject,
+    Vote,
+)
 from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.core.voting.in_full import (
     ANSWERED_BY,
@@ -173,3 +183,30 @@ def test_a_vote_on_what_the_brief_does_not_have_is_told_without_it():
 def test_experts_and_rungs_are_those_that_there_are():
     assert set(WHO) == set(EXPERTS)
     assert set(ANSWERED_BY) == {LOCAL, RUNG, LANGUAGE, HEAD, EMBEDDING}
+
+
+def test_a_planned_order_tells_what_comes_after_and_where_the_thing_may_be():
+    places = (
+        Expected("frontier", 7, (3.14, -0.4), 0.62, "3.0 m² unknown behind it, +1.2 nats by o2f"),
+        Expected("surface", "b4", (1.0, 2.0), 0.1, "0.8 m² on which it is missed with 40 %"),
+    )
+    decision = Decision(
+        7, "prior", (7,), 3, Ballot((O2F,)), 0, "", (("o2f", 3),), (7, 3, 9), Belief(places, 0.28)
+    )  # fmt: skip
+    lines = in_full(ToldDecision(2, "mug", decision, BRIEF, {7: (3.14, -0.4)}, 7))
+    begins = lines.index(
+        "Rule: by what is unknown and what is said by o2f, the thing is found soonest in the mean "
+        "by looking there first."
+    )
+    assert lines[begins + 1 : begins + 5] == (
+        "After it: 3, 9, as far as is known now.",
+        "Where it may be, likeliest first (28 % elsewhere):",
+        "  behind frontier 7, at (3.1, -0.4) m, 62 %: 3.0 m² unknown behind it, +1.2 nats by o2f",
+        "  surface b4, at (1.0, 2.0) m, 10 %: 0.8 m² on which it is missed with 40 %",
+    )
+    assert "Without o2f it would have been frontier 3, 1.1 m on foot." in lines
+    silent = replace(decision, rule="ahead", chosen=(), ballot=Ballot(), without=(), belief=None)
+    assert (
+        "Rule: looking there first sees most of the unknown soonest, as no expert votes."
+        in in_full(ToldDecision(2, "mug", silent, BRIEF, {}, 7))
+    )
