@@ -1,0 +1,23 @@
+"""`hil-sim flat` from the outside."""
+
+from click.testing import CliRunner
+from plan_of_rooms import three_rooms
+
+from hil_sim.commands.flat import flat_command
+from hil_sim.expert_bench import flat_bench
+
+
+def test_it_prints_a_row_for_each_method(monkeypatch):
+    monkeypatch.setattr(flat_bench, "open_scene", lambda name: three_rooms())
+    told = CliRunner().invoke(flat_command, ["--homes", "2", "--goals", "1", "--method", "ahead"])
+    assert told.exit_code == 0, told.output
+    rows = [line for line in told.stdout.splitlines() if line.startswith("| ")]
+    assert [row.split(" | ")[0] for row in rows[1:]] == [
+        f"| {flat_bench.ORACLE}", "| geometry", "| ahead",
+    ]  # fmt: skip
+
+
+def test_a_method_that_there_is_not_is_refused_with_those_that_there_are():
+    told = CliRunner().invoke(flat_command, ["--method", "luck"])
+    assert told.exit_code == 2
+    assert "--method luck: unknown; known: closest, geometry" in told.output
