@@ -1,7 +1,7 @@
 """Where the thing that is looked for may be: a probability over the places of the map, and how far
 those are from one another."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
 
@@ -62,7 +62,8 @@ class Ahead:
     """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
     `unknown_m2` behind it, `mass` (n,) that area with what else speaks for it; ways on foot, m:
     `first_m` (n,) from the robot, `between_m` (n, n). `standing`: the one that is driven to.
-    `before`: by expert, what it has said of frontiers so far, nats by id."""
+    `before`: by expert, what it has said of frontiers so far, nats by id. `patches`: surfaces that
+    were not seen finely enough."""
 
     ids: tuple[int, ...]
     at_xy: tuple[tuple[float, float], ...]
@@ -72,11 +73,10 @@ class Ahead:
     between_m: NDArray[np.float64]
     standing: int | None = None
     before: Evidence = field(default_factory=dict)
+    patches: tuple[Patch, ...] = ()
 
 
-def believed(
-    ahead: Ahead, nats: Mapping[int, float], patches: Iterable[Patch] = (), said: str = ""
-) -> Belief:
+def believed(ahead: Ahead, nats: Mapping[int, float], said: str = "") -> Belief:
     """What lies behind frontiers by their unknown area and the evidence, nats by id; on surfaces by
     theirs and how likely it was missed there. `said`: whose the evidence is."""
     weighed: list[Expected] = []
@@ -86,7 +86,7 @@ def believed(
         if nats.get(id):
             why += f", {nats[id]:+.1f} nats by {said}"
         weighed.append(Expected("frontier", id, xy, mass, why))
-    for patch in patches:
+    for patch in ahead.patches:
         mass = STANDING * patch.area_m2 * patch.missed
         why = f"{patch.area_m2:.1f} m² on which it is missed with {100 * patch.missed:.0f} %"
         weighed.append(Expected("surface", patch.id, patch.xy, mass, why))

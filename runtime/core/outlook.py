@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from runtime.core.belief import Patch
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping import keyframes
@@ -25,7 +26,8 @@ AROUND_M = 5.5  # the frontiers: farther is no object that is told, and no image
 class Outlook:
     """Copies that nobody changes: the map and the objects around the reachable frontiers, the
     keyframes. `terrain` is there, and `standing`, the decision before, where frontiers
-    are ranked by geometry; `plans`: their order is planned. What is a `Snapshot`'s is worked out
+    are ranked by geometry; `plans`: their order is planned. `patches`: surfaces that
+    were not seen finely enough. What is a `Snapshot`'s is worked out
     when it is asked for."""
 
     goal: str
@@ -39,6 +41,7 @@ class Outlook:
     terrain: Terrain | None
     standing: Decision | None
     plans: bool = False
+    patches: tuple[Patch, ...] = ()
 
     @property
     def brief(self) -> Brief:
@@ -77,8 +80,10 @@ class Outlook:
             order = tuple(f.id for f in information_gain.by_worth(kept, mass))
             return replace(told, order=order)
         ahead = search_order.outlook_ahead(kept, unknown_m2, mass, terrain, self.standing)
-        order = search_order.ordered(ahead, {}) if ahead is not None else ()
-        return replace(told, order=order, ahead=ahead)
+        if ahead is None:
+            return told
+        ahead = replace(ahead, patches=self.patches)
+        return replace(told, order=search_order.ordered(ahead, {}), ahead=ahead)
 
 
 def around(frontiers: tuple[Frontier, ...], frame: GridFrame) -> Window:

@@ -15,14 +15,14 @@ class Patch(NamedTuple):
     missed: float
 
 
-def ahead(*areas_m2: float) -> Ahead:
+def ahead(*areas_m2: float, **more) -> Ahead:
     n = len(areas_m2)
     at = tuple((float(i), 0.0) for i in range(n))
-    return Ahead(tuple(range(n)), at, areas_m2, np.ones(n), np.ones(n), np.ones((n, n)))
+    return Ahead(tuple(range(n)), at, areas_m2, np.ones(n), np.ones(n), np.ones((n, n)), **more)
 
 
 def test_frontiers_weigh_their_unknown_area_and_surfaces_what_was_missed():
-    found = believed(ahead(4.0, 1.0), {}, [Patch(9, (5.0, 5.0), 2.0, 0.5)])
+    found = believed(ahead(4.0, 1.0, patches=(Patch(9, (5.0, 5.0), 2.0, 0.5),)), {})
     total = 4.0 + 1.0 + STANDING * 1.0 + ELSEWHERE_M2
     assert [(p.kind, p.id) for p in found.places] == [
         ("frontier", 0),

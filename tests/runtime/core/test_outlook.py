@@ -1,6 +1,8 @@
 """What a decision is made on does not change with the world, whenever it is worked out."""
 
 import math
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 from apartment import MOUNT, TWO_ROOMS, Apartment
@@ -130,3 +132,13 @@ class Pointing:
     def ask(self, brief: Brief, by: None) -> Ballot:
         nats = tuple((f.id, 9.0 * (f.id == self.at)) for f in brief.frontiers)
         return Ballot(tuple(Vote(e, (self.at,), (), "there", nats=nats) for e in ("o2f", "r2f")))
+
+
+def test_surfaces_that_were_not_seen_finely_are_places_too():
+    world, _ = looked_around(5)
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(fallback="ahead"))
+    patch = SimpleNamespace(id="b1", xy=(1.0, 1.0), area_m2=1.0, missed=0.5)
+    seen = replace(navigate.outlook(world, "test", cfg), patches=(patch,))
+    belief = navigate.decide(seen, Silent(), None, cfg).belief
+    assert belief is not None
+    assert [place.id for place in belief.places if place.kind == "surface"] == ["b1"]
