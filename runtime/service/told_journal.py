@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
+from runtime.core.belief import Belief, Expected, Kind
 from runtime.core.motion.stops import BaseStop
 from runtime.core.types import (
     Absence,
@@ -24,6 +25,7 @@ from runtime.service.recollection import is_stop, stop_of
 
 LINE_BYTES: Final = 16 << 20  # a decision's has what each frontier's view looks like, in numbers
 LONGEST: Final = 10_000  # of any list in a line
+KINDS: Final[tuple[Kind, ...]] = ("frontier", "surface", "room")
 
 
 def told_decisions(path: Path) -> Iterator[ToldDecision]:
@@ -91,6 +93,8 @@ def _decision(line: Mapping[str, Any], goal: str, number: int, place: str) -> To
         0,
         _text(line, "why", place),
         _without(line, place),
+        _ids(line, "order", place) if "order" in line else (),
+        _belief(line, place),
     )
     brief = line.get("brief")
     if not isinstance(brief, dict):
@@ -102,6 +106,28 @@ def _decision(line: Mapping[str, Any], goal: str, number: int, place: str) -> To
         at[_whole(one, "id", place)] = float(x_m), y_m
     heads_for = _whole_or_none(line, "heads_for", place)
     return ToldDecision(number, goal, decision, Brief(goal, 0, frontiers), at, heads_for)
+
+
+def _belief(line: Mapping[str, Any], place: str) -> Belief | None:
+    """None where none was worked out, as in journals of before."""
+    told = line.get("belief")
+    if told is None:
+        return None
+    if not isinstance(told, dict):
+        raise _wrong(place, "belief")
+    return Belief(
+        tuple(_expected(one, place) for one in _tables(told, "places", place)),
+        _number(told, "others", place),
+    )
+
+
+def _expected(one: Mapping[str, Any], place: str) -> Expected:
+    kind = next((kind for kind in KINDS if kind == one.get("kind")), None)
+    id = one.get("id")
+    if kind is None or isinstance(id, bool) or not isinstance(id, int | str):
+        raise _wrong(place, "belief")
+    ((x_m, y_m),) = _pairs({"xy": [one.get("xy")]}, "xy", place)
+    return Expected(kind, id, (x_m, y_m), _number(one, "p", place), _text(one, "why", place))
 
 
 def _vote(vote: Mapping[str, Any], place: str) -> Vote:

@@ -1,12 +1,14 @@
 """Decisions and stops of a journal, told again as they were told while they happened."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from runtime.core.belief import Ahead
 from runtime.core.motion.stops import BaseStop
 from runtime.core.types import (
     Absence,
@@ -144,3 +146,31 @@ def test_a_file_that_is_none_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyP
     path.write_text("x" * 30)
     with pytest.raises(RecordingError, match="line 1: is no line of a journal"):
         list(told_stops(path))
+
+
+def test_a_planned_decision_is_told_with_its_order_and_its_belief(tmp_path: Path):
+    first_m = np.array([1.0, 4.0])
+    between_m = np.array([[0.0, 5.0], [5.0, 0.0]])
+    at, areas = ((1.0, 0.5), (3.0, 0.5)), (1.0, 3.0)
+    ahead = Ahead((3, 7), at, areas, np.array(areas), first_m, between_m)
+    cfg = ConsensusConfig(mode="prior", fallback="ahead")
+    said = replace(VOTE, nats=((3, -1.0), (7, 1.0)))
+    decision = elect(Ballot((said,)), BRIEF.frontiers, cfg, 5, "due", (3, 7), ahead)
+    path, world = tmp_path / "d.jsonl", SimpleNamespace(body=SimpleNamespace(step=9), frontiers=())
+    with Journal(path) as file:
+        file.write("goal", text="mug", name="mug", how="as it is", episode=None)
+        brief = replace(BRIEF, ahead=ahead)
+        file.write("decision", brief=brief, **explain(decision, world, "nearest"))
+    (told,) = told_decisions(path)
+    assert told.decision.order == decision.order
+    assert told.decision.belief is not None
+    assert decision.belief is not None
+    assert [p.id for p in told.decision.belief.places] == [p.id for p in decision.belief.places]
+    assert told.decision.belief.elsewhere == pytest.approx(decision.belief.elsewhere, abs=0.001)
+    line = json.loads(path.read_text().splitlines()[1])
+    assert line["votes"][0]["nats"] == [[3, -1.0], [7, 1.0]]
+    assert "ahead" not in line["brief"]
+    line["belief"]["places"][0]["kind"] = "dream"
+    path.write_text(json.dumps(line) + "\n")
+    with pytest.raises(RecordingError, match="belief: is not as rfnav writes it"):
+        list(told_decisions(path))
