@@ -42,10 +42,9 @@ def run_episode(
     voter: HarnessVotes | None = None,
 ) -> EpisodeResult:
     """Drive one episode. What the runtime fails at becomes the result's `ended`; HarnessError is
-    raised only when it refuses the goal, or nobody casts the votes that the method has the harness
-    cast: `voter` does, in lockstep. `seed` is that of noise and faults; `play` drives: in lockstep,
-    or in real time (`realtime.drive`); `settings` of this search come last. `bounds`: what people
-    have drawn for it."""
+    raised only when it refuses the goal, or the method's votes are the harness's and no `voter`
+    casts them. `seed` is that of noise and faults; `play` drives: in lockstep, or in real time
+    (`realtime.drive`); `settings` of this search come last. `bounds`: what people have drawn."""
     began_s = time.monotonic()
     how = method_named(method)
     if how.casts and voter is None:

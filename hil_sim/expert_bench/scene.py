@@ -13,7 +13,7 @@ from hil_sim.expert_bench.scene_bank import SceneRows, judge_scene, prior_insigh
 from hil_sim.expert_bench.scene_plan import ScenePlan
 from hil_sim.expert_bench.scene_report import SceneFigures, SideRows
 from hil_sim.expert_bench.scene_speed import THREADS, time_votes
-from hil_sim.expert_bench.scene_views import Beholder, Counted, judge_views
+from hil_sim.expert_bench.scene_views import Beholder, HomesCounted, judge_views
 from hil_sim.expert_bench.view_questions import Floats, load_views
 from hil_sim.ground_truth.labels import LABELLED
 from runtime.clock import SystemClock
@@ -62,7 +62,7 @@ def measure(
             for side, bank in banks.items():
                 voters.warm(bank)
                 judged[side][kind] = judge_scene(bank, settings, voters, plan.seed)
-    counted = Counted(train, count_plans(plan.plans))
+    counted = HomesCounted(train, count_plans(plan.plans))
     table = judge_views(
         views, counted, beholders, embed(list(LABELLED)), never, pictures, plan.seed
     )

@@ -41,7 +41,7 @@ class Beholder(Protocol):
 
 
 @dataclass(frozen=True)
-class Counted:
+class HomesCounted:
     """How things were counted in train homes, for those that the expert is compared with: in their
     `plans`, and in `views` of them, where there are any."""
 
@@ -86,7 +86,7 @@ class ViewTable:
 
 def judge_views(
     views: ViewBank,
-    counted: Counted,
+    counted: HomesCounted,
     beholders: Mapping[str, Beholder],
     name_rows: Floats,
     never: Collection[str],

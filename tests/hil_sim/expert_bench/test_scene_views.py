@@ -17,7 +17,7 @@ from hil_sim.expert_bench.scene_views import (
     TABLE,
     TAUGHT,
     About,
-    Counted,
+    HomesCounted,
     ViewTable,
     enough,
     judge_views,
@@ -54,14 +54,14 @@ def judged(views: ViewBank, never: Sequence[str] = ()) -> ViewTable:
     return judge_views(views, counted(views), kinds, np.eye(len(LABELLED)), never)
 
 
-def counted(views: ViewBank | None) -> Counted:
+def counted(views: ViewBank | None) -> HomesCounted:
     """A bedroom of 10 m2 has a bed three times in four, a kitchen of 5 m2 never, nor has any other
     room anything; one kitchen in four is next to such a bedroom."""
     share, floor_m2 = np.full((len(ROOM_TYPES), len(LABELLED)), 1e-9), np.full(len(ROOM_TYPES), 5.0)
     share[BEDROOM, BED], floor_m2[BEDROOM] = 0.75, 10.0
     nearby = share.copy()
     nearby[KITCHEN, BED] = 0.25
-    return Counted(views, PlanCounts(share, nearby, floor_m2))
+    return HomesCounted(views, PlanCounts(share, nearby, floor_m2))
 
 
 def test_who_sees_it_knows_what_is_in_view(views: ViewBank) -> None:
