@@ -1,7 +1,6 @@
 """One page's WebSocket, from its hello on: what it may say, how much of that, and who answers."""
 
 import asyncio
-import json
 import time
 from concurrent.futures import Executor
 from contextlib import suppress
@@ -156,4 +155,4 @@ class Conversation:
             told["error"] = str(error)
         except TimeoutError:
             told["error"] = f"{what}: no answer within {ANSWER_S:g} s"
-        page.answer(encoded("done", json.loads(json.dumps(told))))
+        page.answer(encoded("done", told))

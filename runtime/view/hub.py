@@ -170,6 +170,7 @@ class HubAudience:
 
 
 def encoded(kind: str, content: Mapping[str, Any]) -> str:
-    """A message as text; `t_s`: now, unless the content has its own."""
+    """A message as text; `t_s`: now, unless the content has its own. ValueError for a number that
+    no browser reads."""
     told = {"t_s": round(time.time(), 3), **content, "kind": kind}
-    return json.dumps(told, separators=(",", ":"))
+    return json.dumps(told, allow_nan=False, separators=(",", ":"))

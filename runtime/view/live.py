@@ -100,6 +100,8 @@ class LiveFeed:
         if what == "decision":
             return self._history.decision(body.get("number") if isinstance(body, dict) else None)
         query = asked(what, body)
+        if what == "stop":
+            self._sticks.drop()
         try:
             answer = self._answer(what, query, STOP_S if what == "stop" else ANSWER_S)
         except zenoh.ZError as error:

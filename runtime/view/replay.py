@@ -59,6 +59,7 @@ class ReplayFeed:
         self._then, self._at_ns = _Then(), self._seek_ns
         self._told_s = dict.fromkeys(("state", "at", "picture"), 0.0)
         self._number = 0  # of the decision that was told last
+        self._mapped = False  # whether there was a map by then
         self._thread = threading.Thread(target=self._play, name="replay", daemon=True)
 
     def start(self, audience: Audience) -> None:
@@ -178,7 +179,7 @@ class ReplayFeed:
 
     def _jumped(self, at_ns: int) -> Iterator[Recorded]:
         """What comes after a moment; how it was then is told."""
-        self._then, self._number = _Then(), 0
+        self._then, self._number, self._mapped = _Then(), 0, False
         picture: Recorded | None = None
         for message in self._drive.before(at_ns):
             self._take(message, False)
@@ -192,6 +193,9 @@ class ReplayFeed:
             if message.topic != self._drive.moments.color:
                 self._take(message, False)
         self._at_ns = at_ns
+        if not self._mapped:
+            self.tiles.clear()
+            self._audience.mapped()
         if picture is not None:
             self._take(picture, True)
         self._tell_all()
@@ -217,6 +221,7 @@ class ReplayFeed:
         then = self._then
         if kind == "map":
             self.tiles.put(CELLS, grid_of(payload, "/loop/map"))
+            self._mapped = True
             self._audience.mapped()
         elif kind == "scene":
             then.marks = scene_marks(payload)

@@ -72,6 +72,12 @@ class PageSticks:
                 self._held, self._zeros = None, ZEROS
                 self._changed.notify_all()
 
+    def drop(self) -> None:
+        """Whoever has them lets go: somebody stops the robot."""
+        who = self.who
+        if who is not None:
+            self.let_go(who)
+
     def close(self) -> None:
         """Whoever holds them lets go; zero has been told when this returns. Idempotent."""
         with self._changed:

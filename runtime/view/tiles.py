@@ -80,6 +80,12 @@ class TileMap:
                     if known:
                         self._fill((c, r), plane, part)
 
+    def clear(self) -> None:
+        """Nothing is known any more."""
+        with self._lock:
+            if self._grid is not None:
+                self._anew(self._grid)
+
     def since(self, seen: TilesHeld) -> tuple[bytes, TilesHeld] | None:
         """The next message for somebody who has so much, and what he has then; None for nothing."""
         with self._lock:

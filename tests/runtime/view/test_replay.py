@@ -1,6 +1,7 @@
 """A recording as a page goes through it."""
 
 import struct
+import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -83,8 +84,10 @@ def test_going_back_shows_the_map_that_there_was_then(feed: ReplayFeed, audience
     late = known(span["to_s"])
     assert early < late
     assert known(span["decisions"][0]["t_s"]) < late
-    decision = audience.newest["decision"]
-    assert decision["number"] == 1
+    nothing = struct.Struct("<BBHIfddH").size + len(zlib.compress(b"", 1))
+    assert known(span["from_s"]) == nothing
+    assert known(span["decisions"][0]["t_s"]) == early
+    assert audience.newest["decision"]["number"] == 1
 
 
 def test_it_plays_as_fast_as_it_is_asked_to_and_stops_at_the_end(

@@ -95,6 +95,15 @@ def test_a_stop_is_obeyed_by_hands_too(sticks: PageSticks, base: Base):
     assert sticks.who is None
 
 
+def test_who_stops_the_robot_takes_them_from_everyone(sticks: PageSticks, base: Base):
+    sticks.hold(1, 1.0, 0.0)
+    until(lambda: bool(base.heard))
+    sticks.drop()
+    assert sticks.who is None
+    until(lambda: base.heard[-1] == (0.0, 0.0))
+    sticks.drop()
+
+
 def test_closing_ends_in_zero(base: Base):
     sticks = PageSticks(base.tell, MOST, lambda: "", SystemClock())
     sticks.hold(1, 1.0, 0.0)
