@@ -28,8 +28,8 @@ export class Headline {
     document.body.dataset.mode = model.live ? "live" : "replay";
     tell(byId("link-text"), model.live ? LINK[link] : `Recording ${model.welcome.file ?? ""}`);
     this.#stale(link);
-    this.#now();
     this.#notice();
+    this.#now();
     const goal = model.state?.goal?.text;
     const state = model.state?.runtime?.state;
     const title = state === "stopped" ? "STOPPED" : goal ? `${goal}` : "";
@@ -58,7 +58,8 @@ export class Headline {
     const does = goal
       ? goal.paused ? `Paused: ${goal.paused}` : goal.reason || stateSaid(runtime?.state)
       : sentence(state.last?.sentence ?? runtime?.cause ?? "");
-    tell(byId("now-does"), does);
+    const twice = !goal && does === this.told?.text; // it is in the line above already
+    tell(byId("now-does"), twice ? "" : does);
     const rows = [];
     if (goal) {
       rows.push(["time", span(goal.elapsed_s)], ["way", metres(goal.driven_m)]);

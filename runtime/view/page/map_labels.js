@@ -4,7 +4,7 @@ import { FONT } from "./words.js";
 
 const HIGH_PX = 20;
 const GAP_PX = 2;
-const BESIDE_PX = [[0, 0], [0, -17], [0, 17], [1, 0], [-1, 0]]; // 1: half of the label's width
+const BESIDE_PX = [[0, 0], [0, -17], [0, 17], [1, 0], [-1, 0], [0, -25], [0, 25]]; // 1: half of the label's width
 const BADGE_PX = 12;
 const SOFT = 0.8; // how much of a room's name is seen
 

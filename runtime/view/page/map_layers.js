@@ -26,7 +26,8 @@ export function drawMap(context, view, model, tiles, colours, drawing) {
   for (const zone of model.zones) keepOut(context, view, zone, colours, labels);
   line(context, view, scene.path, colours.path, 2.5, [], 0.55);
   line(context, view, scene.plan, colours.plan, 2.5, [2, 6]);
-  const taken = model.past ? model.past.frontier : (model.state?.frontier ?? null);
+  const going = model.past ?? (model.state?.goal ? model.state : null);
+  const taken = going?.frontier ?? null;
   for (const frontier of frontiersOf(model, scene)) {
     const is = { taken: frontier.id === taken, marked: frontier.id === model.marked };
     edge(context, view, frontier, is, colours, labels);
