@@ -111,10 +111,12 @@ def _electing(cfg: ConsensusConfig, voices: FlatVoices | None) -> Decide:
         terrain, before = search.terrain, search.decision
         current = before.frontier if before and not cfg.plans else None
         mass = information_gain.masses(frontiers, unknown_m2, current, terrain, search.pose)
-        order, ahead = tuple(f.id for f in information_gain.by_worth(frontiers, mass)), None
+        best = information_gain.by_worth(frontiers, mass)
+        order, ahead = tuple(f.id for f in best), None
         if cfg.plans:
-            ahead = search_order.outlook_ahead(frontiers, unknown_m2, mass, terrain, before)
-            order = search_order.ordered(ahead, {}) if ahead is not None else order
+            ahead = search_order.ahead_of(best, unknown_m2, mass, before)
+            ahead = search_order.with_ways(ahead, terrain)
+            order = search_order.ordered(ahead, {})
         said = voices.ask(search, frontiers, unknown_m2) if voices and len(frontiers) > 1 else []
         votes = tuple(each for each in said if isinstance(each, Vote))
         missing = tuple(each for each in said if isinstance(each, Missing))

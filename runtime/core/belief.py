@@ -61,7 +61,8 @@ class Belief:
 class Ahead:
     """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
     `unknown_m2` behind it, `mass` (n,) that area with what else speaks for it; ways on foot, m:
-    `first_m` (n,) from the robot, `between_m` (n, n). `standing`: the one that is driven to.
+    `first_m` (n,) from the robot, `between_m` (n, n), or (0, 0) where no order is
+    planned. `standing`: the one that is driven to.
     `before`: by expert, what it has said of frontiers so far, nats by id. `patches`: surfaces that
     were not seen finely enough."""
 
@@ -70,7 +71,7 @@ class Ahead:
     unknown_m2: tuple[float, ...]
     mass: NDArray[np.float64]
     first_m: NDArray[np.float64]
-    between_m: NDArray[np.float64]
+    between_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     standing: int | None = None
     before: Evidence = field(default_factory=dict)
     patches: tuple[Patch, ...] = ()

@@ -76,13 +76,13 @@ class Outlook:
         """With the order in which the frontiers are gone to where nobody's word decides."""
         current = self.standing.frontier if self.standing and not self.plans else None
         mass = information_gain.masses(kept, unknown_m2, current, terrain, self.pose)
-        if not self.plans:
-            order = tuple(f.id for f in information_gain.by_worth(kept, mass))
-            return replace(told, order=order)
-        ahead = search_order.outlook_ahead(kept, unknown_m2, mass, terrain, self.standing)
-        if ahead is None:
+        best, standing = information_gain.by_worth(kept, mass), self.standing
+        if not best:
             return told
-        ahead = replace(ahead, patches=self.patches)
+        ahead = search_order.ahead_of(best, unknown_m2, mass, standing, self.patches)
+        if not self.plans:
+            return replace(told, order=ahead.ids, ahead=ahead)
+        ahead = search_order.with_ways(ahead, terrain)
         return replace(told, order=search_order.ordered(ahead, {}), ahead=ahead)
 
 

@@ -164,8 +164,8 @@ def elect(
     ahead: Ahead | None = None,
 ) -> Decision:
     """Decide a ballot among the reachable frontiers. Ties in distance go to the older frontier.
-    `order` ranks frontiers for the fallback; without it the closest is the fallback. `ahead`: how
-    they lie to one another, where their order is planned."""
+    `order` ranks frontiers for the fallback; without it the closest is the fallback. `ahead`: what
+    a belief is made of, and an order where one is planned."""
     field = _Field.of(frontiers, order)
     if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
@@ -183,7 +183,9 @@ def elect(
     told = Decision(winner, rule, standing, field.closest, ballot, stamp_ns, why, without)
     if ahead is None:
         return told
-    return replace(told, order=tuple(order), belief=prior.belief(ahead, prior.heard(ballot, ahead)))
+    said = prior.heard(ballot, ahead)
+    planned = tuple(order) if cfg.plans else ()
+    return replace(told, order=planned, belief=prior.belief(ahead, said), said=said)
 
 
 def _outcome(

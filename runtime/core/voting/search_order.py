@@ -3,11 +3,12 @@ mean: the minimum latency problem, each place weighed by how likely the thing is
 best one alone forgets what is passed by, and has to be come back for."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
-from runtime.core.belief import Ahead
+from runtime.core.belief import Ahead, Patch
 from runtime.core.distances.terrain import Terrain
 from runtime.core.kernels import marching
 from runtime.core.types import F64, I32, Decision, Frontier
@@ -18,31 +19,42 @@ MARCHED = 12  # frontiers that ways are measured from, the best without a vote
 STEADY = 0.15  # more way in the mean that is taken into the bargain to go on where one was going
 
 
-def outlook_ahead(
-    frontiers: Sequence[Frontier],
+def ahead_of(
+    best: Sequence[Frontier],
     unknown_m2: Mapping[int, float],
     mass: Mapping[int, float],
-    terrain: Terrain,
     standing: Decision | None,
-) -> Ahead | None:
-    """How the MARCHED best of the frontiers lie to one another on the terrain; None for none. A way
-    that is not known there leads by where the robot is. `standing`: the decision before."""
-    best = information_gain.by_worth(frontiers, mass)[:MARCHED]
-    if not best:
-        return None
-    first_m = np.array([f.distance_m for f in best])
-    between_m = _ways_m([f.goal_xy for f in best], terrain)
-    between_m = np.minimum(np.minimum(between_m, between_m.T), first_m[:, None] + first_m)
-    np.fill_diagonal(between_m, 0.0)
+    patches: tuple[Patch, ...] = (),
+) -> Ahead:
+    """Frontiers, the best first, as they are without a vote and without ways between them.
+    `standing`: the decision before."""
     return Ahead(
         tuple(f.id for f in best),
         tuple((float(f.goal_xy[0]), float(f.goal_xy[1])) for f in best),
         tuple(unknown_m2[f.id] for f in best),
         np.array([mass[f.id] for f in best]),
-        first_m,
-        between_m,
-        standing.frontier if standing else None,
-        standing.said if standing else {},
+        np.array([f.distance_m for f in best]),
+        standing=standing.frontier if standing else None,
+        before=standing.said if standing else {},
+        patches=patches,
+    )
+
+
+def with_ways(ahead: Ahead, terrain: Terrain) -> Ahead:
+    """The MARCHED first, with the ways between them on the terrain. One that is not known there
+    leads by where the robot is."""
+    n, first_m = min(MARCHED, len(ahead.ids)), ahead.first_m[:MARCHED]
+    between_m = _ways_m(ahead.at_xy[:n], terrain)
+    between_m = np.minimum(np.minimum(between_m, between_m.T), first_m[:, None] + first_m)
+    np.fill_diagonal(between_m, 0.0)
+    return replace(
+        ahead,
+        ids=ahead.ids[:n],
+        at_xy=ahead.at_xy[:n],
+        unknown_m2=ahead.unknown_m2[:n],
+        mass=ahead.mass[:n],
+        first_m=first_m,
+        between_m=between_m,
     )
 
 

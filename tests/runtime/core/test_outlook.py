@@ -100,7 +100,12 @@ def test_where_the_order_is_planned_it_tells_how_frontiers_lie_to_one_another():
     assert told.ahead.between_m.shape == (n, n)
     areas = {f.id: f.unknown_m2 for f in told.frontiers}
     assert dict(zip(told.ahead.ids, told.ahead.unknown_m2, strict=True)) == areas
-    assert navigate.outlook(world, "test", CFG).brief.ahead is None
+    plain = navigate.outlook(world, "test", CFG).brief
+    assert plain.ahead is not None
+    assert plain.ahead.between_m.size == 0
+    assert plain.order == plain.ahead.ids
+    paper = navigate.NavigateConfig(consensus=ConsensusConfig(fallback="closest"))
+    assert navigate.outlook(world, "test", paper).brief.ahead is None
 
 
 def test_a_decision_by_evidence_is_made_of_the_world_as_it_is():
@@ -142,3 +147,13 @@ def test_surfaces_that_were_not_seen_finely_are_places_too():
     belief = navigate.decide(seen, Silent(), None, cfg).belief
     assert belief is not None
     assert [place.id for place in belief.places if place.kind == "surface"] == ["b1"]
+
+
+def test_a_belief_goes_with_a_decision_that_plans_nothing():
+    world, _ = looked_around(5)
+    snap = navigate.snapshot(world, "test", CFG)
+    last = snap.brief.order[-1]
+    decided = navigate.decide(snap, Pointing(last), None, CFG)
+    assert (decided.rule, decided.frontier, decided.order) == ("all", last, ())
+    assert decided.belief is not None
+    assert decided.belief.places[0].id == last

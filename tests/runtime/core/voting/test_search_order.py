@@ -1,6 +1,5 @@
 """The order of frontiers against all orders there are, and how they lie to one another on a map."""
 
-import math
 from itertools import pairwise, permutations
 
 import numpy as np
@@ -12,7 +11,15 @@ from runtime.core.belief import Ahead
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.types import Ballot, Decision, Frontier
-from runtime.core.voting.search_order import MARCHED, MOST, STEADY, ordered, outlook_ahead, soonest
+from runtime.core.voting.search_order import (
+    MARCHED,
+    MOST,
+    STEADY,
+    ahead_of,
+    ordered,
+    soonest,
+    with_ways,
+)
 
 PLACE = st.tuples(st.floats(0.1, 9.0), st.floats(0.1, 9.0))
 PLACES = st.lists(st.tuples(st.floats(0.01, 5.0), PLACE), min_size=1, max_size=5)
@@ -102,8 +109,7 @@ def test_ways_are_measured_on_foot_and_lead_by_the_robot_where_none_is_known():
     frontiers = [Frontier(i, np.zeros((1, 2)), xy, 3.0 * i) for i, xy in at.items()]
     stood = Decision(2, "ahead", (), 2, Ballot(), 0, "", said={"r2f": {2: 1.0}})
     area = dict.fromkeys(at, 1.0)
-    ahead = outlook_ahead(frontiers, area, area, corridor(6.0), stood)
-    assert ahead is not None
+    ahead = with_ways(ahead_of(frontiers, area, area, stood), corridor(6.0))
     assert ahead.ids == (1, 2, 3)
     assert ahead.between_m[0, 1] == pytest.approx(2.0, abs=0.05)
     assert ahead.between_m[1, 2] == 15.0  # back to the robot, and on: the wall is between them
@@ -115,9 +121,16 @@ def test_one_that_is_off_the_terrain_is_reached_by_where_the_robot_is():
     away = Frontier(7, np.zeros((1, 2)), (-50.0, 0.0), 20.0)
     near = Frontier(8, np.zeros((1, 2)), (0.55, 0.25), 1.0)
     area = {7: 1.0, 8: 1.0}
-    ahead = outlook_ahead([away, near], area, area, corridor(3.0), None)
-    assert ahead is not None
+    ahead = with_ways(ahead_of([near, away], area, area, None), corridor(3.0))
     assert ahead.ids == (8, 7)
     assert ahead.between_m.tolist() == [[0.0, 21.0], [21.0, 0.0]]
-    assert outlook_ahead([], {}, {}, corridor(3.0), None) is None
-    assert all(math.isfinite(m) for m in ahead.between_m.flat)
+
+
+def test_ways_are_measured_from_the_best_alone():
+    xs = np.linspace(0.35, 5.65, MARCHED + 3)
+    many = [Frontier(n, np.zeros((1, 2)), (float(x), 0.25), 1.0) for n, x in enumerate(xs)]
+    area = {f.id: 1.0 for f in many}
+    ahead = with_ways(ahead_of(many, area, area, None), corridor(6.0))
+    assert ahead.ids == tuple(range(MARCHED))
+    assert ahead.between_m.shape == (MARCHED, MARCHED)
+    assert len(ahead.mass) == len(ahead.first_m) == len(ahead.at_xy) == MARCHED
