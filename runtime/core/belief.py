@@ -61,10 +61,9 @@ class Belief:
 class Ahead:
     """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
     `unknown_m2` behind it, `mass` (n,) that area with what else speaks for it; ways on foot, m:
-    `first_m` (n,) from the robot, `between_m` (n, n), or (0, 0) where no order is
-    planned. `standing`: the one that is driven to.
-    `before`: by expert, what it has said of frontiers so far, nats by id. `patches`: surfaces that
-    were not seen finely enough."""
+    `first_m` (n,) from the robot, `between_m` (n, n), or (0, 0) where no order is planned.
+    `standing`: the one that is driven to. `before`: by expert, what it has said of frontiers so
+    far, nats by id. `patches`: surfaces that were not seen finely enough."""
 
     ids: tuple[int, ...]
     at_xy: tuple[tuple[float, float], ...]
