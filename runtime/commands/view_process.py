@@ -49,7 +49,8 @@ def serve_view(options: ViewOptions) -> None:
     feed: Feed = _live(options)
     if options.replay is not None:
         feed = ReplayFeed(Path(options.replay), read_budgets())
-    shown = f"[{allowed.host}]" if ":" in allowed.host else allowed.host
+    called = options.names[0] if options.names else allowed.host
+    shown = f"[{called}]" if ":" in called else called
     told = f"open {allowed.scheme}://{shown}:{allowed.port}/   (Ctrl-C ends it)"
     serve_page(allowed, feed, lambda: click.echo(told))
 
