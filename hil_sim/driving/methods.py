@@ -20,6 +20,7 @@ OURS = "rfnav-det"
 CLOSEST = 'research.consensus_fallback="closest"'
 LENIENT = 'research.consensus_mode="lenient"'
 AHEAD = 'research.consensus_fallback="ahead"'
+PRIOR = 'research.consensus_mode="prior"', AHEAD
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ SINGLE: dict[str, Method] = {
     "closest": Method((_experts(), CLOSEST)),
     "geometry": Method((_experts(),)),
     "geometry-ahead": Method((_experts(), AHEAD)),
-    "prior": Method(('research.consensus_mode="prior"', AHEAD)),
+    "prior": Method(PRIOR),
     "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),
@@ -123,9 +124,13 @@ BOUNDS: dict[str, Method] = {
     "beyond-known": _cast(BEYOND),
     "all-known": _cast(ROOMS, OBJECTS, BEYOND),
     "beyond-alone": _cast(BEYOND, settings=(_experts("sle"), LENIENT)),
+    "prior-rooms-known": _cast(ROOMS, settings=PRIOR),
+    "prior-objects-known": _cast(OBJECTS, settings=PRIOR),
+    "prior-beyond-known": _cast(BEYOND, settings=PRIOR),
+    "prior-all-known": _cast(ROOMS, OBJECTS, BEYOND, settings=PRIOR),
 }
 """What a vote could bring, under true boxes: experts who know the truth (`oracle_votes`), elected
-by the same rule as ever; `beyond-alone`: one's word is law."""
+by the same rule as ever, or by `prior`'s; `beyond-alone`: one's word is law."""
 COW: dict[str, Method] = {
     "cow-clip-patch": _cow(CLIP, 'research.clip_way="patch"'),
     "cow-clip-ref": _cow(CLIP, 'research.clip_way="reference"'),

@@ -4,6 +4,7 @@ so, or at random.
 The runtime asks with its frontiers while it decides (`runtime.robot.told_votes`).
 """
 
+import math
 import random
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -59,10 +60,12 @@ def known_vote(expert: str, evidence: Mapping[int, float], how: str) -> Vote | N
     best = max(evidence.values(), default=0.0)
     if best - min(evidence.values(), default=0.0) < NO_MATTER:
         return None
-    total = sum(max(e, FLOOR) for e in evidence.values())
-    p = tuple((id, round(max(e, FLOOR) / total, 4)) for id, e in sorted(evidence.items()))
+    weights = {id: max(e, FLOOR) for id, e in sorted(evidence.items())}
+    total = sum(weights.values())
+    p = tuple((id, round(weight / total, 4)) for id, weight in weights.items())
+    nats = tuple((id, round(math.log(w / total * len(p)), 3)) for id, w in weights.items())
     chosen = tuple(id for id, e in sorted(evidence.items()) if e >= EQUAL * best)
-    return Vote(expert, chosen, p, f"{how} known")
+    return Vote(expert, chosen, p, f"{how} known", nats=nats)
 
 
 def drawn_vote(expert: str, ids: Sequence[int], rng: random.Random) -> Vote:
@@ -85,4 +88,5 @@ def _told(vote: Vote) -> dict[str, object]:
         "frontiers": list(vote.frontiers),
         "probabilities": [list(pair) for pair in vote.probabilities],
         "reason": vote.reason,
+        "nats": [list(pair) for pair in vote.nats],
     }

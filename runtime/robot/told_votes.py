@@ -3,7 +3,8 @@ the frontiers that there are, and waits for its answer.
 
 {"stamp_ns": 5, "goal": "bed", "experts": ["r2f"], "frontiers": [{"id", "goal_xy", "cells_xy",
 "distance_m"}, ...]} is answered with {"stamp_ns": 5, "votes": [{"expert": "r2f", "frontiers": [3],
-"probabilities": [[3, 0.8], [4, 0.2]], "reason": "..."}]}; who is not among the votes abstains.
+"probabilities": [[3, 0.8], [4, 0.2]], "reason": "...", "nats": [[3, 1.0], [4, -0.4]]}]}; who is not
+among the votes abstains, and whose evidence is not told in `nats` gives some to what it names.
 """
 
 import math
@@ -21,6 +22,7 @@ from runtime.robot.session import QUESTION, VOTES
 
 WAIT_S: Final = 60.0  # for an answer, in lockstep
 REASON: Final = 200  # characters that are kept of one
+MOST_NATS: Final = 100.0
 TOLD: Final = "told"  # the rung of such a vote
 
 
@@ -72,5 +74,8 @@ def _vote(told: Mapping[str, Any]) -> Vote:
     pairs = tuple(sorted((int(id), float(p)) for id, p in told["probabilities"]))
     if not all(math.isfinite(p) and 0.0 <= p <= 1.0 for _, p in pairs):
         raise ValueError("a probability is none")
+    nats = tuple(sorted((int(id), float(x)) for id, x in told.get("nats", ())))
+    if not all(abs(x) <= MOST_NATS for _, x in nats):
+        raise ValueError("evidence is none")
     ids = tuple(sorted({int(id) for id in told["frontiers"]}))
-    return Vote(str(told["expert"]), ids, pairs, str(told["reason"])[:REASON], TOLD)
+    return Vote(str(told["expert"]), ids, pairs, str(told["reason"])[:REASON], TOLD, nats=nats)

@@ -1,9 +1,11 @@
 """Votes of the harness's: by the truth, in the scene's frame; or at random, by seed."""
 
+import math
 import random
 from typing import Any
 
 import numpy as np
+import pytest
 
 from hil_sim.driving.told_votes import HarnessVotes, drawn_vote, known_vote
 from hil_sim.ground_truth.oracle_votes import AskedFrontier
@@ -70,6 +72,9 @@ def test_where_all_are_alike_nobody_votes() -> None:
     assert vote.frontiers == (2, 3)
     assert np.isclose(sum(p for _, p in vote.probabilities), 1.0, atol=1e-3)
     assert all(p > 0 for _, p in vote.probabilities)  # it may be wrong where nothing speaks
+    nats = dict(vote.nats)
+    assert nats[2] - nats[3] == pytest.approx(math.log(1.0 / 0.6), abs=2e-3)
+    assert nats[1] < nats[4] < 0 < nats[3]
 
 
 def test_a_drawn_vote_is_for_one_or_two() -> None:

@@ -57,6 +57,12 @@ def test_who_is_not_among_the_votes_abstains() -> None:
     assert node.asked == QUESTION
 
 
+def test_evidence_may_go_along() -> None:
+    (vote,) = read_votes({"votes": [TOLD | {"nats": [[4, 0.7], [3, -0.7]]}]}, ["r2f"])
+    assert isinstance(vote, Vote)
+    assert vote.nats == ((3, -0.7), (4, 0.7))
+
+
 def test_an_answer_to_another_question_is_none() -> None:
     node = Answering(b"no message", {"stamp_ns": 6, "votes": [TOLD]})
     with pytest.raises(SensorError, match=r"^rfnav/votes: none came in 60 s; r2f, sle are told$"):
@@ -71,6 +77,7 @@ def test_an_answer_to_another_question_is_none() -> None:
         {"probabilities": [[4, 1.5]]},
         {"probabilities": [[4, float("nan")]]},
         {"probabilities": [4]},
+        {"nats": [[4, float("inf")]]},
     ],
 )
 def test_what_is_no_vote_is_one_error(wrong: dict) -> None:
