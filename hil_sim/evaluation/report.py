@@ -21,7 +21,8 @@ from runtime.experts.panel import SEATED
 from runtime.journal import plain
 
 GROUPS = (
-    ("Against baselines", ("closest", "geometry", *COW, "single-llm", "paper", "rfnav")),
+    ("Against baselines", ("closest", "geometry", "geometry-ahead", *COW, "single-llm", "paper",
+                           "prior", FULL)),
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
                                       "paper")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),
