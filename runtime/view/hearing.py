@@ -23,6 +23,7 @@ from runtime.robot.session import DECISION, FEEDBACK, STATE, BusConfig
 from runtime.view.feed import Audience
 from runtime.view.pictures import boxes_message, camera_message
 from runtime.view.tiles import CELLS, FREE, OBSTACLE, UNKNOWN, TileGrid, TileMap
+from runtime.view.told import belief_of, origin_of
 
 NODE: Final = "rfnav_view"  # what others see us as
 PICTURE_S: Final = 0.2  # between two images that are made small
@@ -49,7 +50,6 @@ class Newest:
     state: Mapping[str, Any] = field(default_factory=dict)
     feedback: Mapping[str, Any] = field(default_factory=dict)
     scene: Mapping[str, Any] = field(default_factory=dict)
-    belief: object = ()
     state_s: float = -1e9
 
 
@@ -128,9 +128,7 @@ class PageHearing:
         elif name == "feedback":
             newest.feedback = wire.decode_json(payload, FEEDBACK)
         elif name == "decision":
-            report = wire.decode_json(payload, DECISION)
-            newest.belief = report.get("belief") or ()
-            self._decided(report)
+            self._decided(wire.decode_json(payload, DECISION))
         elif name == "scene":
             newest.scene = wire.decode_json(payload, SCENE.name)
             self.tell_scene()
@@ -147,7 +145,8 @@ class PageHearing:
         """The newest, with what is known beside it."""
         newest = self.newest
         if newest.scene:
-            beside = {"rooms": self.rooms, "belief": newest.belief}
+            state = newest.state
+            beside = {"rooms": self.rooms, "belief": belief_of(state, origin_of(state))}
             self._audience.tell("scene", {**newest.scene, **beside})
 
     def scene_json(self) -> str:

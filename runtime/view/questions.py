@@ -166,7 +166,13 @@ class PageQuestions:
 
     def _tell_decision(self, report: Content, decision: Content) -> None:
         number, goal = int(decision["number"]), str(decision["goal"])
-        content = told.decision_of(report, number, goal, decision.get("in_words") or ())
+        content = told.decision_of(
+            report,
+            number,
+            goal,
+            decision.get("in_words") or (),
+            told.origin_of(self._hearing.newest.state),
+        )
         self._last = number
         self._history.decided(content, self._hearing.scene_json(), time.time() if report else None)
         self._audience.tell("decision", content)

@@ -14,7 +14,7 @@ Told = Mapping[str, Any]
 
 def state_of(state: Told, feedback: Told, status: Told) -> dict[str, Any]:
     """Of the newest `rfnav/state`, `rfnav/feedback` and `rfnav/status`, each {} where none came."""
-    origin, base, runtime = _origin(state), table(state, "base"), table(state, "runtime")
+    origin, base, runtime = origin_of(state), table(state, "base"), table(state, "runtime")
     runtime = runtime or table(status, "runtime")
     return {
         "pose": moved(state.get("pose"), origin),
@@ -26,7 +26,7 @@ def state_of(state: Told, feedback: Told, status: Told) -> dict[str, Any]:
         "target": moved(state.get("toward_xy"), origin),
         "frontier": state.get("frontier"),
         "queue": [_waits(one) for one in status.get("queue") or ()],
-        "last": _last(feedback, status, _origin(feedback)),
+        "last": _last(feedback, status, origin_of({**state, **feedback})),
         "stopped": runtime.get("state") == "stopped",
         "hand": base.get("hand") or "",
         "battery": base.get("battery_percent"),
@@ -127,21 +127,46 @@ def _stream(name: str, status: Told, before: Told) -> dict[str, Any]:
     }
 
 
-def decision_of(report: Told, number: int, goal: str, full: Sequence[str]) -> dict[str, Any]:
-    """Of a report on `rfnav/decision`, {} where only its words are known."""
+def decision_of(
+    report: Told,
+    number: int,
+    goal: str,
+    full: Sequence[str],
+    origin_xy: tuple[float, float] = (0.0, 0.0),
+) -> dict[str, Any]:
+    """Of a report on `rfnav/decision`, {} where only its words are known; the map begins at
+    `origin_xy` in odometry's frame."""
     told: dict[str, Any] = {"number": number, "goal": goal, "full": list(full)}
     if not report:
         return told
     took = table(report, "latency_s")
     names = (
         "frontier", "rule", "why", "closest", "heads_for", "chosen", "in_words", "missing",
-        "frontiers", "belief", "step", "stamp_ns",
+        "step", "stamp_ns",
     )  # fmt: skip
     told |= {name: report[name] for name in names if name in report}
     votes = [one for one in report.get("votes") or () if isinstance(one, Mapping)]
     told["votes"] = [{**_vote(v), "latency_s": took.get(str(v.get("expert")))} for v in votes]
     told["without"] = table(report, "without")
+    on = [one for one in report.get("frontiers") or () if isinstance(one, Mapping)]
+    told["frontiers"] = [{**f, "goal_xy": moved(f.get("goal_xy"), origin_xy)} for f in on]
+    told["belief"] = belief_of(report, origin_xy)
     return told
+
+
+def belief_of(report: Told, origin_xy: tuple[float, float]) -> list[dict[str, Any]]:
+    """Where the thing may be, of a report on `rfnav/state` or `rfnav/decision`: places in
+    odometry's frame, the likeliest first; [] where that is not worked out."""
+    places = table(report, "belief").get("places") or ()
+    return [
+        {
+            **{name: place.get(name) for name in ("kind", "id", "why")},
+            "xy": moved(place.get("xy"), origin_xy),
+            "p": number(place.get("p")),
+        }
+        for place in places
+        if isinstance(place, Mapping)
+    ]
 
 
 def _vote(vote: Told) -> dict[str, Any]:
@@ -188,7 +213,8 @@ def moved(at: object, by: tuple[float, float]) -> list[float] | None:
     return [round(at[0] + by[0], 3), round(at[1] + by[1], 3), *at[2:]]
 
 
-def _origin(told: Told) -> tuple[float, float]:
+def origin_of(told: Told) -> tuple[float, float]:
+    """Where the map of a report begins in odometry's frame, m."""
     origin = told.get("origin_xy") or (0.0, 0.0)
     return origin[0], origin[1]
 

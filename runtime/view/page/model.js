@@ -82,7 +82,8 @@ export class Model {
 
   /** What the map is drawn of: as it was, where that is known of a past decision. */
   get drawn() {
-    return this.past?.scene ? { ...this.scene, ...this.past.scene } : this.scene;
+    const { past, scene } = this;
+    return past?.scene ? { ...scene, ...past.scene, belief: past.belief ?? [] } : scene;
   }
 
   /** "none" before anything came; "lost": no way to the service; "silent": it says nothing. */

@@ -15,6 +15,7 @@ from page_service import PageService, told_rooms
 
 from runtime.commands.running import running
 from runtime.config import Config, load
+from runtime.core.belief import Belief, Expected
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import MapCopy
 from runtime.errors import BusError
@@ -170,6 +171,23 @@ def test_a_decision_comes_with_its_words_and_stays_in_the_timeline(
     assert kept["scene"]["goal"] == "mug"
     with pytest.raises(ValueError, match="decision 9"):
         feed.ask("decision", {"number": 9})
+
+
+def test_where_the_thing_may_be_is_told_as_the_decision_that_stands_has_it(
+    feed: LiveFeed, service: PageService, audience: PageAudience
+):
+    looked_at(feed, service)
+    behind = Expected("frontier", 7, (3.0, 1.0), 0.75, "3.0 m² unknown behind it")
+    told = {**STATE, "origin_xy": [100.0, 0.0], "belief": Belief((behind,), 0.25).told()}
+    service.tell("rfnav/state", told)
+    audience.wait("state", lambda s: s["pose"] == [101.0, 2.0, 0.5])
+    service.tell("rfnav/scene", {"goal": "mug"})
+    scene = audience.wait("scene", lambda s: s["goal"] == "mug")
+    assert scene["belief"] == [vars(behind) | {"xy": [103.0, 1.0]}]
+    service.tell("rfnav/state", {**STATE, "belief": None})  # the search has ended
+    audience.wait("state", lambda s: s["pose"] == [1.0, 2.0, 0.5])
+    service.tell("rfnav/scene", {"goal": "bed"})
+    assert audience.wait("scene", lambda s: s["goal"] == "bed")["belief"] == []
 
 
 def test_a_stop_of_the_base_is_told_when_it_begins_and_ends(

@@ -4,9 +4,11 @@ from typing import Any
 
 import pytest
 
+from runtime.core.belief import Belief, Expected
 from runtime.tracing.budgets import read_budgets
 from runtime.view.told import (
     NAMES_MOST,
+    belief_of,
     budgets_of,
     decision_of,
     health_of,
@@ -55,6 +57,27 @@ def test_the_last_result_is_told_where_it_was_found():
     assert told["last"]["result"] == "found"
     assert told["last"]["at_xy"] == [11.0, 2.0]
     assert state_of({}, {}, {"last": {"result": "cancelled"}})["last"]["result"] == "cancelled"
+
+
+def test_a_result_that_is_known_by_the_status_alone_has_its_place_moved_too():
+    last = {"last": {"result": "found", "at_xy": [1.0, 2.0]}}
+    assert state_of({"origin_xy": [10.0, 0.0]}, {}, last)["last"]["at_xy"] == [11.0, 2.0]
+
+
+def test_a_decision_is_told_in_the_frame_that_is_drawn():
+    surface = Expected("surface", "a3", (1.0, 2.0), 0.5, "0.4 m² on which it is missed")
+    report = {
+        "frontiers": [{"id": 7, "goal_xy": [3.0, 4.0], "distance_m": 2.0}],
+        "belief": Belief((surface,), 0.5).told(),
+    }
+    told = decision_of(report, 1, "mug", [], (10.0, 0.0))
+    assert told["frontiers"] == [{"id": 7, "goal_xy": [13.0, 4.0], "distance_m": 2.0}]
+    assert told["belief"] == [vars(surface) | {"xy": [11.0, 2.0]}]
+
+
+@pytest.mark.parametrize("none", [None, [], 3, {"places": None}, {"places": [7, "x"]}])
+def test_a_belief_that_is_none_is_told_as_an_empty_list(none: object):
+    assert belief_of({"belief": none}, (0.0, 0.0)) == []
 
 
 def test_a_stop_is_told_as_one():
