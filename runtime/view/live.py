@@ -251,7 +251,11 @@ class LiveFeed:
     # -- driving by hand ---------------------------------------------------------------------------
 
     def _barred(self) -> str:
-        state = told.table(self._hearing.newest.state, "runtime").get("state")
+        """Also while nobody knows whether the robot is stopped."""
+        newest = self._hearing.newest
+        if time.monotonic() - newest.state_s > SILENT_S:
+            return "silent"
+        state = told.table(newest.state, "runtime").get("state")
         return "stopped" if state == "stopped" else ""
 
     def _drive(self, v_mps: float, w_radps: float) -> None:

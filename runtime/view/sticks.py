@@ -1,5 +1,5 @@
 """The sticks that a page has: what it holds is told to the base ten times a second, and let go when
-the page falls silent, whatever became of it."""
+the page falls silent, whatever became of it, or somebody stops the robot."""
 
 import threading
 from collections.abc import Callable
@@ -36,6 +36,8 @@ class PageSticks:
         self._tell, self._most, self._barred, self._clock = tell, most, barred, clock
         self._changed = threading.Condition()
         self._held: _Held | None = None
+        self._dropped = False  # until all hands have rested
+        self._reached_s = -SILENT_S  # when anybody reached for them last
         self._zeros = 0
         self._closed = False
         self._thread: threading.Thread | None = None
@@ -48,17 +50,20 @@ class PageSticks:
 
     def hold(self, who: int, v: float, w: float) -> bool:
         """Shares of the most, -1 to 1; whether he has them."""
-        if self._barred():
-            self.let_go(who)
-            return False
         v_mps, w_radps = (
             max(-1.0, min(1.0, share)) * most
             for share, most in zip((v, w), self._most, strict=True)
         )
+        barred = bool(self._barred())
         with self._changed:
-            if self._closed or (self._held is not None and self._held.who != who):
+            now_s = self._clock.now_s()
+            rested, self._reached_s = now_s >= self._reached_s + SILENT_S, now_s
+            self._dropped = barred or (self._dropped and not rested)
+            if self._dropped:
+                self._end()
+            if self._closed or self._dropped or (self._held and self._held.who != who):
                 return False
-            self._held = _Held(who, v_mps, w_radps, self._clock.now_s() + SILENT_S)
+            self._held = _Held(who, v_mps, w_radps, now_s + SILENT_S)
             if self._thread is None:
                 self._thread = threading.Thread(target=self._run, name="sticks", daemon=True)
                 self._thread.start()
@@ -69,24 +74,29 @@ class PageSticks:
         """He has gone, or wants no more."""
         with self._changed:
             if self._held is not None and self._held.who == who:
-                self._held, self._zeros = None, ZEROS
-                self._changed.notify_all()
+                self._end()
 
     def drop(self) -> None:
-        """Whoever has them lets go: somebody stops the robot."""
-        who = self.who
-        if who is not None:
-            self.let_go(who)
+        """Somebody stops the robot: nobody has them any more, until all have let go by themselves.
+        Whoever goes on holding his would else drive before the robot has told that it stands."""
+        with self._changed:
+            self._dropped = True
+            self._end()
 
     def close(self) -> None:
         """Whoever holds them lets go; zero has been told when this returns. Idempotent."""
         with self._changed:
-            if self._held is not None:
-                self._held, self._zeros = None, ZEROS
             self._closed = True
+            self._end()
             self._changed.notify_all()
         if self._thread is not None:
             self._thread.join(timeout=2.0)
+
+    def _end(self) -> None:
+        """Holding the lock: who has them has them no more."""
+        if self._held is not None:
+            self._held, self._zeros = None, ZEROS
+            self._changed.notify_all()
 
     def _run(self) -> None:
         due_s = self._clock.now_s()
@@ -105,9 +115,10 @@ class PageSticks:
     def _next(self) -> tuple[float, float]:
         """Holding the lock: what is told now."""
         if self._held is not None and self._clock.now_s() >= self._held.until_s:
-            self._held, self._zeros = None, ZEROS
+            self._end()
         if self._held is not None and self._barred():
-            self._held, self._zeros = None, ZEROS
+            self._dropped = True
+            self._end()
         if self._held is None:
             self._zeros -= 1
             return 0.0, 0.0

@@ -39,6 +39,7 @@ WELCOME: dict[str, Any] = {
     "max_w_radps": 1.2,
     "can": {"teleop": True, "command": True, "camera": True},
     "file": None,
+    "you": 1,
 }
 Message = dict[str, Any]
 

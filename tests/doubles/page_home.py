@@ -69,7 +69,7 @@ def state(runtime: str = "searching", cause: str = "", **more: Any) -> dict[str,
         "link": "ok", "age_s": 0.05, "why": "", "pose": [4.9, -1.1, 0.35], "v_mps": 0.31,
         "w_radps": 0.1, "runtime": {"state": runtime, "cause": cause}, "halt": "", "goal": goal,
         "target": [6.0, 1.9], "frontier": 7, "queue": [], "last": None,
-        "stopped": runtime == "stopped", "hand": "", "teleop": "", "battery": 81.0,
+        "stopped": runtime == "stopped", "hand": "", "teleop": None, "battery": 81.0,
         "caution": None, **more,
     }  # fmt: skip
 

@@ -1,7 +1,7 @@
 /** Driving by hand: keys, the stick on the page, a gamepad. While it is taken over something is sent
  * ten times a second; what is not sent any more has let go, and the search goes on. */
 
-import { byId, tell, toast } from "./words.js";
+import { byId, tell } from "./words.js";
 
 const EVERY_MS = 100;
 const KEYS = {
@@ -42,11 +42,19 @@ export class Hand {
     this.#draw();
   }
 
+  /** Whether another page has the sticks. */
+  get #taken() {
+    const { state, welcome } = this.model;
+    return state?.teleop != null && state.teleop !== welcome?.you;
+  }
+
+  get #may() {
+    const { link, state, welcome } = this.model;
+    return link === "ok" && Boolean(welcome?.can?.teleop) && !state?.stopped && !this.#taken;
+  }
+
   #begin() {
-    if (!this.model.welcome?.can?.teleop) {
-      toast("This robot is not driven from here.", "bad");
-      return;
-    }
+    if (!this.#may) return; // the note says why
     this.on = true;
     this.#draw();
     this.#beat();
@@ -60,7 +68,7 @@ export class Hand {
 
   #beat() {
     const pad = this.#gamepad();
-    if (pad && !this.on) {
+    if (pad && !this.on && this.#may) {
       this.#begin();
       this.byGamepad = this.on;
     }
@@ -131,18 +139,23 @@ export class Hand {
 
   #draw() {
     const { state, welcome } = this.model;
-    if (this.on && this.model.link !== "ok") this.off();
+    if (this.on && !this.#may) {
+      this.off(); // which draws
+      return;
+    }
     document.body.toggleAttribute("data-hand", this.on);
     this.take.setAttribute("aria-pressed", String(this.on));
-    this.take.disabled = this.model.link !== "ok" || !welcome?.can?.teleop;
+    this.take.disabled = !this.#may;
     tell(this.take, this.on ? "Hand back" : "Take over");
-    const other = state?.teleop === "other" || (state?.hand && state.teleop !== "you" && !this.on);
-    const said = other
-      ? `Somebody else has the sticks${state.hand ? ` (${state.hand})` : ""}.`
-      : this.on
-        ? "You drive; the search waits. Keys W A S D, or the stick. Hand back, and it goes on."
-        : "Taking over pauses the search. Nothing keeps the robot from zones while you drive.";
-    tell(byId("drive-note"), state?.stopped && this.on ? "It is stopped: release it first." : said);
+    tell(byId("drive-note"), this.#note(state, welcome));
+  }
+
+  #note(state, welcome) {
+    if (welcome?.can?.teleop === false) return "This robot is not driven from here.";
+    if (state?.stopped) return "It is stopped: release it first.";
+    if (this.on) return "You drive; the search waits. Keys W A S D, or the stick. Hand back, and it goes on.";
+    if (this.#taken || state?.hand) return `Somebody else has the sticks${state.hand ? ` (${state.hand})` : ""}.`;
+    return "Taking over pauses the search. Nothing keeps the robot from zones while you drive.";
   }
 }
 

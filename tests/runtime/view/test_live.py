@@ -269,13 +269,26 @@ def test_a_zone_that_was_drawn_is_told_at_once(
     assert time.monotonic() - began_s < 2.5  # sooner than it is asked else
 
 
-def test_hands_drive_until_the_page_is_gone(feed: LiveFeed, service: PageService):
+def test_hands_drive_until_the_page_is_gone(
+    feed: LiveFeed, service: PageService, audience: PageAudience
+):
     looked_at(feed, service)
     service.tell("rfnav/state", STATE)
+    audience.wait("state", lambda s: s["link"] == "ok")
     until(lambda: feed.steer(1, {"kind": "teleop", "v": 1.0, "w": 0.0}) or service.teleop)
     assert service.teleop[0] == (0.4, 0.0)
     feed.gone(1)
     until(lambda: service.teleop[-1] == (0.0, 0.0))
+
+
+def test_nobody_drives_a_robot_that_does_not_tell_whether_it_is_stopped(
+    feed: LiveFeed, service: PageService
+):
+    looked_at(feed, service)
+    for _ in range(5):
+        feed.steer(1, {"kind": "teleop", "v": 1.0, "w": 0.0})
+        time.sleep(0.1)
+    assert service.teleop == []
 
 
 def test_nonsense_on_the_bus_is_left_out(

@@ -178,6 +178,23 @@ def test_a_window_that_loses_the_focus_drives_nowhere(told):
     until(page, lambda: double.sent("teleop")[-1]["v"] == 0)
 
 
+def test_a_robot_that_is_stopped_or_in_another_hand_is_not_driven(told):
+    double, page = told
+    ended = {"kind": "teleop", "v": 0, "w": 0, "end": True}
+    page.click("#tab-drive")
+    for held, note in (
+        (home.state("stopped", "the page"), "It is stopped: release it first."),
+        (home.state(teleop=2), "Somebody else has the sticks."),
+    ):
+        double.say("state", **home.state(teleop=1))
+        page.click("#drive-take:enabled")
+        page.wait_for_selector("#drive-note >> text=You drive")
+        double.say("state", **held)
+        page.wait_for_selector(f"#drive-note >> text={note}")
+        until(page, lambda: double.sent("teleop")[-1] == ended)
+        assert page.locator("#drive-take").is_disabled()
+
+
 def test_a_gamepad_drives_while_its_shoulder_key_is_held(told):
     double, page = told
     page.evaluate(f"() => {{ {PAD} }}")

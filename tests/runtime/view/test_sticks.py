@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 
 import pytest
+from manual_clock import ManualClock
 
 from runtime.clock import SystemClock
 from runtime.view.sticks import SILENT_S, SPEAKS_S, ZEROS, PageSticks
@@ -102,6 +103,26 @@ def test_who_stops_the_robot_takes_them_from_everyone(sticks: PageSticks, base: 
     assert sticks.who is None
     until(lambda: base.heard[-1] == (0.0, 0.0))
     sticks.drop()
+
+
+@pytest.mark.parametrize("by_the_robot", [False, True])
+def test_after_a_stop_nobody_drives_who_has_not_let_go(base: Base, by_the_robot: bool):
+    clock = ManualClock()
+    sticks = PageSticks(base.tell, MOST, lambda: base.barred, clock)
+    assert sticks.hold(1, 1.0, 0.0)
+    if by_the_robot:
+        base.barred = "stopped"
+    else:
+        sticks.drop()  # before the robot tells that it stands
+    for who in (1, 2, 1, 2, 1):
+        clock.advance(SPEAKS_S)
+        assert not sticks.hold(who, 1.0, 0.0)
+    base.barred = ""  # it was released
+    clock.advance(SPEAKS_S)
+    assert not sticks.hold(1, 1.0, 0.0)
+    clock.advance(SILENT_S)
+    assert sticks.hold(2, 1.0, 0.0)
+    sticks.close()
 
 
 def test_closing_ends_in_zero(base: Base):
