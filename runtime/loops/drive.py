@@ -258,7 +258,9 @@ class Drive:
         if answer is not None and self._holds(answer):
             brief = answer.question.snapshot.brief
             report = search.decided(answer.decision, brief, world, answer.rehearsal)
-            means.bus.publish_decision({"number": search.decisions, **report})
+            means.bus.publish_decision(
+                {"id": search.order.id, "number": search.decisions, **report}
+            )
             self._remember(answer, world)
             search.billed(means.models)
         busy = worker.busy

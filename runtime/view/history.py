@@ -16,14 +16,27 @@ class SearchHistory:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._goal = ""
-        self._decisions: OrderedDict[int, tuple[dict[str, Any], bytes]] = OrderedDict()
+        self._id = self._goal = ""
+        self._decisions: dict[int, tuple[dict[str, Any], bytes]] = {}  # by number, ascending
         self._stops: OrderedDict[int, dict[str, Any]] = OrderedDict()
 
-    def decided(self, decision: Mapping[str, Any], scene: str, t_s: float | None) -> None:
-        """`scene`: JSON, what the map was drawn with, "" where nobody looked. Another search's
-        decision begins anew."""
-        number, goal = int(decision["number"]), str(decision["goal"])
+    def forget(self) -> None:
+        """The service was started anew, and counts from the beginning."""
+        with self._lock:
+            self._id = self._goal = ""
+            self._decisions, self._stops = {}, OrderedDict()
+
+    @property
+    def last(self) -> int:
+        """The number of the newest decision; 0 before the first."""
+        with self._lock:
+            return next(reversed(self._decisions), 0)
+
+    def decided(self, decision: Mapping[str, Any], scene: str, t_s: float | None) -> bool:
+        """A decision of the goal of that `id`; whether that is news, which one is not that is known
+        with its votes. `scene`: JSON, what the map was drawn with, "" where nobody looked. Another
+        goal's begins anew; one that comes late is put in its place."""
+        number, id = int(decision["number"]), str(decision["id"])
         told = {
             "number": number,
             "t_s": t_s,
@@ -32,19 +45,19 @@ class SearchHistory:
         }
         kept = zlib.compress(json.dumps([decision, scene]).encode(), 1)
         with self._lock:
-            last = next(reversed(self._decisions), 0)
-            if goal != self._goal or number < last:
-                self._goal, self._decisions = goal, OrderedDict()
-            self._decisions[number] = told, kept
-            while len(self._decisions) > DECISIONS_KEPT:
-                self._decisions.popitem(last=False)
+            if id != self._id:
+                self._id, self._decisions = id, {}
+            self._goal = str(decision["goal"])
+            if number in self._decisions and "votes" not in decision:
+                return False
+            every = {**self._decisions, number: (told, kept)}
+            self._decisions = dict(sorted(every.items())[-DECISIONS_KEPT:])
+            return True
 
     def stopped(self, stop: Mapping[str, Any], t_s: float | None) -> bool:
         """A stop, as it stands; whether that is new."""
         number = int(stop["number"])
         with self._lock:
-            if number < next(reversed(self._stops), 0):
-                self._stops.clear()  # the service was started anew
             before = self._stops.get(number)
             told = {name: stop.get(name) for name in ("number", "state", "halt", "reason", "over")}
             told["t_s"] = before["t_s"] if before is not None else t_s
@@ -70,7 +83,8 @@ class SearchHistory:
         """What a page draws a line of."""
         with self._lock:
             decisions = [told for told, _ in self._decisions.values()]
-            return {"goal": self._goal, "decisions": decisions, "stops": [*self._stops.values()]}
+            stops = [dict(told) for told in self._stops.values()]
+            return {"id": self._id, "goal": self._goal, "decisions": decisions, "stops": stops}
 
 
 def _first_words(decision: Mapping[str, Any]) -> str:

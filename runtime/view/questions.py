@@ -4,6 +4,7 @@ publish. In one thread, for an answer may take seconds."""
 import base64
 import time
 import zlib
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
@@ -24,6 +25,8 @@ UNKNOWN_S: Final = 30.0  # until what nobody answers is asked again
 WITHIN_S: Final = 1.5
 MOST_ROOMS: Final = 254
 MAP_CELLS: Final = 1 << 22
+WORDLESS: Final = 8  # decisions that wait for their words; of more the oldest are lost
+ANEW_S: Final = 1.0  # that the service began later than before: it is another process
 
 
 class AskedService(Protocol):
@@ -64,13 +67,13 @@ class PageQuestions:
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
         self._told: dict[str, object] = {}
         self._stood: tuple[str, str] = ("", "")
-        self._why: list[Content] = []  # decisions of which the words are not known yet
-        self._last = 0  # the newest decision that was told
+        self._why: deque[Content] = deque(maxlen=WORDLESS)
+        self._began_s: float | None = None  # the service, by its own clock
         self.answers = Answers()
 
     def decided(self, report: Content) -> None:
-        """A decision was published; any thread."""
-        self._why = [*self._why[-7:], report]
+        """A decision was published, and its words are to be asked for; any thread."""
+        self._why.append(report)
 
     def soon(self, kind: str) -> None:
         """Something has changed it."""
@@ -79,7 +82,7 @@ class PageQuestions:
 
     def forget(self) -> None:
         """Another process may answer from now on."""
-        self.answers, self._told, self._last = Answers(), {}, 0
+        self.answers, self._told = Answers(), {}
         self._due_s = dict.fromkeys(EVERY_S, 0.0)
 
     def turn(self, service: AskedService) -> None:
@@ -89,9 +92,8 @@ class PageQuestions:
         if (stood[0], bool(stood[1])) != (self._stood[0], bool(self._stood[1])):
             self._stood = stood
             self.soon("stops")
-        reports, self._why = self._why, []
-        for report in reports:
-            self._tried("decision", partial(self._words, service, report))
+        while self._why:
+            self._tried("decision", partial(self._words, service, self._why.popleft()))
         for kind, due_s in list(self._due_s.items()):
             now_s = time.monotonic()
             if now_s >= due_s:
@@ -126,6 +128,11 @@ class PageQuestions:
     def _take_status(self, answer: Content) -> None:
         held = self.answers
         self.answers = Answers(answer, held.status, time.monotonic())
+        began_s = told.number(answer.get("now_s")) - told.number(answer.get("up_s"))
+        before_s, self._began_s = self._began_s, began_s
+        if before_s is not None and abs(began_s - before_s) > ANEW_S:
+            self._history.forget()
+            self._audience.tell("timeline", self._history.timeline())
         health = told.health_of(answer, held.status, self._budgets, self._wrong(answer))
         self._audience.tell("health", {**health, "view": self._view()})
         names = told.names_of(named_things(self._hearing.newest.scene), answer)
@@ -150,7 +157,7 @@ class PageQuestions:
         stop, decision = answer.get("stop"), answer.get("decision")
         if isinstance(stop, Mapping):
             self._stop(told.stop_of(stop))
-        if isinstance(decision, Mapping) and int(decision["number"]) != self._last:
+        if isinstance(decision, Mapping):
             self._tell_decision({}, decision)
 
     def _words(self, service: AskedService, report: Content) -> None:
@@ -160,7 +167,7 @@ class PageQuestions:
         short = {"number": number, "goal": goal, "in_words": [str(report.get("in_words", ""))]}
         try:
             answer = service.ask("why", {"decision": number}, WITHIN_S).get("decision")
-        except BusError:
+        except (BusError, SensorError):
             answer = None
         self._tell_decision(report, answer if isinstance(answer, Mapping) else short)
 
@@ -173,10 +180,19 @@ class PageQuestions:
             decision.get("in_words") or (),
             told.origin_of(self._hearing.newest.state),
         )
-        self._last = number
-        self._history.decided(content, self._hearing.scene_json(), time.time() if report else None)
-        self._audience.tell("decision", content)
+        content["id"] = report.get("id") or self._goal_id()
+        t_s = time.time() if report else None
+        if not self._history.decided(content, self._hearing.scene_json(), t_s):
+            return
+        if number == self._history.last:
+            self._audience.tell("decision", content)
         self._audience.tell("timeline", self._history.timeline())
+
+    def _goal_id(self) -> str:
+        """Of the goal that was heard of last."""
+        feedback, status = self._hearing.newest.feedback, self.answers.status
+        last = told.table(status, "last")
+        return str(feedback.get("id") or status.get("id") or last.get("id") or "")
 
     def _stop(self, stop: Content) -> None:
         if self._history.stopped(stop, time.time()):

@@ -107,7 +107,7 @@ def scene(**more: Any) -> dict[str, Any]:
 
 def decision(number: int = 4, frontier: int = 7) -> dict[str, Any]:
     return {
-        "number": number, "goal": "a red mug", "elapsed_s": 31.0, "frontier": frontier,
+        "number": number, "id": "5f3a09c1", "goal": "a red mug", "elapsed_s": 31.0, "frontier": frontier,
         "rule": "pairs", "why": "frontier 3 is gone", "closest": 11, "heads_for": frontier,
         "chosen": [frontier], "in_words": f"frontier {frontier}", "full": FULL,
         "votes": [
@@ -135,7 +135,8 @@ def timeline(decisions: int = 4) -> dict[str, Any]:
         for n in range(1, decisions + 1)
     ]
     stop = {"number": 1, "t_s": 19.0, "state": "held", "kind": "obstacle", "over": True}
-    return {"goal": "a red mug", "decisions": told, "stops": [stop | {"reason": "a person"}]}
+    goal = {"id": "5f3a09c1", "goal": "a red mug"}
+    return {**goal, "decisions": told, "stops": [stop | {"reason": "a person"}]}
 
 
 def health() -> dict[str, Any]:

@@ -26,7 +26,7 @@ export class Timeline {
   #live() {
     const { decisions } = this.model.timeline;
     const { past } = this.model;
-    if (past && past.goal !== this.model.timeline.goal) {
+    if (past && past.id !== this.model.timeline.id) {
       this.model.look(null); // another search began
       return;
     }
@@ -38,7 +38,7 @@ export class Timeline {
     const at = past ? decisions.findIndex((d) => d.number === past.number) : decisions.length - 1;
     this.slider.value = String(Math.max(0, at));
     const told = past
-      ? `Decision ${past.number} of ${decisions.length}, then`
+      ? `Decision ${past.number} of ${decisions.at(-1)?.number ?? past.number}, then`
       : decisions.length
         ? `Decision ${decisions.at(-1).number}, now`
         : "No decision yet";
@@ -119,7 +119,7 @@ export class Timeline {
       const next = decisions.findIndex((d) => d.t_s > t_s);
       if (next === -1) return 1;
       if (next === 0) return 0;
-      const [a, b] = [decisions[next - 1].t_s, decisions[next].t_s];
+      const [a, b] = [decisions[next - 1].t_s ?? t_s, decisions[next].t_s];
       return (next - 1 + (t_s - a) / Math.max(1e-6, b - a)) / last;
     };
     return [decisions.map((_, i) => i / last), stops.map((s) => after(s.t_s))];

@@ -173,6 +173,27 @@ def test_a_decision_comes_with_its_words_and_stays_in_the_timeline(
         feed.ask("decision", {"number": 9})
 
 
+def test_a_decision_that_comes_late_takes_nothing_from_the_timeline(
+    feed: LiveFeed, service: PageService, audience: PageAudience
+):
+    service.answers["status"] = {"now_s": 100.0, "up_s": 90.0}
+    looked_at(feed, service)
+    words = {"goal": "mug", "in_words": ["Taken: frontier 7."]}
+    service.answers["why"] = {"decision": {"number": 5, **words}, "stop": None}
+    service.tell("rfnav/feedback", {"id": "a1", "goal": "mug"})
+    feed.ask("stop", {})  # asks why at once
+    audience.wait("decision", lambda d: d["number"] == 5)
+    service.answers["why"] = {"decision": None, "stop": None}
+    for number in (4, 6, 5):
+        service.tell("rfnav/decision", {"id": "a1", "number": number, "votes": [], "frontier": 7})
+    line = audience.wait("timeline", lambda t: len(t["decisions"]) == 3)
+    assert [one["number"] for one in line["decisions"]] == [4, 5, 6]
+    until(lambda: feed.ask("decision", {"number": 5}).get("votes") == [])
+    assert audience.newest["decision"]["number"] == 6
+    service.answers["status"] = {"now_s": 100.0, "up_s": 1.0}  # it was started anew
+    audience.wait("timeline", lambda t: t["decisions"] == [])
+
+
 def test_where_the_thing_may_be_is_told_as_the_decision_that_stands_has_it(
     feed: LiveFeed, service: PageService, audience: PageAudience
 ):

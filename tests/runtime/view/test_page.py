@@ -165,7 +165,7 @@ def test_another_search_ends_looking_back_at_the_one_before(told):
     page.focus("#scrub")
     page.keyboard.press("ArrowLeft")
     text(page, "#scrub-told", "Decision 3 of 4, then")
-    double.say("timeline", goal="a bed", decisions=[], stops=[])
+    double.say("timeline", id="b2", goal="a red mug", decisions=[], stops=[])
     text(page, "#scrub-told", "No decision yet")
     assert page.locator("#live").is_disabled()
 
