@@ -2,13 +2,16 @@
 read a few times a second in one of our own."""
 
 import json
+import struct
 import threading
 import time
+import zlib
 from collections.abc import Callable, Mapping
 from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any, Final
 
+import cv2
 import numpy as np
 
 from runtime.errors import SensorError
@@ -28,7 +31,10 @@ from runtime.view.told import belief_of, origin_of
 NODE: Final = "rfnav_view"  # what others see us as
 PICTURE_S: Final = 0.2  # between two images that are made small
 IMAGE: Final = "color"
-FAULTS: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+FAULTS: Final = (
+    KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError,
+    cv2.error, struct.error, zlib.error,
+)  # fmt: skip
 """What a message of another shape than ours runs into: it is left out."""
 
 

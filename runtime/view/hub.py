@@ -6,6 +6,7 @@ import json
 import time
 from collections import deque
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any, Final, Protocol
 
 from runtime.view.feed import Content
@@ -165,7 +166,7 @@ class HubAudience:
         self._call(self._hub.mapped)
 
     def _call(self, what: Any, *given: Any) -> None:
-        if not self._loop.is_closed():
+        with suppress(RuntimeError):  # the loop has ended, and all pages with it
             self._loop.call_soon_threadsafe(what, *given)
 
 

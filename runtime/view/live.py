@@ -223,9 +223,7 @@ class LiveFeed:
         newest, answers = self._hearing.newest, self._questions.answers
         age_s = now_s - newest.state_s
         link, why = "ok", ""
-        if not self._threads[0].is_alive():
-            link, why = "no service", "a mistake of this server's own: see its log"
-        elif self._service is None or max(newest.state_s, answers.status_s) < now_s - LOST_S:
+        if self._service is None or max(newest.state_s, answers.status_s) < now_s - LOST_S:
             link, why = "no service", self._why
         elif age_s > SILENT_S:
             link, why = "silent", f"rfnav/state has not come for {min(age_s, 1e4):.0f} s"

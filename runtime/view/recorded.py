@@ -17,13 +17,13 @@ from runtime.recording.messages import LOOP
 from runtime.recording.reader import ChunkPlace, Recorded, Recording
 from runtime.robot import wire
 from runtime.view import told
+from runtime.view.hearing import FAULTS
 
 LEAD_NS: Final = 3_000_000_000  # before a moment, that is read for how it was then
 RARE: Final = ("map", "scene", "path", "order", "decision")
 """Of these the last one before a moment counts, however long before that was."""
 STEP_M: Final = 0.1  # between two places of the way that are kept
 PLACES_MOST: Final = 20_000
-FAULTS: Final = (KeyError, TypeError, ValueError, AttributeError)
 
 
 @dataclass

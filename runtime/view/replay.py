@@ -60,6 +60,7 @@ class ReplayFeed:
         self._told_s = dict.fromkeys(("state", "at", "picture"), 0.0)
         self._number = 0  # of the decision that was told last
         self._mapped = False  # whether there was a map by then
+        self._radius_m = self._read_radius_m()
         self._thread = threading.Thread(target=self._play, name="replay", daemon=True)
 
     def start(self, audience: Audience) -> None:
@@ -71,7 +72,7 @@ class ReplayFeed:
         can = {"teleop": False, "command": False, "camera": bool(self._drive.moments.color)}
         stages, most = told.budgets_of(self._budgets), {"max_v_mps": 0.0, "max_w_radps": 0.0}
         about = {
-            "robot": {"radius_m": self._radius_m()},
+            "robot": {"radius_m": self._radius_m},
             "budgets": stages,
             "file": self._path.name,
         }
@@ -132,7 +133,7 @@ class ReplayFeed:
             "cut": self._drive.cut,
         }
 
-    def _radius_m(self) -> float:
+    def _read_radius_m(self) -> float:
         for message in self._drive.since(self._drive.moments.first_ns):
             if message.topic == "/loop/configuration":
                 values = told.table(json.loads(message.payload), "values")

@@ -1,10 +1,16 @@
 """The process that serves a page: what cannot be served is told before anything is."""
 
+import json
 import socket
+import subprocess
+import sys
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import pytest
+from page_client import PageClient
+from page_server import free_port
 
 from runtime.commands.view_process import ViewOptions, serve_view
 from runtime.errors import RfNavError
@@ -37,3 +43,29 @@ def test_an_address_that_somebody_has_is_told():
         listen = f"127.0.0.1:{taken.getsockname()[1]}"
         with pytest.raises(RfNavError, match="cannot be listened on"):
             serve_view(ViewOptions(listen, replay=str(DRIVE)))
+
+
+def test_a_mistake_in_a_thread_ends_the_process_and_is_told():
+    """Else its pages would show what was true once."""
+    port, nobody = free_port(), free_port()
+    spoilt = (
+        "from runtime.view.hearing import PageHearing\n"
+        "from runtime.commands.view_process import main\n"
+        "PageHearing.turn = lambda self: 1 / 0\n"
+        "main()"
+    )
+    bus = [f'bus.connect=["tcp/127.0.0.1:{nobody}"]', "bus.listen=[]"]
+    options = json.dumps({"listen": f"127.0.0.1:{port}", "settings": bus})
+    process = subprocess.Popen(
+        [sys.executable, "-c", spoilt, options],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        process.stdout.readline()
+        with closing(PageClient(port)):
+            _, said = process.communicate(timeout=60)
+    finally:
+        process.kill()
+    assert process.returncode == 1
+    assert "ZeroDivisionError" in said

@@ -318,7 +318,7 @@ def test_nonsense_on_the_bus_is_left_out(
     looked_at(feed, service)
     service.answers["zones"] = {"zones": 7}
     service.answers["places"] = {"places": []}
-    service.answers["map"] = {"rows": -1, "cols": 1e9, "rooms": "x"}
+    service.answers["map"] = told_rooms(np.zeros((2, 2)), ["kitchen"]) | {"rooms": "AAAA"}
     service.answers["why"] = {"stop": {"number": None}, "decision": []}
     for topic in ("rfnav/state", "rfnav/scene", "rfnav/decision", "rfnav/map", "rfnav/detections"):
         service.publish(topic, b"\x00\x01\x00\x00nonsense")
