@@ -36,6 +36,10 @@ export class Headline {
     document.title = title ? `${title} · RF-NAV` : "RF-NAV";
   }
 
+  #sentence(text) {
+    return sentence(text, Object.keys(this.model.health?.streams ?? {}));
+  }
+
   #stale(link) {
     const old = (link === "lost" || link === "silent") && this.model.welcome;
     byId("stale").hidden = !old;
@@ -45,7 +49,7 @@ export class Headline {
     const why = !this.model.open
       ? "No connection to rfnav view."
       : this.model.state?.why || (link === "silent" ? "The robot says nothing." : "No service answers.");
-    tell(byId("stale"), `${sentence(why)}${since}`);
+    tell(byId("stale"), `${this.#sentence(why)}${since}`);
   }
 
   #now() {
@@ -57,7 +61,7 @@ export class Headline {
     tell(byId("now-goal"), goal ? goal.text : stateSaid(runtime?.state));
     const does = goal
       ? goal.paused ? `Paused: ${goal.paused}` : goal.reason || stateSaid(runtime?.state)
-      : sentence(state.last?.sentence ?? runtime?.cause ?? "");
+      : this.#sentence(state.last?.sentence ?? runtime?.cause ?? "");
     const twice = !goal && does === this.told?.text; // it is in the line above already
     tell(byId("now-does"), twice ? "" : does);
     const rows = [];
@@ -113,18 +117,18 @@ export class Headline {
     const cause = runtime?.cause ?? "";
     switch (runtime?.state) {
       case "stopped":
-        return { kind: "bad", title: "Stopped.", text: `${sentence(cause.split(": ask rfnav")[0])} It stays so until it is released.` };
+        return { kind: "bad", title: "Stopped.", text: `${this.#sentence(cause.split(": ask rfnav")[0])} It stays so until it is released.` };
       case "fault":
         return { kind: "bad", title: "Fault.", text: cause };
       case "held":
-        return { kind: "warn", title: "Held.", text: `${sentence(cause.replace(/^\w+: /, ""))} ${remedy(cause)}` };
+        return { kind: "warn", title: "Held.", text: `${this.#sentence(cause.replace(/^\w+: /, ""))} ${remedy(cause)}` };
       case "paused":
-        return { kind: "warn", title: "Paused.", text: sentence(cause) };
+        return { kind: "warn", title: "Paused.", text: this.#sentence(cause) };
       case "degraded":
-        return { kind: "warn", title: "Searching with less than it was given.", text: sentence(cause) };
+        return { kind: "warn", title: "Searching with less than it was given.", text: this.#sentence(cause) };
     }
     if (state.refuses && !state.goal) {
-      return { kind: "warn", title: "No goal is taken.", text: sentence(state.refuses) };
+      return { kind: "warn", title: "No goal is taken.", text: this.#sentence(state.refuses) };
     }
     return this.#result(state);
   }
@@ -137,6 +141,6 @@ export class Headline {
     if (!last || goal || !fresh || this.away.has(id)) return null;
     const good = ["found", "arrived"].includes(last.result);
     const title = { found: "Found.", arrived: "Arrived.", not_found: "Not found." }[last.result] ?? "Ended.";
-    return { kind: good ? "good" : "warn", title, text: sentence(last.sentence), key: "OK" };
+    return { kind: good ? "good" : "warn", title, text: this.#sentence(last.sentence), key: "OK" };
   }
 }

@@ -120,10 +120,12 @@ export function replace(where, key, make) {
   if (focused) where.querySelector(`[data-focus="${CSS.escape(focused)}"]`)?.focus();
 }
 
-/** As a sentence: what a program says begins small and ends anyhow. A topic's name stays as it is. */
-export function sentence(text) {
+/** As a sentence: what a program says begins small and ends anyhow. A name of `topics`, or what can
+ * only be one, stays as it is. */
+export function sentence(text, topics = []) {
   if (!text) return "";
-  const named = text.split(" ")[0].includes("/");
+  const first = text.split(/[ ,:]/, 1)[0];
+  const named = /[/_]/.test(first) || topics.includes(first);
   return (named ? text[0] : text[0].toUpperCase()) + text.slice(1) + (/[.!?]$/.test(text) ? "" : ".");
 }
 

@@ -128,6 +128,11 @@ def test_why_it_stands_is_said_above_all_with_what_to_do(told):
     said = text(page, "#notice", "Held.")
     assert "No image for 0.6 s." in said
     assert "Look whether the camera's driver runs" in said
+    for topic in ("camera/depth/image_raw", "odom"):
+        streams = {topic: {"per_s": 0.0, "age_s": 2.0, "bad": 0}}
+        double.say("health", **{**home.health(), "streams": streams})
+        double.say("state", **home.state("held", f"frame: {topic}: nothing received in 2 s"))
+        assert f"Held. {topic}: nothing received in 2 s." in text(page, "#notice", topic)
     last = {"id": "9", "result": "found", "sentence": "found a red mug", "at_xy": [5.4, -2.9]}
     double.say("state", **home.state("ready", goal=None, last=last))
     assert "Found a red mug." in text(page, "#notice", "Found.")
