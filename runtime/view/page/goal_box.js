@@ -101,6 +101,7 @@ export class GoalBox {
     byId("pause").disabled = byId("cancel").disabled = !can;
     const paused = Boolean(state?.goal?.paused);
     tell(byId("pause"), paused ? "Go on" : "Pause");
+    tell(byId("cancel"), state?.queue?.length ? "Cancel all" : "Cancel");
     byId("pause").setAttribute("aria-pressed", String(paused));
   }
 

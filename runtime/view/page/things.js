@@ -9,6 +9,22 @@ export class Things {
     model.on("scene past", () => this.#scene());
     model.on("zones", () => this.#zones());
     model.on("places state", () => this.#places());
+    model.on("state", () => this.#queue());
+  }
+
+  #queue() {
+    const can = Boolean(this.model.welcome?.can?.command);
+    const queue = this.model.state.queue ?? [];
+    replace(byId("queue-list"), JSON.stringify([queue, can]), () =>
+      queue.map(({ id, goal }) =>
+        element(
+          "li",
+          {},
+          element("span", {}, goal),
+          can && id ? this.#button("Cancel", `Cancel ${goal}, which waits`, `q${id}`, () => this.#do("cancel", { id }, `${goal} is not looked for`)) : null,
+        ),
+      ).concat(queue.length ? [] : [none("none")]),
+    );
   }
 
   #scene() {

@@ -122,6 +122,19 @@ def test_a_search_is_paused_resumed_and_cancelled(told):
     page.wait_for_selector("#cancel:disabled")
 
 
+def test_a_goal_that_waits_is_cancelled_by_itself(told):
+    double, page = told
+    waiting = [{"id": "b2", "goal": "a bed"}, {"id": "c3", "goal": "a sofa"}]
+    double.say("state", **home.state(queue=waiting))
+    page.wait_for_selector("#cancel >> text=Cancel all")
+    page.click("#tab-things")
+    page.get_by_role("button", name="Cancel a sofa, which waits").click()
+    text(page, "#toasts", "a sofa is not looked for")
+    double.say("state", **home.state(queue=waiting[:1]))
+    until(page, lambda: page.locator("#queue-list button").count() == 1)
+    assert double.did("cancel") == [{"id": "c3"}]
+
+
 def test_why_it_stands_is_said_above_all_with_what_to_do(told):
     double, page = told
     double.say("state", **home.state("held", "frame: no image for 0.6 s"))
