@@ -69,7 +69,7 @@ class Access:
         if not self.token:
             return True
         told = given if isinstance(given, str) else ""
-        return hmac.compare_digest(told.encode(), self.token.encode())
+        return hmac.compare_digest(told.encode("utf-8", "replace"), self.token.encode())
 
 
 def access(

@@ -141,8 +141,10 @@ class PageQuestions:
     def _take_rooms(self, answer: Content) -> None:
         names = [str(name) for name in answer.get("room_names") or ()][:MOST_ROOMS]
         rows, cols = int(answer["rows"]), int(answer["cols"])
-        if not 0 < rows * cols <= MAP_CELLS:
-            raise ValueError("a map of no size")
+        if rows == cols == 0:
+            return  # nothing is known yet
+        if not (rows > 0 < cols and rows * cols <= MAP_CELLS):
+            raise ValueError(f"a map of {rows} by {cols} cells")
         packed = zlib.decompressobj().decompress(base64.b64decode(answer["rooms"]), rows * cols)
         rooms = np.frombuffer(packed, np.uint8).reshape(rows, cols)
         x0_m, y0_m = answer["origin_xy"]

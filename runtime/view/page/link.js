@@ -4,6 +4,7 @@ const SUBPROTOCOL = "rfnav.1";
 const VERSION = 1;
 const AGAIN_MS = [500, 1000, 2000, 5000];
 const ANSWER_MS = 8000;
+const POST_MS = 4000; // after which another is on its way: browsers send six at once, no more
 const TOKEN_WANTED = 4401;
 const TOKEN_KEY = "rfnav-token";
 
@@ -61,6 +62,7 @@ export class Link {
     const byPost = fetch("/stop", {
       method: "POST",
       headers: this.token ? { Authorization: `Bearer ${this.token}` } : {},
+      signal: AbortSignal.timeout(POST_MS),
     }).then((reply) => {
       if (!reply.ok) throw new Error("The stop was not taken.");
     });

@@ -24,8 +24,9 @@ export class Tiles {
     this.turn = this.turn.then(() => (this.epoch = null));
   }
 
+  /** One that cannot be read is said, and the next is taken all the same. */
   take(bytes) {
-    this.turn = this.turn.then(() => this.#take(bytes));
+    this.turn = this.turn.then(() => this.#take(bytes)).catch((error) => console.error(error));
   }
 
   async #take(bytes) {

@@ -1,6 +1,7 @@
 """Who may look: nothing is open beyond this computer without a certificate and a token."""
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -43,6 +44,7 @@ def test_on_this_computer_nothing_is_asked_for():
     assert not one.host_allowed("evil.example:8080")
     assert not one.host_allowed("")
     assert one.token_right(None)
+    assert not replace(one, token="sesame" * 3).token_right("\ud800" * 18)
 
 
 @pytest.mark.parametrize("listen", ["0.0.0.0:8080", "192.168.1.20:8080", "[::]:8080", "robot:80"])
