@@ -1,5 +1,6 @@
 """`python -m runtime.bench.pages`: what the operator's page costs, and how late control is beside
-it: the same drive in turns without and with pages that look."""
+it: the same drive in turns without and with pages that look; and what the runtime draws for
+them."""
 
 import json
 import os
@@ -10,18 +11,24 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from statistics import median
 from typing import Final, NamedTuple
 
 import click
+import numpy as np
 
 from runtime.bench import synthetic
 from runtime.bench.measure import BenchError, Measured, Subject, free_port, measured, resident_mb
 from runtime.config import load
+from runtime.core.types import Frontier
+from runtime.robot.drawn_messages import DrawnObject, Stamp
+from runtime.robot.drawn_scene import WAY_MOST, DrawnScene, encode_scene
 
 READY_S: Final = 60.0
 SETTLES_S: Final = 2.0  # until all pages have what there is
 GOAL: Final = "toilet"
 STAGES: Final = ("late", "tick", "frame")
+FRONTIERS, THINGS, DRAWN = 24, 80, 50  # of a home that is well known; how often that is drawn
 
 
 class PageCost(NamedTuple):
@@ -34,7 +41,7 @@ class PageCost(NamedTuple):
 @contextmanager
 def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[None]:
     """So many pages look at the runtime on that bus; what that cost in the end. BenchError when the
-    server does not come up."""
+    server does not come up, or they do not look to the end."""
     address = f"127.0.0.1:{free_port()}"
     bus = [f'bus.connect=["{endpoint}"]', 'bus.mode="client"']
     options = json.dumps({"listen": address, "settings": bus})
@@ -50,6 +57,8 @@ def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[Non
         time.sleep(SETTLES_S)
         began_s, before_s = time.monotonic(), _cpu_s(server.pid)
         yield
+        if reading.poll() is not None or server.poll() is not None:
+            raise BenchError("the pages or their server ended before the drive")
         share = (_cpu_s(server.pid) - before_s) / (time.monotonic() - began_s)
         costs.append(PageCost(share, resident_mb(server)))
     finally:
@@ -64,8 +73,8 @@ def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[Non
 @click.option("--seconds", type=click.FloatRange(5.0), default=60.0, show_default=True)
 @click.option("--pairs", type=click.IntRange(1), default=3, show_default=True)
 def pages_command(pages: int, seconds: float, pairs: int) -> None:
-    """Print the stages of control and of frames without and with pages, ms, and what the page's
-    server took."""
+    """Print the stages of control and of frames without and with pages, ms, what the page's
+    server took, and what the runtime takes to draw a scene for it."""
     config, costs = load(None), list[PageCost]()
     topics, hz = config.bus.topics, config.realtime.control_hz
     beside = partial(pages_open, pages, costs)
@@ -81,6 +90,28 @@ def pages_command(pages: int, seconds: float, pairs: int) -> None:
         click.echo(_told(run(looks), pages if looks else 0))
     for cost in costs:
         click.echo(f"view: {100 * cost.share:.1f} % of a core, {cost.memory_mb:.0f} MB")
+
+    frontiers, things = f"{FRONTIERS} frontiers", f"{THINGS} things"
+    click.echo(f"scene: {scene_ms():.1f} ms to draw {frontiers} and {things}, twice a second")
+
+
+def scene_ms() -> float:
+    """What it takes the thread that draws to make a page's scene of a home that is well known: the
+    median of its own time."""
+    cells_xy = np.linspace((0.0, 0.0), (1.0, 1.0), 40)
+    frontiers = [Frontier(n, cells_xy + n, (float(n), 0.0), float(n)) for n in range(FRONTIERS)]
+    things = [
+        DrawnObject(n, f"thing {n}", 0.5, (float(n), 0.0, 0.5), (0.5, 0.5, 1.0))
+        for n in range(THINGS)
+    ]
+    way_xy = np.linspace((0.0, 0.0), (9.0, 9.0), WAY_MOST)
+    scene = DrawnScene(GOAL, frontiers, 1, things, way_xy, way_xy)
+    took_s = list[float]()
+    for _ in range(DRAWN):
+        began_s = time.thread_time()
+        encode_scene(scene, Stamp(1, "odom"))
+        took_s.append(time.thread_time() - began_s)
+    return 1e3 * median(took_s)
 
 
 def _told(found: Measured, pages: int) -> str:
