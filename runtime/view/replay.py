@@ -340,9 +340,11 @@ class ReplayFeed:
         self._tell("scene", {**told_scene, "belief": []})
 
     def _tell_decision(self) -> None:
-        """The last that was made by now, if it is another than was told."""
+        """The last that was made by now, if it is another than was told; 0 before the first."""
         decided = [one for one in self._drive.moments.decisions if one[0] <= self._at_ns]
-        if decided and decided[-1][1]["number"] != self._number:
+        if not decided:
+            self._tell("decision", {"number": 0})
+        elif decided[-1][1]["number"] != self._number:
             at_ns, decision = decided[-1]
             self._number = decision["number"]
             self._tell("decision", {"t_s": at_ns / 1e9, **decision})

@@ -13,7 +13,7 @@ export class Ballot {
 
   draw() {
     const decision = this.model.shown;
-    if (!decision) {
+    if (!decision?.number) {
       replace(this.body, "none", () => [element("p", { class: "note" }, "Nothing was decided yet.")]);
       return;
     }

@@ -1,9 +1,10 @@
 /** What the camera sees, with boxes round what the detectors saw in it. */
 
-import { FONT, byId, percent, tell } from "./words.js";
+import { FONT, byId, percent, span, tell } from "./words.js";
 
 const HEAD_BYTES = 14;
 const BOX_PX = 2.5;
+const OLD_S = 3; // after which a picture is not of now
 
 export class Camera {
   constructor(model, colours) {
@@ -13,6 +14,7 @@ export class Camera {
     this.picture = null;
     this.busy = false;
     model.on("boxes", () => this.draw());
+    setInterval(() => this.#age(), 1000);
   }
 
   /** A JPEG with its header; one that comes while another is decoded is left out. */
@@ -24,6 +26,8 @@ export class Camera {
       const picture = await createImageBitmap(jpeg);
       this.picture?.close();
       this.picture = picture;
+      this.came_ms = performance.now();
+      this.#age();
       this.draw();
     } finally {
       this.busy = false;
@@ -39,9 +43,15 @@ export class Camera {
     const boxes = this.model.freshBoxes;
     if (boxes) this.#boxes(context, boxes, picture.width / boxes.width);
     const seen = boxes?.boxes.map((b) => b.name) ?? [];
-    tell(this.note, "");
     const what = seen.length ? `What the camera sees: ${[...new Set(seen)].join(", ")}` : "What the camera sees";
     if (canvas.getAttribute("aria-label") !== what) canvas.setAttribute("aria-label", what);
+  }
+
+  /** A picture that stands still looks like one of now. */
+  #age() {
+    if (!this.picture) return;
+    const old_s = this.model.live ? (performance.now() - this.came_ms) / 1000 : 0;
+    tell(this.note, old_s < OLD_S ? "" : `This picture is ${span(old_s)} old.`);
   }
 
   #boxes(context, { boxes }, scale) {

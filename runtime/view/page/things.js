@@ -23,8 +23,9 @@ export class Things {
           element("span", {}, goal),
           can && id ? this.#button("Cancel", `Cancel ${goal}, which waits`, `q${id}`, () => this.#do("cancel", { id }, `${goal} is not looked for`)) : null,
         ),
-      ).concat(queue.length ? [] : [none("none")]),
+      ),
     );
+    byId("queue").hidden = !queue.length;
   }
 
   #scene() {

@@ -76,6 +76,9 @@ def test_the_camera_is_shown_with_names_and_only_while_it_is_looked_at(told):
     double, page = told
     page.wait_for_selector('#camera-picture[aria-label="What the camera sees: mug"]')
     assert double.sent("watch")[-1] == {"kind": "watch", "camera": True, "hidden": False}
+    page.wait_for_selector("#camera-note >> text=/This picture is [3-9] s old/")
+    double.show_picture(home.picture(), 640, 480)
+    page.wait_for_selector("#camera-note", state="hidden")
 
 
 def test_a_goal_is_asked_for_with_what_was_chosen(told):
@@ -132,6 +135,8 @@ def test_a_goal_that_waits_is_cancelled_by_itself(told):
     text(page, "#toasts", "a sofa is not looked for")
     double.say("state", **home.state(queue=waiting[:1]))
     until(page, lambda: page.locator("#queue-list button").count() == 1)
+    double.say("state", **home.state())
+    page.wait_for_selector("#queue", state="hidden")
     assert double.did("cancel") == [{"id": "c3"}]
 
 
@@ -286,6 +291,8 @@ def test_a_recording_is_played_and_sought_in_and_nothing_is_asked_of_the_robot(b
             double.say("span", from_s=1000.0, to_s=1060.0, goals=[], decisions=told, stops=[])
             double.say("at", t_s=1006.0, speed=0)
             assert text(page, "#scrub-told", "of") == "6 s of 60 s"
+            double.say("decision", number=0)
+            text(page, "#why-body", "Nothing was decided yet.")
             for hidden in ("#stop", "#goal", "#pause", ".tools", "#tab-drive"):
                 assert page.locator(hidden).is_hidden()
             page.keyboard.press("Space")

@@ -86,6 +86,7 @@ def test_going_back_shows_the_map_that_there_was_then(feed: ReplayFeed, audience
     assert known(span["decisions"][0]["t_s"]) < late
     nothing = struct.Struct("<BBHIfddH").size + len(zlib.compress(b"", 1))
     assert known(span["from_s"]) == nothing
+    assert audience.newest["decision"]["number"] == 0
     assert known(span["decisions"][0]["t_s"]) == early
     assert audience.newest["decision"]["number"] == 1
 
