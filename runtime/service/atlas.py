@@ -11,6 +11,7 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
+from runtime.core.belief import Expected
 from runtime.core.mapping.grid import RESOLUTION_M, MapCopy
 from runtime.core.objects.instances import Instance, shares, size_m
 from runtime.core.types import F32, F64, U8, Decision, Frontier, Pose
@@ -115,21 +116,17 @@ class Atlas:
         return name
 
     def _expected(self) -> list[Told]:
-        """Where the votes of the decision that stands have the goal, the likeliest first."""
-        votes = self.decision.ballot.votes if self.decision else ()
-        at = {f.id: f for f in self.frontiers}
-        p: dict[int, float] = {}
-        why: dict[int, list[str]] = {}
-        for vote in votes:
-            for id, share in vote.probabilities:
-                p[id] = p.get(id, 0.0) + share / len(votes)
-                if id in vote.frontiers:
-                    why.setdefault(id, []).append(f"{vote.expert}: {vote.reason_for(id)}")
-        likely = sorted((id for id in p if id in at), key=lambda id: (-p[id], id))[:EXPECTED]
+        """Where the decision that stands believes the goal, the likeliest first. A frontier that
+        has gone since is left out."""
+        decision = self.decision
+        if decision is None or decision.belief is None:
+            return []
+        here = {frontier.id for frontier in self.frontiers}
+        places = [e for e in decision.belief.places if e.kind != "frontier" or e.id in here]
         return [
-            {"kind": "frontier", "id": id, "xy": self._placed(at[id].goal_xy),
-             "p": round(p[id], 3), "why": "; ".join(why.get(id, ()))}
-            for id in likely
+            {"kind": e.kind, "id": e.id, "xy": self._placed(e.xy), "p": round(e.p, 3),
+             "why": "; ".join((e.why, *_votes_for(decision, e)))}
+            for e in places[:EXPECTED]
         ]  # fmt: skip
 
     def _thing(self, thing: KnownThing, p: float) -> Told:
@@ -262,6 +259,13 @@ def asked_name(body: Mapping[str, object]) -> str:
     if len(name) > LONGEST or not name.isprintable():
         raise ValueError(f"a name has at most {LONGEST} printable characters")
     return " ".join(name.split())
+
+
+def _votes_for(decision: Decision, place: Expected) -> list[str]:
+    if place.kind != "frontier":
+        return []
+    votes = [v for v in decision.ballot.votes if place.id in v.frontiers]
+    return [f"{v.expert}: {v.reason_for(int(place.id))}" for v in votes]
 
 
 def _seen(thing: Instance, cell_m: float) -> KnownThing:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from lived_in import lived_in
 
+from runtime.core.belief import Belief, Expected
 from runtime.core.objects.instances import Evidence
 from runtime.core.types import Absence, Ballot, Decision, Frontier, Missing, Vote
 from runtime.core.world import World
@@ -87,18 +88,36 @@ def voted() -> World:
         Vote("r2f", (3, 7), ((3, 0.4), (7, 0.4), (9, 0.2)), "kitchen"),
     )
     ballot = Ballot(votes, (Missing("sle", Absence.LATE),))
-    world.standing.decision = Decision(7, "all", (7,), 3, ballot, 0, "new evidence")
+    places = (
+        Expected("frontier", 7, (2.0, 1.0), 0.5, "4.0 m² unknown behind it"),
+        Expected("frontier", 9, (5.0, 1.0), 0.2, "3.0 m² unknown behind it"),  # it is no more
+        Expected("surface", "b3", (1.5, 0.0), 0.15, "0.5 m² on which it is missed with 40 %"),
+        Expected("frontier", 3, (1.0, 0.0), 0.05, "0.4 m² unknown behind it"),
+    )
+    told = Decision(7, "all", (7,), 3, ballot, 0, "new evidence", belief=Belief(places, 0.1))
+    world.standing.decision = told
     return world
 
 
 def test_where_it_is_looked_for_is_told_of_the_goal_alone():
     told = atlas(voted(), (1.0, 1.0)).told("where", "cup")
+    assert json.loads(json.dumps(told)) == told
     assert [(e["kind"], e["id"], e["p"], e["xy"]) for e in told["expected"]] == [
-        ("frontier", 7, 0.6, [3.0, 2.0]),
-        ("frontier", 3, 0.25, [2.0, 1.0]),
+        ("frontier", 7, 0.5, [3.0, 2.0]),
+        ("surface", "b3", 0.15, [2.5, 1.0]),
+        ("frontier", 3, 0.05, [2.0, 1.0]),
     ]
-    assert told["expected"][0]["why"] == "o2f: 7: sink; r2f: kitchen"
+    said = [e["why"] for e in told["expected"]]
+    assert said[0] == "4.0 m² unknown behind it; o2f: 7: sink; r2f: kitchen"
+    assert said[1] == "0.5 m² on which it is missed with 40 %"
     assert atlas(voted()).told("where", "sofa")["expected"] == []
+
+
+def test_where_nothing_is_believed_nothing_is_expected():
+    world = voted()
+    assert world.standing.decision is not None
+    world.standing.decision = replace(world.standing.decision, belief=None)
+    assert atlas(world).told("where", "mug")["expected"] == []
 
 
 def test_the_map_is_told_by_cell():
