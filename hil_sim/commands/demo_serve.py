@@ -2,10 +2,12 @@
 it, for whoever wants to try the commands without a robot."""
 
 import signal
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from threading import Event
 from types import FrameType
 from typing import Any, Final
 
@@ -25,6 +27,7 @@ from runtime.robot.session import DEFAULT_LISTEN
 
 NOT_SERVED: Final = ("goal", "method", "protocol", "realtime", "base", "dialect")
 """Options of an episode alone."""
+SIGNALS: Final = (signal.SIGTERM, signal.SIGINT)
 WORTH_A_LOOK: Final = "toilet"
 
 
@@ -50,8 +53,7 @@ def serve(given: Mapping[str, Any]) -> None:
     settings = (*protocol.settings, *given["sets"])
     command = served_command(folder / STATE, endpoint, given["config"], settings, recorded)
     keep_stdout_for_python()
-    for number in (signal.SIGTERM, signal.SIGINT):  # also where a shell has it ignored
-        signal.signal(number, _interrupt)
+    _on_signals(_interrupt)  # also where a shell has them ignored
     click.echo(f"loading {scene.name} and the models; the runtime's log: {shown / LOG}")
     with ExitStack() as stack:
         try:
@@ -60,16 +62,16 @@ def serve(given: Mapping[str, Any]) -> None:
             raise BusError(f"{error}; --listen tcp/127.0.0.1:PORT names another") from error
         served = Served(command, endpoint, shown / LOG)
         stack.callback(served.kill)
-        try:
-            _live(robot, served, _ready_line(scene, endpoint, config))
-        except KeyboardInterrupt:
-            click.echo("ending", err=True)
-            served.close(robot.tick)
+        ended = Event()
+        _on_signals(partial(_end, ended))
+        _live(robot, served, _ready_line(scene, endpoint, config), ended)
+        click.echo("ending", err=True)
+        served.close(robot.tick)
 
 
-def _live(robot: LivingRobot, served: Served, ready_line: str) -> None:
+def _live(robot: LivingRobot, served: Served, ready_line: str, ended: Event) -> None:
     told = False
-    while True:
+    while not ended.is_set():
         robot.tick()
         served.check()
         if served.ready.is_set() and not told:
@@ -98,5 +100,18 @@ def _prepared(folder: Path, endpoint: str) -> Path:
     return path
 
 
+def _on_signals(handler: Callable[[int, FrameType | None], None]) -> None:
+    for number in SIGNALS:
+        signal.signal(number, handler)
+
+
 def _interrupt(number: int, frame: FrameType | None) -> None:
     raise KeyboardInterrupt
+
+
+def _end(ended: Event, number: int, frame: FrameType | None) -> None:
+    """After a tick, in the midst of which may be a message of the camera's; the second time at
+    once."""
+    if ended.is_set():
+        raise KeyboardInterrupt
+    ended.set()

@@ -4,12 +4,15 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from threading import Event
 
 import pytest
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from places import ROOT
 
+from hil_sim.commands import demo_serve
 from hil_sim.commands.demo import demo_command
 from hil_sim.driving.link import free_port
 from runtime.commands.running import running
@@ -28,6 +31,61 @@ def test_options_that_say_nothing_are_refused(words: tuple[str, ...], said: str)
     result = CliRunner().invoke(demo_command, words)
     assert result.exit_code == 2
     assert said in result.output
+
+
+class Ticking:
+    """A robot, to which the signals come in the midst of a tick, and what runs beside it."""
+
+    def __init__(self, *signals: int) -> None:
+        self.signals, self.begun, self.whole = list(signals), 0, 0
+        self.did, self.ready = list[str](), Event()
+
+    def tick(self) -> None:
+        self.begun += 1
+        if self.signals:
+            signal.raise_signal(self.signals.pop(0))
+        self.whole += 1
+
+    def check(self) -> None:
+        self.did.append("check")
+
+    def close(self, meanwhile: Callable[[], None]) -> None:
+        self.did.append("close")
+        meanwhile()
+
+    def kill(self) -> None:
+        self.did.append("kill")
+
+
+@pytest.fixture
+def served(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """Serves that."""
+    before = [(number, signal.getsignal(number)) for number in demo_serve.SIGNALS]
+    monkeypatch.setattr(demo_serve, "keep_stdout_for_python", lambda: None)
+
+    def serve(ticking: Ticking) -> Result:
+        monkeypatch.setattr(demo_serve, "living_in", lambda *_: ticking)
+        monkeypatch.setattr(demo_serve, "Served", lambda *_: ticking)
+        return CliRunner().invoke(demo_command, ("--serve", "--out", str(tmp_path)))
+
+    yield serve
+    for number, handler in before:
+        signal.signal(number, handler)
+
+
+@pytest.mark.parametrize("number", demo_serve.SIGNALS)
+def test_a_signal_cuts_no_tick_short(served: Callable[[Ticking], Result], number: int):
+    robot = Ticking(number)
+    assert served(robot).exit_code == 0
+    assert robot.did == ["check", "close", "kill"]
+    assert robot.whole == robot.begun == 2
+
+
+def test_a_second_one_is_not_waited_for(served: Callable[[Ticking], Result]):
+    robot = Ticking(signal.SIGINT, signal.SIGINT)
+    assert served(robot).exit_code != 0
+    assert robot.did == ["check", "close", "kill"]
+    assert (robot.begun, robot.whole) == (2, 1)
 
 
 @pytest.mark.slow  # PyBullet, and the models
