@@ -63,7 +63,7 @@ build() {
   trap "rm -rf '$place' '$log'" EXIT
   python3 -m venv "$place"
   pip=("$place/bin/python" -m pip --disable-pip-version-check --no-input --quiet)
-  "${pip[@]}" install --no-compile --no-index --find-links "$wheels" "$wheel" >"$log" 2>&1 ||
+  "${pip[@]}" install --no-compile --no-index --find-links "$wheels" "$wheel[robot]" >"$log" 2>&1 ||
     fail "$(basename "$wheel"): not installed: $(grep -i error "$log" | tail -1)"
   "$place/bin/python" -m compileall -q -j 0 "$place/lib" >/dev/null || true # what is for other Pythons fails
   touch "$place/complete"

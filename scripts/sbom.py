@@ -1,5 +1,5 @@
-"""See scripts/sbom. What pyproject.toml asks for without extras, and what that asks for, as it is
-installed; the models that a robot needs, as models/manifest.toml has them."""
+"""See scripts/sbom. What pyproject.toml asks for with the extra `robot`, and what that asks for, as
+it is installed; the models that a robot needs, as models/manifest.toml has them."""
 
 import json
 import platform
@@ -8,6 +8,7 @@ import tomllib
 from collections.abc import Iterable, Mapping
 from importlib.metadata import Distribution, PackageNotFoundError, distribution
 from pathlib import Path
+from typing import Any
 
 from cyclonedx.contrib.hash.factories import HashTypeFactory
 from cyclonedx.contrib.license.factories import LicenseFactory
@@ -61,17 +62,25 @@ def bill(root: Path) -> str:
         bom_ref=project["name"],
         licenses=_licences(project["license"]),
     )
-    parts = {name: package(found) for name, found in installed(project["dependencies"]).items()}
+    asked = of_a_robot(project)
+    parts = {name: package(found) for name, found in installed(asked).items()}
     used = models_of(manifest)
     others = [interpreter(), *(model(name, manifest[name]) for name in used)]
     for part in (*parts.values(), *others):
         bom.components.add(part)
-    bom.register_dependency(own, [*(parts[n] for n in needed(project["dependencies"])), *others])
+    bom.register_dependency(own, [*(parts[n] for n in needed(asked)), *others])
     for name, part in parts.items():
         below = needed(distribution(name).requires or ())
         bom.register_dependency(part, [parts[other] for other in below])
     writer = make_outputter(bom, OutputFormat.JSON, SchemaVersion.V1_6)
     return writer.output_as_string(indent=1)
+
+
+def of_a_robot(project: Mapping[str, Any]) -> list[str]:
+    """Requirements of what scripts/bundle puts together: of RF-NAV and of the extras in `robot`."""
+    extras = project["optional-dependencies"]
+    chosen = sorted(name for text in extras["robot"] for name in Requirement(text).extras)
+    return [*project["dependencies"], *(text for name in chosen for text in extras[name])]
 
 
 def needed(requirements: Iterable[str], extras: Iterable[str] = ()) -> list[str]:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Final
 
-from sbom import installed
+from sbom import installed, of_a_robot
 
 ROOT = Path(__file__).resolve().parent.parent
 GLIBC: Final = ("2_17", "2_27", "2_28", "2_34", "2_35")  # of manylinux; Debian 12 has 2.36
@@ -22,9 +22,8 @@ def main() -> int:
         return 2
     processor, python = [*sys.argv[1:], *("aarch64", "3.11")[len(sys.argv) - 1 :]]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    pins = [
-        f"{name}=={found.version}" for name, found in installed(project["dependencies"]).items()
-    ]
+    found = installed(of_a_robot(project))
+    pins = [f"{name}=={package.version}" for name, package in found.items()]
     try:
         told = table(pins, lambda pin: ask(pin, processor, python))
     except OSError as error:
