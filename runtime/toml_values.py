@@ -116,6 +116,8 @@ def _field_of(error: BaseException) -> str:
 def unknown(key: str, known: Iterable[str]) -> str:
     """What is said of a name that is none of the known ones."""
     names = sorted(known)
+    if not names:
+        return "unknown; there is none"
     near = difflib.get_close_matches(key, names, n=1, cutoff=0.5)
     told = ", ".join(name or '""' for name in names)
     return f"unknown; did you mean {near[0]}?" if near else f"unknown; known are {told}"

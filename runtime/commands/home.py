@@ -122,7 +122,7 @@ def _tell_places(told: Mapping[str, Any], as_json: bool) -> None:
         click.echo(printable(f"{name}: {where}"))
     if not told["places"]:
         click.echo("no place has a name", err=True)
-    if told["memory"] != "none":
+    if not told["memory"].startswith("none"):  # nothing is known from before a restart
         click.echo(printable(f"home: {told['memory']}"), err=True)
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from runtime.errors import ConfigError
-from runtime.toml_values import DOTS, FILE_BYTES, parse_toml, read_toml
+from runtime.toml_values import DOTS, FILE_BYTES, parse_toml, read_toml, unknown
 
 
 @pytest.mark.parametrize(
@@ -46,3 +46,7 @@ def test_a_file_as_large_as_is_taken(tmp_path: Path):
     path = tmp_path / "robot.toml"
     path.write_bytes(b"x = 1\n".ljust(FILE_BYTES, b"#"))
     assert read_toml(path) == {"x": 1}
+
+
+def test_a_name_where_there_is_none_to_know_is_told_as_such():
+    assert unknown("rug", ()) == "unknown; there is none"

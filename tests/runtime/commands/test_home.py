@@ -78,7 +78,7 @@ def test_a_warning_and_a_refusal_are_said(service: ServiceDouble):
 
 def test_where_there_is_none_that_is_said(service: ServiceDouble):
     service.answers["zones"] = {**ZONES, "zones": []}
-    service.answers["places"] = {**PLACES, "places": {}, "memory": "none"}
+    service.answers["places"] = {**PLACES, "places": {}, "memory": "none: it begins here"}
     assert service.run("zone", "list").stderr == "there is no zone\n"
     done = service.run("places")
     assert (done.exit_code, done.stderr) == (1, "no place has a name\n")
