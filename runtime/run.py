@@ -1,7 +1,5 @@
-"""`rfnav`: the robot's command line, and the composition root."""
+"""`rfnav run`, the composition root: bus, models and loop put together."""
 
-import os
-import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
@@ -13,38 +11,16 @@ import cv2
 
 from runtime import config as configuration
 from runtime.clock import SystemClock
-from runtime.commands.bench import bench_command
-from runtime.commands.calibrate import calibrate_command
-from runtime.commands.check import check_command
-from runtime.commands.cloud import cloud_command
-from runtime.commands.config import config_command
-from runtime.commands.doctor import doctor_command
-from runtime.commands.find import find_command, go_command
-from runtime.commands.goal_control import (
-    ask_command,
-    cancel_command,
-    pause_command,
-    resume_command,
-)
-from runtime.commands.guard import guard_command
-from runtime.commands.home import place_command, places_command, zone_command
-from runtime.commands.known import map_command, things_command, where_command
-from runtime.commands.mqtt import mqtt_command
 from runtime.commands.record import RecordOptions, record_options, recording
-from runtime.commands.replay import replay_command
-from runtime.commands.status import status_command
-from runtime.commands.view import view_command
-from runtime.commands.why import why_command
-from runtime.errors import ConfigError, InternalError, RfNavError
+from runtime.errors import ConfigError
 from runtime.experts.cloud_config import read_key
-from runtime.log import say
 from runtime.loops.control_loop import ControlLoop
 from runtime.loops.desk import Answering
 from runtime.loops.drawings import Drawings
 from runtime.loops.goal_request import Terms
 from runtime.loops.goals import Custom
 from runtime.loops.known_desk import KnownDesk
-from runtime.loops.loading import LoadingEndedError, leave, loaded
+from runtime.loops.loading import loaded
 from runtime.loops.lockstep import Lockstep
 from runtime.loops.places_desk import PlacesDesk
 from runtime.loops.process import EndSignal, Garbage, go_first_or_tell, prepare, seal
@@ -55,9 +31,7 @@ from runtime.loops.standing import RunStanding
 from runtime.loops.worker_thread import lower_priority
 from runtime.perception.configured_models import check_models
 from runtime.perception.loaded_models import LoadedModels
-from runtime.perception.models_command import models_command
-from runtime.perception.understand_command import understand_command
-from runtime.private_files import keep_to_owner, state_directory
+from runtime.private_files import state_directory
 from runtime.record import Record
 from runtime.robot.bases import opened_base, watched
 from runtime.robot.bus import Bus
@@ -78,40 +52,9 @@ DRAWINGS_NICE = 15
 MODELS_NICE = 10  # of the threads that models compute in: a frame's depth goes before its detection
 
 
-@click.group(epilog="Exit status: 0 done, 1 the thing attempted failed, 2 an error.")
-def cli() -> None:
-    """RF-NAV: finds things with a robot."""
-
-
-cli.add_command(find_command)
-cli.add_command(go_command)
-cli.add_command(cancel_command)
-cli.add_command(pause_command)
-cli.add_command(resume_command)
-cli.add_command(ask_command)
-cli.add_command(models_command)
-cli.add_command(cloud_command)
-cli.add_command(config_command)
-cli.add_command(check_command)
-cli.add_command(doctor_command)
-cli.add_command(calibrate_command)
-cli.add_command(bench_command)
-cli.add_command(replay_command)
-cli.add_command(guard_command)
-cli.add_command(understand_command)
-cli.add_command(status_command)
-cli.add_command(why_command)
-cli.add_command(where_command)
-cli.add_command(things_command)
-cli.add_command(places_command)
-cli.add_command(place_command)
-cli.add_command(zone_command)
-cli.add_command(map_command)
-cli.add_command(mqtt_command)
-cli.add_command(view_command)
-
-
-@cli.command(epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'")
+@click.command(
+    "run", epilog="Example:  rfnav run --lockstep --set 'bus.connect=[\"tcp/127.0.0.1:7447\"]'"
+)
 @click.option(
     "--config", "path", type=click.Path(path_type=Path), help="TOML file; defaults otherwise."
 )
@@ -144,7 +87,7 @@ cli.add_command(view_command)
     help="TOML file of what each stage may take; deploy/budgets.toml otherwise.",
 )
 @record_options
-def run(
+def run_command(
     path: Path | None,
     settings: tuple[str, ...],
     lockstep: bool,
@@ -318,29 +261,3 @@ def _standing(control: ControlLoop) -> str:
     told = control.status()["runtime"]
     assert isinstance(told, dict)
     return RunStanding(**told).in_words()
-
-
-def main() -> None:
-    """Run the command line; every foreseeable error is one line and exit status 2."""
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
-    keep_to_owner()
-    try:
-        cli(prog_name="rfnav", standalone_mode=False)
-    except click.UsageError as error:
-        error.show()
-        sys.exit(2)
-    except InternalError as error:
-        click.echo(f"rfnav: {error}", err=True)
-        sys.exit(1)
-    except LoadingEndedError as error:
-        say(str(error))
-        leave(error.status)
-    except RfNavError as error:
-        click.echo(f"rfnav: {error}", err=True)
-        sys.exit(2)
-    except click.exceptions.Abort:
-        sys.exit(130)
-
-
-if __name__ == "__main__":
-    main()

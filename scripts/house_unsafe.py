@@ -38,6 +38,7 @@ CALLS = {
 KEYWORDS = {"numpy.load": ("allow_pickle", False), "torch.load": ("weights_only", True)}
 METHODS = {"exec_module": "runs a file by its name"}
 EXCEPTIONS = {
+    ("runtime/__main__.py", "importlib.import_module"): "the modules of a table in that file",
     ("models/train/export.py", "pickle"): "the error alone that a damaged checkpoint gives",
     ("runtime/recording/mcap_file.py", "exec_module"): "always the installed mcap.writer",
 }

@@ -21,7 +21,7 @@ sys.path[:0] = {paths!r}
 import pytest
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels
-import runtime.__main__ as program
+from runtime import __main__, run
 from runtime.core import world
 from runtime.core.types import Pose
 
@@ -44,8 +44,8 @@ class FailingModels(FakeModels):
     def __exit__(self, *_):
         self.panel.close()
 
-program.LoadedModels = FailingModels
-program.main()
+run.LoadedModels = FailingModels
+__main__.main()
 """
 
 

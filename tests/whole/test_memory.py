@@ -36,7 +36,7 @@ sys.path[:0] = {paths!r}
 import numpy as np
 from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels
-import runtime.__main__ as program
+from runtime import __main__, run
 from runtime.core.types import Pose
 
 class Seeing(FakeModels):
@@ -57,8 +57,8 @@ class Seeing(FakeModels):
     def __exit__(self, *_):
         self.panel.close()
 
-program.LoadedModels = Seeing
-program.main()
+run.LoadedModels = Seeing
+__main__.main()
 """
 OTHER = """
 ############################
