@@ -25,6 +25,7 @@ COMMANDS: Final = {
     "runtime.commands.guard": ("guard",),
     "runtime.commands.home": ("places", "place", "zone"),
     "runtime.commands.known": ("where", "things", "map"),
+    "runtime.commands.mcp": ("mcp",),
     "runtime.commands.mqtt": ("mqtt",),
     "runtime.commands.replay": ("replay",),
     "runtime.commands.status": ("status",),

@@ -1,0 +1,118 @@
+"""The protocol over HTTP, on this computer alone."""
+
+import logging
+import socket
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import anyio
+import uvicorn
+from mcp.server.lowlevel import Server
+from starlette.datastructures import Headers
+from starlette.responses import PlainTextResponse
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from runtime.errors import ConfigError
+from runtime.robot.endpoints import is_loopback
+from runtime.view.access import Access, access
+
+PATH: Final = "/mcp"
+BODY_BYTES: Final = 64 << 10
+CONNECTIONS_MOST, SESSIONS_MOST = 32, 16
+IDLE_S: Final = 300.0  # after which a session that asks nothing is forgotten
+WRONG_S: Final = 1.0  # that each token which is wrong takes
+
+
+def agent_access(listen: str, token_file: Path | None) -> Access:
+    """ConfigError, one line, for an address beyond this computer, or what is none."""
+    host = listen.rpartition(":")[0].removeprefix("[").removesuffix("]")
+    if host and not is_loopback(host):
+        raise ConfigError(
+            f"--listen {listen}: is not this computer; from another one go through ssh -L"
+        )
+    return access(listen, None, None, token_file)
+
+
+class Guarded:
+    """ASGI: refuses what calls us by another name, comes from a page of a browser, or lacks the
+    token."""
+
+    def __init__(self, app: ASGIApp, access: Access) -> None:
+        self._app, self._access = app, access
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        status, why = self._refused(scope)
+        if not why:
+            await self._app(scope, receive, send)
+            return
+        if status == 401:
+            await anyio.sleep(WRONG_S)
+        await PlainTextResponse(f"{why}\n", status)(scope, receive, send)
+
+    def _refused(self, scope: Scope) -> tuple[int, str]:
+        """The status and why; "" for what may come in."""
+        if scope["type"] != "http":
+            return 403, "speak HTTP"
+        headers = Headers(scope=scope)
+        host, origin = headers.get("host", ""), headers.get("origin")
+        if not self._access.host_allowed(host):
+            return 403, "this server has another name: use the address that it told"
+        if origin is not None and not self._access.origin_allowed(origin, host):
+            return 403, "no page of another origin may ask"
+        kind, _, token = headers.get("authorization", "").partition(" ")
+        if not self._access.token_right(token if kind.lower() == "bearer" else None):
+            return 401, "the token is another: Authorization: Bearer TOKEN"
+        return 200, ""
+
+
+def agent_app(server: Server[Any], allowed: Access) -> ASGIApp:
+    """The application."""
+    app = server.streamable_http_app(
+        streamable_http_path=PATH,
+        max_request_body_size=BODY_BYTES,
+        session_idle_timeout=IDLE_S,
+        max_sessions=SESSIONS_MOST,
+    )
+    return Guarded(app, allowed)
+
+
+def agent_settings() -> dict[str, Any]:
+    """How uvicorn serves it: bounded and silent."""
+    return {
+        "loop": "asyncio",
+        "http": "h11",
+        "ws": "none",
+        "lifespan": "on",
+        "log_level": "warning",
+        "access_log": False,
+        "proxy_headers": False,
+        "server_header": False,
+        "date_header": False,
+        "limit_concurrency": CONNECTIONS_MOST,
+        "backlog": CONNECTIONS_MOST,
+        "timeout_keep_alive": 5,
+        "timeout_graceful_shutdown": 3,
+        "h11_max_incomplete_event_size": BODY_BYTES,
+    }
+
+
+def serve_http(server: Server[Any], allowed: Access, ready: Callable[[], None]) -> None:
+    """Until SIGTERM or Ctrl-C; ConfigError, one line, where the address cannot be had. `ready` is
+    called once it is."""
+    logging.getLogger("mcp").setLevel(logging.ERROR)
+    family = socket.AF_INET6 if ":" in allowed.host else socket.AF_INET
+    with socket.socket(family, socket.SOCK_STREAM) as listening:
+        try:
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            listening.bind((allowed.host, allowed.port))
+            listening.listen(CONNECTIONS_MOST)
+        except OSError as error:
+            told = f"--listen {allowed.host}:{allowed.port}"
+            raise ConfigError(f"{told}: cannot be listened on ({error.strerror})") from error
+        ready()
+        config = uvicorn.Config(agent_app(server, allowed), **agent_settings())
+        uvicorn.Server(config).run(sockets=[listening])

@@ -1,0 +1,55 @@
+"""The goals of agents: what is asked of the service, and what is told of its answers."""
+
+import pytest
+
+from runtime.agents.goals import goal_body, goal_told, so_far
+from runtime.agents.tools import AgentLimits
+
+OWNER = AgentLimits(time_s=300.0, distance_m=40.0, money_usd=0.1)
+
+
+def test_limits_are_the_owners_unless_the_client_wants_less():
+    limits = {"time_s": 300.0, "distance_m": 40.0, "money_usd": 0.1}
+    assert goal_body({"thing": "mug"}, OWNER)["limits"] == limits
+    less = goal_body({"thing": "mug", "time_limit_s": 5, "money_limit_usd": 0}, OWNER)
+    assert less["limits"] == {"time_s": 5, "distance_m": 40.0, "money_usd": 0}
+    assert "money_usd" not in goal_body({"thing": "mug"}, AgentLimits())["limits"]
+    assert "money_usd" not in goal_body({"place": "dock"}, OWNER)["limits"]
+
+
+def test_an_area_is_the_owners_where_there_is_one():
+    assert goal_body({"thing": "mug", "room": "hall"}, OWNER)["area"] == {"room": "hall"}
+    bound = AgentLimits(area={"place": "table"})
+    assert goal_body({"thing": "mug", "room": "hall"}, bound)["area"] == {"place": "table"}
+    assert "area" not in goal_body({"thing": "mug"}, OWNER)
+
+
+def test_nobody_is_displaced_unless_that_is_said():
+    assert goal_body({"place": "dock"}, OWNER)["if_busy"] == "refuse"
+    asked = {"place": "dock", "if_busy": "preempt", "then_return": True}
+    assert goal_body(asked, OWNER)["if_busy"] == "preempt"
+    assert goal_body(asked, OWNER)["afterwards"] == "return"
+
+
+@pytest.mark.parametrize(
+    ("answer", "line"),
+    [
+        ({"ahead": 2, "feedback": {}}, "waits for 2 before it"),
+        ({"ahead": 0, "feedback": {}}, "begins"),
+        ({"feedback": {"elapsed_s": "1", "driven_m": 2.0, "frontiers": 3}}, "begins"),
+        (
+            {"feedback": {"elapsed_s": 1.2, "driven_m": 2.0, "frontiers": 3, "reason": "POSTER"}},
+            "searches: 1 s, 2.0 m, frontiers left: 3",
+        ),
+    ],
+)
+def test_progress_is_numbers(answer: dict, line: str):
+    assert so_far(answer) == line
+
+
+def test_a_result_has_its_words_apart():
+    ended = {"id": "1", "result": "found", "code": 0, "sentence": "POSTER", "log_dir": "/home/x"}
+    told = goal_told(ended)
+    assert dict(told.facts) == {"ended": True, "id": "1", "result": "found", "code": 0}
+    assert told.untrusted == {"sentence": "POSTER"}
+    assert goal_told({"error": "no goal 2"}).error

@@ -1,0 +1,37 @@
+"""`rfnav mcp`: what it takes, and what it says where it cannot be."""
+
+import json
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from runtime.__main__ import cli
+from runtime.commands import mcp as module
+from runtime.errors import ConfigError
+
+
+def test_the_extra_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(module, "NEEDED", ("mcp", "no_such_package"))
+    done = CliRunner().invoke(cli, ["mcp"])
+    assert isinstance(done.exception, ConfigError)
+    told = "rfnav mcp: needs no_such_package: pip install 'rf-nav[agents]'"
+    assert str(done.exception) == told
+
+
+def test_its_process_takes_its_place_with_the_options(monkeypatch: pytest.MonkeyPatch):
+    began: list[list[str]] = []
+    monkeypatch.setattr(module.os, "execv", lambda _, words: began.append(words))
+    words = ["mcp", "--transport", "http", "--limit-time", "60", "--look", "--set", "a=1"]
+    assert CliRunner().invoke(cli, words).exit_code == 0
+    assert began[0][:3] == [sys.executable, "-m", "runtime.commands.mcp_process"]
+    told = json.loads(began[0][3])
+    assert (told["transport"], told["time_s"], told["look"]) == ("http", 60.0, True)
+    assert told["settings"] == ["a=1"]
+
+
+@pytest.mark.parametrize(
+    "words", [["--limit-time", "0"], ["--limit-money", "-1"], ["--limit-distance", "1e9"]]
+)
+def test_limits_are_bounded(words: list[str]):
+    assert CliRunner().invoke(cli, ["mcp", *words]).exit_code == 2
