@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, Final
 
 from runtime.agents.link import RobotLink
-from runtime.agents.told import Told, refused
+from runtime.agents.told import AgentAnswer, refused
 from runtime.agents.tools import IF_BUSY, AgentLimits
 from runtime.errors import BusError
 
@@ -76,7 +76,7 @@ class AgentGoals:
     ) -> None:
         self._link, self._limits, self._usual, self._hurried = link, limits, usual, hurried
 
-    async def ask(self, asked: Mapping[str, Any], progress: Progress) -> Told:
+    async def ask(self, asked: Mapping[str, Any], progress: Progress) -> AgentAnswer:
         """Begin one, and wait as long as it is wished. Who gives that up cancels it."""
         begun, loop = _Begun(), asyncio.get_running_loop()
         body = goal_body(asked, self._limits)
@@ -84,10 +84,10 @@ class AgentGoals:
             answer = await loop.run_in_executor(self._usual, self._begin, body, begun)
             if not answer.get("accepted"):
                 why = {"refused": True, "code": answer.get("code")}
-                return Told(why, {"error": answer.get("error")}, error=True)
+                return AgentAnswer(why, {"error": answer.get("error")}, error=True)
             ids = _ids(answer)
             facts = {"accepted": True, "id": ids[0], "then": ids[1:], "queued": _queued(answer)}
-            told = Told({**facts, "limits": body["limits"]}, _words(answer))
+            told = AgentAnswer({**facts, "limits": body["limits"]}, _words(answer))
             wait_s = float(asked.get("wait_s", 0.0))
             return await self.follow(ids[-1], wait_s, progress) if wait_s else told
         except asyncio.CancelledError:
@@ -95,7 +95,7 @@ class AgentGoals:
                 self._hurried.submit(self._cancel, id)
             raise
 
-    async def follow(self, id: str, wait_s: float, progress: Progress) -> Told:
+    async def follow(self, id: str, wait_s: float, progress: Progress) -> AgentAnswer:
         """How a goal stands when it has ended, or after so long."""
         loop, began_s = asyncio.get_running_loop(), time.monotonic()
         while True:
@@ -118,16 +118,16 @@ class AgentGoals:
         self._link.ask("cancel", {"id": id, "reason": GIVEN_UP}, TAKEN_S)
 
 
-def goal_told(answer: Mapping[str, Any]) -> Told:
+def goal_told(answer: Mapping[str, Any]) -> AgentAnswer:
     """Of an answer on `rfnav/result`."""
     if answer.get("result") is not None:
         facts = {name: answer[name] for name in ENDED if name in answer}
-        return Told({"ended": True, **facts}, _words(answer))
+        return AgentAnswer({"ended": True, **facts}, _words(answer))
     if "error" in answer:
         return refused(str(answer["error"]))
     newest = _table(answer, "feedback")
     facts = {name: newest[name] for name in UNDER_WAY if name in newest}
-    return Told(
+    return AgentAnswer(
         {"ended": False, "id": answer.get("id"), "before_it": answer.get("ahead", 0), **facts},
         _words(newest),
     )

@@ -34,7 +34,7 @@ def agent_access(listen: str, token_file: Path | None) -> Access:
     return access(listen, None, None, token_file)
 
 
-class Guarded:
+class AgentGate:
     """ASGI: refuses what calls us by another name, comes from a page of a browser, or lacks the
     token."""
 
@@ -77,7 +77,7 @@ def agent_app(server: Server[Any], allowed: Access) -> ASGIApp:
         session_idle_timeout=IDLE_S,
         max_sessions=SESSIONS_MOST,
     )
-    return Guarded(app, allowed)
+    return AgentGate(app, allowed)
 
 
 def agent_settings() -> dict[str, Any]:

@@ -13,7 +13,7 @@ from mcp.shared.exceptions import MCPError
 from runtime.agents.arguments import WORD, read_arguments
 from runtime.agents.goals import Progress
 from runtime.agents.robot import AgentRobot
-from runtime.agents.told import Told, refused
+from runtime.agents.told import AgentAnswer, refused
 from runtime.agents.tools import AgentLimits, AgentTool, agent_tools
 from runtime.errors import RfNavError
 
@@ -100,13 +100,14 @@ class AgentServer:
             told = refused(str(error))
         return _result(told)
 
-    async def _done(self, tool: AgentTool, given: Any, progress: Progress) -> Told:
+    async def _done(self, tool: AgentTool, given: Any, progress: Progress) -> AgentAnswer:
         arguments = read_arguments(tool, given)
         taken = self.turnstile.enter(tool.name, bool(arguments.get("wait_s")))
         try:
             return await self._robot.do(tool.name, arguments, progress)
         except FAULTS as error:
-            return refused(f"{tool.name}: the robot answered what is not understood ({error!r})")
+            what = type(error).__name__  # its words may be the camera's
+            return refused(f"{tool.name}: the robot answered what is not understood ({what})")
         finally:
             self.turnstile.leave(taken)
 
@@ -138,7 +139,7 @@ def _declared(tool: AgentTool) -> types.Tool:
     )
 
 
-def _result(told: Told) -> types.CallToolResult:
+def _result(told: AgentAnswer) -> types.CallToolResult:
     content: list[Any] = [types.TextContent(text=text) for text in told.texts()]
     if told.image:
         data = base64.b64encode(told.image).decode()

@@ -17,7 +17,7 @@ DEPTH: Final = 6
 
 
 @dataclass(frozen=True)
-class Told:
+class AgentAnswer:
     """An answer. `image`: its bytes, of `kind`; what is on it is untrusted, too."""
 
     facts: Mapping[str, Any]
@@ -40,9 +40,9 @@ class Told:
         return {"facts": plain(self.facts), **beside}
 
 
-def refused(why: str) -> Told:
+def refused(why: str) -> AgentAnswer:
     """A call that came to nothing; `why` is a line of ours, or the service's."""
-    return Told({"error": why}, error=True)
+    return AgentAnswer({"error": why}, error=True)
 
 
 def plain(value: object, depth: int = DEPTH) -> Any:

@@ -47,10 +47,15 @@ class AgentTool:
 
 def agent_tools(limits: AgentLimits) -> dict[str, AgentTool]:
     """By name."""
+    tools = [*_goals(limits), *QUESTIONS, *([LOOK] if limits.look else [])]
+    return {tool.name: tool for tool in tools}
+
+
+def _goals(limits: AgentLimits) -> tuple[AgentTool, AgentTool]:
     goal = _goal_arguments(limits)
     spends = {"money_limit_usd": _number(0.0, _money(limits), "Most that clouds may cost, USD.")}
     room = {} if limits.area else {"room": _text("Look only in rooms of this type.")}
-    tools = [
+    return (
         AgentTool(
             "find_object",
             "Look for a thing",
@@ -70,56 +75,7 @@ def agent_tools(limits: AgentLimits) -> dict[str, AgentTool]:
             ("place",),
             reads=False,
         ),
-        AgentTool(
-            "status",
-            "How it stands",
-            "What the robot does now, or what came of the goal of that id. With wait_s it answers "
-            "when that goal ends, or after so long, and tells of progress meanwhile.",
-            {"id": _text("A goal's id; else the one under way."), "wait_s": _wait()},
-        ),
-        AgentTool(
-            "cancel",
-            "Cancel",
-            "End the goal of that id, or all; the robot stands then.",
-            {"id": _text("A goal's id; else all.")},
-            reads=False,
-        ),
-        AgentTool(
-            "why",
-            "Why it did that",
-            "Why the robot goes where it goes, and what held it last: the newest decision and "
-            "stop, or those of a number.",
-            {
-                "decision": _number(1, 10**9, "Its number.", whole=True),
-                "stop": _number(1, 10**9, "Its number.", whole=True),
-            },
-        ),
-        AgentTool(
-            "where_is",
-            "Where a thing is",
-            "Where a thing was seen, or where the search that is on expects it. The robot does not "
-            "move for it.",
-            {"thing": _text("Its name.")},
-            ("thing",),
-        ),
-        AgentTool(
-            "list_things",
-            "Things seen",
-            "Things on the robot's map, the surest first; x, y in metres of odometry's frame.",
-            {
-                "most": _number(1, THINGS_MOST, f"So many; else {THINGS_USUAL}.", whole=True),
-                "room": _text("Only those in rooms of this type."),
-            },
-        ),
-        AgentTool("list_rooms", "Rooms and places",
-                  "Types of room that were seen, how much floor of each, and places that have "
-                  "names.", {}),
-        AgentTool("map_image", "Map",
-                  "The map as a picture: floor, obstacles, things, frontiers, the way driven.", {}),
-    ]  # fmt: skip
-    if limits.look:
-        tools.append(AgentTool("look", "Look", "What the robot's camera sees now, as a JPEG.", {}))
-    return {tool.name: tool for tool in tools}
+    )
 
 
 def _goal_arguments(limits: AgentLimits) -> dict[str, Schema]:
@@ -151,3 +107,62 @@ def _text(told: str) -> Schema:
 def _number(least: float, most: float, told: str, whole: bool = False) -> Schema:
     kind = "integer" if whole else "number"
     return {"type": kind, "minimum": least, "maximum": most, "description": told}
+
+
+QUESTIONS: Final = (
+    AgentTool(
+        "status",
+        "How it stands",
+        "What the robot does now, or what came of the goal of that id. With wait_s it answers "
+        "when that goal ends, or after so long, and tells of progress meanwhile.",
+        {"id": _text("A goal's id; else the one under way."), "wait_s": _wait()},
+    ),
+    AgentTool(
+        "cancel",
+        "Cancel",
+        "End the goal of that id, or all; the robot stands then.",
+        {"id": _text("A goal's id; else all.")},
+        reads=False,
+    ),
+    AgentTool(
+        "why",
+        "Why it did that",
+        "Why the robot goes where it goes, and what held it last: the newest decision and stop, "
+        "or those of a number.",
+        {
+            "decision": _number(1, 10**9, "Its number.", whole=True),
+            "stop": _number(1, 10**9, "Its number.", whole=True),
+        },
+    ),
+    AgentTool(
+        "where_is",
+        "Where a thing is",
+        "Where a thing was seen, or where the search that is on expects it. The robot does not "
+        "move for it.",
+        {"thing": _text("Its name.")},
+        ("thing",),
+    ),
+    AgentTool(
+        "list_things",
+        "Things seen",
+        "Things on the robot's map, the surest first; x, y in metres of odometry's frame.",
+        {
+            "most": _number(1, THINGS_MOST, f"So many; else {THINGS_USUAL}.", whole=True),
+            "room": _text("Only those in rooms of this type."),
+        },
+    ),
+    AgentTool(
+        "list_rooms",
+        "Rooms and places",
+        "Types of room that were seen, how much floor of each, and places that have names.",
+        {},
+    ),
+    AgentTool(
+        "map_image",
+        "Map",
+        "The map as a picture: floor, obstacles, things, frontiers, the way driven.",
+        {},
+    ),
+)
+"""What all may ask; a cancel is always taken."""
+LOOK: Final = AgentTool("look", "Look", "What the robot's camera sees now, as a JPEG.", {})

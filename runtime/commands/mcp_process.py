@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,7 @@ def serve_agents(options: McpOptions) -> None:
     limits = agent_limits(options)
     config = load(Path(options.path) if options.path is not None else None, options.settings)
     robot = AgentRobot(AgentParts(partial(running, config.bus), config.bus, picture, limits))
-    server = AgentServer(robot, limits).server(version("rf-nav"))
+    server = AgentServer(robot, limits).server(_version())
     try:
         if options.transport == "stdio":
             anyio.run(serve_stdio, server)
@@ -71,6 +71,13 @@ def agent_limits(options: McpOptions) -> AgentLimits:
         raise ConfigError("--area-room and --area-place: give one of them")
     amounts = options.time_s, options.distance_m, options.money_usd
     return AgentLimits(*amounts, named, options.look)
+
+
+def _version() -> str:
+    try:
+        return version("rf-nav")
+    except PackageNotFoundError:  # a checkout that is not installed
+        return ""
 
 
 def _serve_http(server: Any, options: McpOptions) -> None:

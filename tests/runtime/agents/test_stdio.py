@@ -100,6 +100,7 @@ def until_patiently(what: Any) -> None:
     return until(what)
 
 
+@pytest.mark.slow
 def test_the_clients_own_command_finds_something(service: AgentService):
     async def search() -> Any:
         started = StdioServerParameters(
@@ -113,6 +114,7 @@ def test_the_clients_own_command_finds_something(service: AgentService):
     assert facts(asyncio.run(search()))["result"] == "found"
 
 
+@pytest.mark.slow
 def test_a_hostile_client_is_kept_in_bounds(wire: Wire, service: AgentService):
     wire.raw(b"x" * (40 * LINE_BYTES) + b"\n")
     wire.raw(b"\xff\x00{]\n" + b"[" * 20_000 + b"\n\n")
@@ -128,6 +130,7 @@ def test_a_hostile_client_is_kept_in_bounds(wire: Wire, service: AgentService):
     assert wire.end() == 0
 
 
+@pytest.mark.slow
 def test_a_client_that_goes_away_half_way_has_its_search_cancelled(
     wire: Wire, service: AgentService
 ):

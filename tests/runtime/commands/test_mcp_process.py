@@ -18,7 +18,7 @@ from runtime.agents.tools import AgentLimits
 from runtime.commands.mcp_process import McpOptions, agent_limits
 from runtime.errors import ConfigError
 
-START_S = 60.0  # on a busy computer
+START_S = 120.0  # on a busy computer
 
 
 def test_limits_are_as_the_options_say():
@@ -29,6 +29,7 @@ def test_limits_are_as_the_options_say():
         agent_limits(McpOptions(area_room="hall", area_place="dock"))
 
 
+@pytest.mark.slow
 def test_it_says_where_it_listens_and_ends_by_a_signal(tmp_path: Path):
     port = free_port()
     token = tmp_path / "token"
@@ -63,6 +64,7 @@ def asked(port: int) -> int:
             wire.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "why"),
     [
@@ -83,6 +85,7 @@ def test_what_cannot_be_served_is_one_line(tmp_path: Path, words: tuple[str, ...
     assert done.stderr.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_in_a_terminal_it_says_who_starts_it():
     here, there = pty.openpty()
     try:
