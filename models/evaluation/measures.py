@@ -23,6 +23,7 @@ from models.evaluation.judged import (
 )
 from models.evaluation.naming import Looked, detect_all, look
 from models.evaluation.precision import Precision
+from models.evaluation.recall import recall_by_size
 from models.evaluation.truth import GOALS, HM3D, HOUSEHOLD, ROBOTHOR, FrameTruth, NameLists
 from models.words.text_encoder import TextEncoder
 
@@ -105,6 +106,7 @@ def measure(trial: Trial, words: NameLists) -> dict[str, Any]:
         "threshold": trial.threshold,
         "goals": seen_at(trial, words),
         "curve": curve(trial),
+        "by_size": recall_by_size(truth, trial.found),
         "classes": {names[k]: class_row(judged, k, v) for k, v in ap.items()},
         "synonyms": {},
         "asked": {},

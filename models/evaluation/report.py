@@ -31,7 +31,10 @@ Row = tuple[str, str, str]  # what, measured, a key of WANTED
 
 def markdown(report: dict[str, Any]) -> str:
     """The whole report."""
-    parts = [_summary(report), _goals(report), _curve(report), _classes(report)]
+    parts = [_summary(report), _goals(report), _curve(report)]
+    if report["by_size"]["sizes"]:
+        parts.append(_sizes(report))
+    parts.append(_classes(report))
     if report["second_look"]:
         parts.append(_twice(report["second_look"]))
     if report["synonyms"]:
@@ -144,6 +147,21 @@ def _curve(report: dict[str, Any]) -> str:
         for r in report["curve"]
     ]
     return _table(("threshold", "false/1,000, mean of goals", "recall, mean of goals"), rows)
+
+
+def _sizes(report: dict[str, Any]) -> str:
+    """Of what is searched for."""
+    found, rows = report["by_size"], []
+    for row in found["sizes"]:
+        size, shares = f"{row['from_px']} to {row['to_px']}", (row["recall"], row["curve"])
+        rows.append((size, str(row["objects"]), *map(_f, shares)))
+    head = ("size, px of an image 640 wide", "objects", "recall", "by the curve")
+    curve = found["curve"]
+    note = (
+        f"Goals, at a score of {found['score']:.2f}; the curve: top {curve['top']:.2f}, half of it "
+        f"at {curve['half_px']:.1f} px, gain {curve['gain']:.1f} a doubling."
+    )
+    return f"{_table(head, rows)}\n\n{note}"
 
 
 def _classes(report: dict[str, Any]) -> str:
