@@ -15,6 +15,7 @@ from runtime.core.exploration import explore, try_resort, with_frontiers
 from runtime.core.hinted import look_where_said
 from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
+from runtime.core.looking_closer import doubts, look_closer
 from runtime.core.mapping import coverage, grid, keyframes, scanning
 from runtime.core.mapping.zones import Zone
 from runtime.core.motion.contact import Met
@@ -101,6 +102,7 @@ def place(
     and keyframes."""
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     world.looked_from = obs.pose
+    world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
     if detections.scene.size or cfg.keyframes.image_width_px:
         width_px = cfg.keyframes.image_width_px
         keyframes.consider(world.keyframes, obs, detections, mount, width_px)
@@ -250,6 +252,9 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     weak = approach_target(world, cfg, FAINT_LOG_ODDS if last else WEAK_LOG_ODDS)
     if weak is not None:
         return weak
+    closer = look_closer(world, cfg) if explored.resort >= Resort.CLOSER else None
+    if closer is not None:
+        return closer
     resort = explored.resort.next()
     if resort is None:
         return look_again(world, cfg, wait=True) or _nothing_left(world)
@@ -262,7 +267,9 @@ def _nothing_left(world: World) -> Command:
         x, y = thing.xy
         why = f"{world.goal} {thing.id} was seen at ({x:.1f}, {y:.1f}), and no way leads there"
         return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.UNREACHABLE)
-    why = f"no {world.goal} found and nothing left to explore{_closed(world)}{_shut_in(world)}"
+    most = "".join(f"; most likely still {doubt}" for doubt in doubts(world)[:1])
+    left = f"{most}{_closed(world)}{_shut_in(world)}"
+    why = f"no {world.goal} found and nothing left to explore{left}"
     return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
 
 

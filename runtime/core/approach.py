@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from runtime.core import progress
-from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
 from runtime.core.objects import candidates, standpoints
@@ -23,8 +22,6 @@ from runtime.core.objects.verdict import (
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
-
-HERE_M, HERE_RAD = 0.15, 0.2  # an image from so near by shows what is seen from here
 
 
 @dataclass(frozen=True)
@@ -103,7 +100,7 @@ def _toward(
     field = world.plan.toward(world.terrain, stands, world.pose)
     if policy.arrived(world, field):
         turn, face = policy.turn(world, thing.xy), Aim(AimKind.FACE, thing.id)
-        if turn is None and not _looked_from_here(world):
+        if turn is None and not progress.looked_from_here(world):
             if progress.stalled(world, face, None, cfg):
                 return Reached.FACED, None  # a detector that does not come is not waited for
             why = f"look at {what}"
@@ -121,16 +118,6 @@ def _toward(
     action, course = policy.drive(world, field)
     command = Command(action, Mode.TARGET, thing.xy, why, course=course)
     return Reached.ON_THE_WAY, toward(field, world.pose, command)
-
-
-def _looked_from_here(world: World) -> bool:
-    """Whether the newest image that the detector has seen was taken about where the robot stands:
-    it may be behind, and a verdict is of what is seen from here."""
-    then, now = world.looked_from, world.pose
-    if then is None:
-        return False
-    turned_rad = abs(wrap_angle(now.yaw_rad - then.yaw_rad))
-    return turned_rad <= HERE_RAD and float(np.hypot(*(now.xy - then.xy))) <= HERE_M
 
 
 def _named(thing: Instance, goal: str) -> str:

@@ -15,6 +15,7 @@ from runtime.core.world import Aim, Progress, Pursuit, World
 BLIND_SHARE = 0.02  # of the depth image; with less of it no velocity leads forward
 RETURNS = 8  # so often the robot turns back to an aim in vain before it is given up
 NEARER_M = 0.05  # what counts as having come closer
+HERE_M, HERE_RAD = 0.15, 0.2  # an image from so near by shows what is seen from here
 EDGE_M = (-0.12, 0.0, 0.12)  # beside where the floor was felt to end, it is taken to end as well
 
 
@@ -77,6 +78,16 @@ def stalled(world: World, aim: Aim, field: Field | None, cfg: NavigateConfig) ->
         return False
     del pursuit.progress[aim]  # what is given up may be tried again, from the start
     return True
+
+
+def looked_from_here(world: World) -> bool:
+    """Whether the newest image that the detector has seen was taken about where the robot stands:
+    it may be behind, and a verdict is of what is seen from here."""
+    then, now = world.looked_from, world.pose
+    if then is None:
+        return False
+    turned_rad = abs(wrap_angle(now.yaw_rad - then.yaw_rad))
+    return turned_rad <= HERE_RAD and float(np.hypot(*(now.xy - then.xy))) <= HERE_M
 
 
 def _blind(obs: Observation) -> bool:

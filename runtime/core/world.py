@@ -17,6 +17,7 @@ from runtime.core.kernels import walking
 from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.keyframes import Keyframe
+from runtime.core.mapping.patches import Closer
 from runtime.core.mapping.windows import padded, widened
 from runtime.core.motion.courses import STILL, Along, Course
 from runtime.core.objects.semantic_map import SemanticMap
@@ -58,6 +59,7 @@ class Mode(StrEnum):
     FRONTIER = "frontier"
     TARGET = "target"
     FACE = "face"
+    CLOSER = "closer"  # what was not seen finely enough for the goal
     RETURN = "return"
     PLACE = "place"
     LEAVE = "leave"  # a zone that is kept out of
@@ -93,6 +95,7 @@ class AimKind(StrEnum):
     NEAR = "near"  # what the goal was said to be near
     OUT = "out"  # of a zone that is kept out of
     WAY = "way"  # that was open before
+    CLOSER = "closer"  # a patch of a surface
 
 
 class Aim(NamedTuple):
@@ -120,9 +123,9 @@ class Resort(IntEnum):
     """What is tried, one after the other, when no frontier is left to go to."""
 
     NONE = 0
-    RETRY = 1
-    TIGHT = 2
-    AFAR = 3
+    CLOSER = 1
+    RETRY = 2
+    TIGHT = 3
     FAINT = 4
 
     @property
@@ -137,9 +140,9 @@ class Resort(IntEnum):
 
 _RESORTS = {
     Resort.NONE: "",
+    Resort.CLOSER: "look closer at what was not seen finely enough",
     Resort.RETRY: "retry what was given up before",
     Resort.TIGHT: "go through gaps that look a little too tight",
-    Resort.AFAR: "go to what was seen only from afar",
     Resort.FAINT: "look from near at what was faintly like it",
 }
 
@@ -157,6 +160,7 @@ class Explored:
     only_room: str = ""  # the type of room that is searched; "" for all
     passages: Passages = field(default_factory=Passages)
     hint: Hint = field(default_factory=Hint)
+    closer: Closer = field(default_factory=Closer)
 
 
 @dataclass
@@ -256,7 +260,7 @@ class World:
             before.map,
             replace(before.semantic, names=names),
             before.pose,
-            Explored(given_up, looked, known.memory),
+            Explored(given_up, looked, known.memory, closer=known.closer.afresh()),
             before.stamp_ns,
             keyframes=before.keyframes,
             body=BaseState(visited_xy=before.body.visited_xy),
@@ -305,9 +309,7 @@ class World:
         (top, left), (bottom, right) = cells.min(axis=0).tolist(), cells.max(axis=0).tolist()
         held = slice(top, bottom + 1), slice(left, right + 1)
         window = widened(held, 2, self.map.frame)
-        mask = np.zeros(
-            (window[0].stop - window[0].start, window[1].stop - window[1].start), np.uint8
-        )
+        mask = np.zeros(self.explored.given_up[window].shape, np.uint8)
         mask[cells[:, 0] - window[0].start, cells[:, 1] - window[1].start] = 1
         self.explored.given_up[window] |= cv2.dilate(mask, np.ones((5, 5), np.uint8)).view(bool)
         self.map.touched(window)

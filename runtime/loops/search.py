@@ -176,6 +176,7 @@ class Search:
         world = self.world = World.begin_from(before, self.goal.name, names)
         known = frozenset(world.semantic.instances)
         world.explored.hint = Hint(self.goal.near, self.goal.rooms, known)
+        world.explored.closer.wanted = self.goal.wanted
         things, rows = embedded(world.semantic)
         likeness = models.likeness(rows) if things else np.zeros((0, len(names)))
         self.record("heard", {"name": "likeness", "value": likeness})
@@ -277,6 +278,7 @@ class Search:
         goal, radius_m = self.goal, cfg.robot.radius_m
         world = World.begin(goal.name, self.order.names, self.order.rooms, obs.pose, radius_m)
         world.explored.hint = Hint(goal.near, goal.rooms)
+        world.explored.closer.wanted = goal.wanted
         return world
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from models.words.lexicon import Lexicon
+from runtime.core.mapping.fineness import GoalSize
 from runtime.core.types import F32
 from runtime.core.word_senses import Meaning, Senses, meaning
 from runtime.errors import ConfigError
@@ -25,7 +26,7 @@ class Goal:
     """`name` is the class that counts as found; `classes` the detector's vocabulary, the goal's
     among them; `how` one line that says how the goal was understood. `strange`: a class of its own,
     unlike any that is known. `near`, `rooms`: classes and types of rooms that it was said to be
-    near and in."""
+    near and in. `wanted`: what of it a look has to see."""
 
     text: str
     name: str
@@ -34,6 +35,7 @@ class Goal:
     strange: bool = False
     near: tuple[str, ...] = ()
     rooms: tuple[str, ...] = ()
+    wanted: GoalSize = field(default_factory=GoalSize)
 
     @property
     def label(self) -> int:

@@ -8,8 +8,10 @@ from functools import cached_property
 
 from models.words.lexicon import Lexicon, folded, lexicon
 from models.words.senses import Senses
+from models.words.sizes import size_of
 from models.words.vocabulary import Vocabulary
 from runtime.core.goal_phrase import Phrase, parse
+from runtime.core.mapping.fineness import GoalSize
 from runtime.errors import ConfigError
 from runtime.perception.goal_words import ARTICLE, Embed, Goal, Words, check, spelling, understand
 
@@ -72,6 +74,13 @@ def _near(phrase: Phrase, nouns: "Known", words: Words, embed: Embed) -> dict[st
         if not goal.strange:
             known[thing] = goal.name
     return known
+
+
+def sized(goal: Goal) -> Goal:
+    """With how large such a thing looks, and whether it stands on the floor, as far as that is
+    known of it or of its kinds."""
+    size = size_of(goal.name, (names for names in goal.names if names != goal.name))
+    return replace(goal, wanted=GoalSize(size.size_m, size.on_floor))
 
 
 def hear_each(text: str, words: Words, embed: Embed) -> tuple[Goal, ...]:

@@ -32,7 +32,7 @@ from runtime.log import say
 from runtime.perception.counted import seat_counts
 from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
-from runtime.perception.heard_goal import hear, hear_each, with_labels, words_of
+from runtime.perception.heard_goal import hear, hear_each, sized, with_labels, words_of
 from runtime.perception.model_errors import models_told
 from runtime.perception.scene_layout import MODEL, Speaker, seat_layout
 
@@ -93,7 +93,7 @@ class LoadedModels:
         if config.cloud != self._cloud_config:  # or a request could have the key sent elsewhere
             raise ConfigError("cloud: cannot change while the runtime runs; start another")
         words = with_labels(self._words, config.detector.labels)
-        understood = hear(goal, words, self._encoder.embed).goal
+        understood = sized(hear(goal, words, self._encoder.embed).goal)
         seating = self._open_seating() if config.panel.experts else None
         told = self._detector.seek(understood, config)
         understood = replace(understood, how=understood.how + told)

@@ -20,7 +20,10 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
         1, {"vase": Evidence(-2.0)}, (1.5, 0.0), 0.9, np.array([[1.525, 0.025]]), views=[POSE]
     )
     world.semantic.instances[1] = faint
-    world.explored.given_up[:] = True  # no frontier is left
+    world.explored.given_up[:] = True  # no frontier is left,
+    fineness = world.explored.closer.fineness
+    fineness.fit(world.map.frame)
+    fineness.fine[:], fineness.sides[:] = 255, 255  # and nothing to look at more closely
     with_frontiers(world, cfg)
     said = []
     while not said or said[-1].mode == "look":

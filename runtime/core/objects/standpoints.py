@@ -7,6 +7,7 @@ import numpy as np
 
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
+from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.verdict import SECOND_SIDE_RAD
@@ -15,6 +16,7 @@ from runtime.core.types import F64, Mask, Pose
 STOP_M = 0.70  # from the nearest seen cell of the target
 LOW_M = 0.90  # the same at most, where the camera looks over what is nearer
 REACH_M = 1.3  # an approach that ends further away is no arrival
+HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
 
 
@@ -59,6 +61,27 @@ def other_sides(
         return candidates
     roomy = candidates & (2 * distance >= STOP_M + REACH_M)  # nearer, it may be out of view
     return _in_sight(grid, terrain, roomy if roomy.any() else candidates, instance)
+
+
+def views_of(
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    cells_xy: F64,
+    middle_xy: tuple[float, float],
+    range_m: tuple[float, float],
+) -> F64:
+    """(N, 2) m, reachable cells from which a part of a surface is in sight: of its cells, (M, 2) m,
+    the nearest is so far away, and nothing is before its middle that cameras do not look over."""
+    distance = _distance_to(terrain, cells_xy)
+    near_m, far_m = range_m
+    stands = np.isfinite(reach.arrival_m) & (distance >= near_m) & (distance <= far_m)
+    stands[::2], stands[:, ::2] = False, False  # every other one will do
+    rows, cols = np.nonzero(stands)
+    stands_xy = terrain.frame.centres(np.stack([rows, cols], axis=1).astype(np.int32))
+    ends = np.broadcast_to(middle_xy, stands_xy.shape)
+    high = grid.occupied & (grid.stood >= HIGH)
+    return stands_xy[_clear(high, grid.frame, stands_xy, ends, cells_xy)]
 
 
 def look_from(
@@ -117,23 +140,30 @@ def _seen_side(terrain: Terrain, instance: Instance, views: list[Pose], cone_rad
 
 
 def _line_of_sight(
-    grid: NavigationMap, terrain: Terrain, cells: np.ndarray, instance: Instance, samples: int = 24
+    grid: NavigationMap, terrain: Terrain, cells: np.ndarray, instance: Instance
 ) -> Mask:
     """(N,) whether nothing but the target's own surroundings stands between a cell and its nearest
     cell of the target."""
     start = terrain.frame.centres(cells.astype(np.int32))
     gaps = np.linalg.norm(start[:, None] - instance.cells_xy[None], axis=2)
     end = instance.cells_xy[np.argmin(gaps, axis=1)]
+    return _clear(grid.occupied, grid.frame, start, end, instance.cells_xy)
+
+
+def _clear(
+    occupied: Mask, frame: GridFrame, start: F64, end: F64, own_xy: F64, samples: int = 24
+) -> Mask:
+    """(N, 2) m each -> (N,) whether no obstacle is on the line between, but for those at some
+    cells of its own, (M, 2) m, and right beside them."""
     t = np.linspace(0.0, 1.0, samples)[None, :, None]
     line = start[:, None] * (1 - t) + end[:, None] * t
-    frame = grid.frame
     rc = frame.cells(line)
-    mine = frame.cells(instance.cells_xy)
+    mine = frame.cells(own_xy)
     low = mine.min(axis=0) - 1
     own = np.zeros(np.ptp(mine, axis=0) + 3, np.uint8)
     own[tuple((mine - low).T)] = 1
     near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
-    blocked = grid.occupied[rc[..., 0], rc[..., 1]]
+    blocked = occupied[rc[..., 0], rc[..., 1]]
     beside = blocked & ((rc >= low) & (rc < low + own.shape)).all(axis=-1)
     at = rc[beside] - low
     blocked[beside] = ~near[at[:, 0], at[:, 1]]
