@@ -5,6 +5,7 @@ from typing import Final
 
 import numpy as np
 
+from runtime.core.looking_closer import doubts
 from runtime.core.objects.instances import Instance, shares, size_m
 from runtime.core.objects.standpoints import look_from
 from runtime.core.world import World
@@ -50,6 +51,20 @@ def unreached(world: World) -> list[dict[str, object]]:
     return closed + [
         {"frontier": f.id, "xy": [round(v, 2) for v in f.centre_xy], "cells": len(f.cells_xy)}
         for f in widest
+    ]
+
+
+def in_doubt(world: World) -> list[dict[str, object]]:
+    """Where the goal may still be, of what was seen, the likeliest first: on what, with what
+    chance, and from how near that was looked at (None: never)."""
+    return [
+        {
+            "on": doubt.on,
+            "xy": [round(v, 2) for v in doubt.xy],
+            "chance": round(doubt.likely, 3),
+            "seen_m": round(doubt.seen_m, 1) if math.isfinite(doubt.seen_m) else None,
+        }
+        for doubt in doubts(world)
     ]
 
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from types import MappingProxyType
 from typing import Final, Protocol
 
-from runtime.core.inventory import searched, unreached
+from runtime.core.inventory import in_doubt, searched, unreached
 from runtime.core.types import SearchState
 from runtime.core.world import World
 from runtime.loops.search import Search
@@ -56,6 +56,7 @@ class Feedback:
         if self.search.world is not None:
             facts["searched"] = searched(self.search.world)
             facts["unreached"] = unreached(self.search.world)
+            facts["in_doubt"] = in_doubt(self.search.world)
         return facts
 
     def tell(

@@ -161,6 +161,8 @@ class GoalEnd:
         if searched_all and (shut := facts.get("unreached")):
             places = ", ".join("({:.1f}, {:.1f})".format(*place["xy"]) for place in shut)
             told.append(f"no way led to {places}")
+        if self.result is SearchState.NOT_FOUND and (left := facts.get("in_doubt")):
+            told.append("not looked at finely enough: " + ", ".join(map(_doubt, left)))
         if "elapsed_s" in facts:
             took, way = facts["elapsed_s"], facts["driven_m"]
             told.append(f"it took {_span(took)} and {way:.1f} m")
@@ -169,3 +171,10 @@ class GoalEnd:
 
 def _span(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{seconds / 60:.1f} min"
+
+
+def _doubt(place: Mapping[str, Any]) -> str:
+    x, y = place["xy"]
+    on = f"the {place['on']}" if place["on"] else "what stands"
+    seen = "" if place["seen_m"] is None else f", seen from {place['seen_m']:g} m"
+    return f"{on} at ({x:.1f}, {y:.1f}){seen} ({100 * place['chance']:.0f} %)"

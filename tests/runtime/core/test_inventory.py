@@ -7,7 +7,7 @@ import pytest
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime.core.distances.passages import TriedWay
-from runtime.core.inventory import UNREACHED, searched, unreached
+from runtime.core.inventory import UNREACHED, in_doubt, searched, unreached
 from runtime.core.types import Frontier
 from runtime.core.world import World
 
@@ -55,3 +55,17 @@ def test_a_way_that_stayed_closed_is_told_before_them():
     told = unreached(world)
     assert told[0] == {"way": 2, "xy": [1.23, 2.0], "looks": 3}
     assert [place.get("frontier") for place in told] == [None, 4]
+
+
+def test_where_the_goal_may_still_be_is_told_with_how_it_was_seen():
+    world = a_world()
+    x, y = axes(world.map)
+    table = (np.abs(x - 2.0) < 0.4) & (np.abs(y) < 0.4)
+    world.map.evidence[table] = 10
+    world.map.changed()
+    told = in_doubt(world)
+    places = [place["xy"] for place in told]
+    assert all(place["seen_m"] is None for place in told)
+    assert min(math.hypot(at[0] - 2.0, at[1]) for at in places) < 0.6
+    chances = [place["chance"] for place in told]
+    assert chances == sorted(chances, reverse=True)

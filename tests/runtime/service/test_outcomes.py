@@ -34,6 +34,21 @@ def test_every_end_and_every_refusal_has_a_number_of_ours_that_nothing_else_has(
     assert [key for key, listed in RESULTS.items() if listed.code == 0] == ["found", "arrived"]
 
 
+def test_where_a_thing_may_still_be_is_told_of_what_was_not_found_alone():
+    doubts = [
+        {"on": "shelf", "xy": [1.0, -2.04], "chance": 0.124, "seen_m": 3.1},
+        {"on": "", "xy": [0.0, 0.0], "chance": 0.02, "seen_m": None},
+    ]
+    facts = FACTS | {"in_doubt": doubts}
+    told = GoalEnd(SearchState.NOT_FOUND, "nothing left").sentence("mug", facts)
+    assert (
+        "; not looked at finely enough: the shelf at (1.0, -2.0), seen from 3.1 m (12 %), "
+        "what stands at (0.0, 0.0) (2 %); it took" in told
+    )
+    away = GoalEnd(SearchState.UNREACHABLE, "no way", at_xy=(1.0, 1.0))
+    assert "finely" not in away.sentence("mug", facts)
+
+
 def test_a_refusal_tells_its_number():
     assert refused(Refusal.BUSY, "why") == {"accepted": False, "code": 4721, "error": "why"}
 
