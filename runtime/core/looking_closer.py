@@ -145,7 +145,7 @@ def _toward(world: World, visit: Visit, cfg: NavigateConfig) -> Command | None:
     if not np.isfinite(world.reach.of(stands)).any():
         return None  # the way there was lost
     field = world.plan.toward(world.terrain, stands, world.pose)
-    if policy.arrived(world, field):
+    if policy.arrived(world, field) or _near_enough(world, visit, aim, cfg):
         turn = policy.turn(world, patch.xy)
         if turn is None and progress.looked_from_here(world):
             return None
@@ -161,6 +161,13 @@ def _toward(world: World, visit: Visit, cfg: NavigateConfig) -> Command | None:
     why = f"go and look closer at {place}: {chance}"
     command = Command(action, Mode.CLOSER, patch.xy, why, course=course)
     return toward(field, world.pose, command)
+
+
+def _near_enough(world: World, visit: Visit, aim: Aim, cfg: NavigateConfig) -> bool:
+    """Whether it may as well look from here: for a while it came no nearer, and it is near."""
+    held_up = world.pursuit.progress.get(aim)
+    near = math.dist(world.pose.xy, visit.patch.xy) <= FAR_M[-1]
+    return near and held_up is not None and held_up.idle > local_policy(cfg).patience / 3
 
 
 def _place(world: World, patch: Patch) -> str:

@@ -17,6 +17,7 @@ STOP_M = 0.70  # from the nearest seen cell of the target
 LOW_M = 0.90  # the same at most, where the camera looks over what is nearer
 REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
+ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easily
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
 
 
@@ -72,7 +73,8 @@ def views_of(
     range_m: tuple[float, float],
 ) -> F64:
     """(N, 2) m, reachable cells from which a part of a surface is in sight: of its cells, (M, 2) m,
-    the nearest is so far away, and nothing is before its middle that cameras do not look over."""
+    the nearest is so far away, and nothing is before its middle that cameras do not look over. Not
+    close to obstacles, where there are others."""
     distance = _distance_to(terrain, cells_xy)
     near_m, far_m = range_m
     stands = np.isfinite(reach.arrival_m) & (distance >= near_m) & (distance <= far_m)
@@ -81,7 +83,9 @@ def views_of(
     stands_xy = terrain.frame.centres(np.stack([rows, cols], axis=1).astype(np.int32))
     ends = np.broadcast_to(middle_xy, stands_xy.shape)
     high = grid.occupied & (grid.stood >= HIGH)
-    return stands_xy[_clear(high, grid.frame, stands_xy, ends, cells_xy)]
+    clear = _clear(high, grid.frame, stands_xy, ends, cells_xy)
+    roomy = clear & (terrain.speed[rows, cols] >= ROOMY)
+    return stands_xy[roomy if roomy.any() else clear]
 
 
 def look_from(

@@ -12,7 +12,7 @@ from runtime.core.looking_closer import FAR_M, LEAST_M, doubts, look_closer
 from runtime.core.mapping.fineness import FLOOR, RAISED, GoalSize
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.types import Action, Intrinsics, Mount, Observation, Pose
-from runtime.core.world import Command, Mode, Resort, World
+from runtime.core.world import Command, Mode, Progress, Resort, World
 
 CFG = navigate.NavigateConfig()
 TABLE = (2.0, 0.0)
@@ -106,6 +106,20 @@ def test_a_look_that_brings_nothing_is_not_repeated():
     assert len(said) < 120
     assert found.explored.closer.done
     assert doubts(found)[0].likely == pytest.approx(doubts(world())[0].likely)
+
+
+def test_a_robot_that_is_held_up_near_by_looks_from_where_it_is():
+    found = world()
+    found.pose = Pose(0.3, -0.3, math.pi)
+    navigate.with_frontiers(found, CFG)
+    first = look_closer(found, CFG)
+    assert first is not None
+    assert first.reason.startswith("go and look closer")
+    found.pursuit.progress[found.pursuit.aim] = Progress(best_m=0.01, run_m=0.01, idle=10.0)
+    held_up = look_closer(found, CFG)
+    assert held_up is not None
+    assert held_up.reason.startswith("look closer at ")
+    assert held_up.action in (Action.TURN_LEFT, Action.TURN_RIGHT)
 
 
 def test_it_is_the_first_that_is_tried_when_no_frontier_is_left():
