@@ -267,9 +267,9 @@ def _nothing_left(world: World) -> Command:
         x, y = thing.xy
         why = f"{world.goal} {thing.id} was seen at ({x:.1f}, {y:.1f}), and no way leads there"
         return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.UNREACHABLE)
-    most = "".join(f"; most likely still {doubt}" for doubt in doubts(world)[:1])
-    left = f"{most}{_closed(world)}{_shut_in(world)}"
-    why = f"no {world.goal} found and nothing left to explore{left}"
+    shut_in = _shut_in(world)
+    most = "" if shut_in else "".join(f"; most likely still {doubt}" for doubt in doubts(world)[:1])
+    why = f"no {world.goal} found and nothing left to explore{most}{_closed(world)}{shut_in}"
     return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
 
 

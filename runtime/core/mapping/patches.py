@@ -9,6 +9,7 @@ import numpy as np
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping import fineness
+from runtime.core.mapping.drops import DROP_AT
 from runtime.core.mapping.fineness import FLOOR, RAISED, WIDER, Fineness, GoalSize
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.mapping.windows import Window, part_frame
@@ -88,7 +89,8 @@ class Surfaces:
         fine, wanted = closer.fineness, closer.wanted
         frame = fine.fit(grid.frame)
         window = _in_tiles(grid.known_window(0), frame)
-        free, occupied = (_wider(mask, window) for mask in (grid.free, grid.occupied))
+        things = grid.occupied & (grid.drops < DROP_AT)  # where floor drops nothing stands
+        free, occupied = (_wider(mask, window) for mask in (grid.free, things))
         if grid.zones.zones:
             allowed = ~_wider(grid.zones.barred(grid.frame), window)
             free, occupied = free & allowed, occupied & allowed

@@ -98,6 +98,15 @@ def test_nothing_is_looked_for_in_a_zone():
     assert about(every(surfaces(grid, closer)), 2.0)
 
 
+def test_where_floor_drops_nothing_stands():
+    grid, closer = home()
+    x, y = axes(grid)
+    before = surfaces(grid, closer).borne_m2.sum()
+    grid.drops[(np.abs(x) < 0.5) & (np.abs(y - 2.0) < 0.5)] = 20
+    grid.changed()
+    assert surfaces(grid, closer).borne_m2.sum() <= before
+
+
 def test_others_may_say_where_it_rather_is():
     grid, closer = home()
     frame = closer.fineness.fit(grid.frame)
