@@ -15,7 +15,7 @@ from runtime.core.exploration import explore, try_resort, with_frontiers
 from runtime.core.hinted import look_where_said
 from runtime.core.leaving import leave
 from runtime.core.local_policy import local_policy
-from runtime.core.looking_closer import doubts, look_closer
+from runtime.core.looking_closer import doubts, look_closer, missed_patches
 from runtime.core.mapping import coverage, grid, keyframes, scanning
 from runtime.core.mapping.zones import Zone
 from runtime.core.motion.contact import Met
@@ -102,7 +102,8 @@ def place(
     and keyframes."""
     semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     world.looked_from = obs.pose
-    world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
+    if cfg.search.last_looks == "closer":
+        world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
     if detections.scene.size or cfg.keyframes.image_width_px:
         width_px = cfg.keyframes.image_width_px
         keyframes.consider(world.keyframes, obs, detections, mount, width_px)
@@ -154,6 +155,7 @@ def outlook(world: World, why: str, cfg: NavigateConfig) -> Outlook:
         world.terrain.around(world.pose, ROOM_M) if ranked else None,
         decision,
         cfg.consensus.plans,
+        missed_patches(world) if ranked else (),
     )
 
 
@@ -252,10 +254,12 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
     weak = approach_target(world, cfg, FAINT_LOG_ODDS if last else WEAK_LOG_ODDS)
     if weak is not None:
         return weak
-    closer = look_closer(world, cfg) if explored.resort >= Resort.CLOSER else None
-    if closer is not None:
-        return closer
-    resort = explored.resort.next()
+    looks = cfg.search.last_looks
+    if looks == "closer" and explored.resort >= Resort.CLOSER:
+        closer = look_closer(world, cfg)
+        if closer is not None:
+            return closer
+    resort = explored.resort.next(looks)
     if resort is None:
         return look_again(world, cfg, wait=True) or _nothing_left(world)
     return try_resort(world, resort, cfg)
@@ -268,9 +272,15 @@ def _nothing_left(world: World) -> Command:
         why = f"{world.goal} {thing.id} was seen at ({x:.1f}, {y:.1f}), and no way leads there"
         return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.UNREACHABLE)
     shut_in = _shut_in(world)
-    most = "" if shut_in else "".join(f"; most likely still {doubt}" for doubt in doubts(world)[:1])
+    most = "" if shut_in else _in_doubt(world)
     why = f"no {world.goal} found and nothing left to explore{most}{_closed(world)}{shut_in}"
     return Command(Action.STOP, Mode.STOP, None, why, ended=SearchState.NOT_FOUND)
+
+
+def _in_doubt(world: World) -> str:
+    """Where the goal is likeliest to have been missed, as far as that is kept."""
+    by = "by the detector's recall at its size it is most likely still"
+    return "".join(f"; {by} {doubt}" for doubt in doubts(world)[:1])
 
 
 def _closed(world: World) -> str:

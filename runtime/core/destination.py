@@ -197,9 +197,7 @@ def _nearest(world: World, to: Destination, hope: _Hope) -> Frontier | None:
 def _other_resort(world: World, to: Destination, cfg: NavigateConfig) -> Command:
     """What was given up is tried again, then tight gaps, then ways that were open before; then the
     place is given up."""
-    resort = world.explored.resort.next()
-    if resort is Resort.CLOSER:
-        resort = Resort.RETRY  # a place is not looked for
+    resort = world.explored.resort.next("afar")  # no surface holds a place
     if resort is None or resort > Resort.TIGHT:
         why = "no way leads there, and nothing is left to explore"
         return look_again(world, cfg, wait=True) or _given_up(to, why)

@@ -7,7 +7,7 @@ import numpy as np
 from runtime.core import progress
 from runtime.core.distances import planner
 from runtime.core.local_policy import local_policy
-from runtime.core.mapping import frontiers
+from runtime.core.mapping import coverage, frontiers
 from runtime.core.motion.courses import Spin, Toward
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Frontier
@@ -27,6 +27,11 @@ def with_frontiers(world: World, cfg: NavigateConfig) -> World:
     world.seen = planner.look_around(world.map, world.pose, cfg.robot.radius_m, tight, world.survey)
     explored.passages.note(frame, world.reach, tight)
     parts = explored.boundary.update(world.map, explored.given_up)
+    if explored.resort >= Resort.AFAR and cfg.search.last_looks == "afar":
+        edge = explored.boundary.edge
+        out = explored.given_up | world.map.zones.barred(frame)
+        dim = coverage.overlooked(world.map, explored.looked, out) & ~edge
+        parts += frontiers.components(dim, frame, coverage.MIN_CELLS)
     named = frontiers.identify(explored.memory, parts, frame)
     with_distances(world, named)
     if explored.only_room:

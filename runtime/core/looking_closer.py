@@ -38,7 +38,8 @@ def look_closer(world: World, cfg: NavigateConfig) -> Command | None:
     """The step to where the patch is seen finely that is most worth its way, or the look at it;
     None where no look is worth it any more."""
     closer = world.explored.closer
-    while (visit := _next(world)) is not None:
+    last = world.explored.resort.next("closer") is None
+    while (visit := _next(world, LAST_WORTH if last else WORTH)) is not None:
         closer.visit = visit
         command = _toward(world, visit, cfg)
         if command is not None:
@@ -49,7 +50,10 @@ def look_closer(world: World, cfg: NavigateConfig) -> Command | None:
 
 
 def missed_patches(world: World) -> tuple[Patch, ...]:
-    """Where the goal may have been missed, of all that was seen."""
+    """Where the goal may have been missed, of all that was seen; none where how finely that was
+    seen is not kept."""
+    if world.explored.closer.fineness.frame is None:
+        return ()
     return _surfaces(world).patches(lambda likely, gain: likely >= DOUBT / 10)
 
 
@@ -77,10 +81,9 @@ def _px_m(world: World, away_m: float) -> float:
     return px_m_from(lens.fx, lens.width, away_m)
 
 
-def _next(world: World) -> Visit | None:
-    """The patch that is gone to, while it is worth it; else the next."""
+def _next(world: World, least: float) -> Visit | None:
+    """The patch that is gone to, while a look at it is worth so much; else the next."""
     closer, found = world.explored.closer, _surfaces(world)
-    least = LAST_WORTH if world.explored.resort.next() is None else WORTH
 
     def worth(likely: F64, gain: F64) -> Mask:
         return np.asarray(gain >= least)
@@ -157,8 +160,8 @@ def _toward(world: World, visit: Visit, cfg: NavigateConfig) -> Command | None:
     if progress.stalled(world, aim, field, cfg):
         return None
     action, course = policy.drive(world, field)
-    chance = f"{100 * patch.likely:.0f} % that {world.goal} is there"
-    why = f"go and look closer at {place}: {chance}"
+    chance = f"about {100 * patch.likely:.0f} %, by the detector's recall at its size"
+    why = f"go and look closer at {place}: {world.goal} may have been missed there ({chance})"
     command = Command(action, Mode.CLOSER, patch.xy, why, course=course)
     return toward(field, world.pose, command)
 
@@ -207,7 +210,7 @@ class Doubt:
             else "never looked at"
         )
         x, y = self.xy
-        return f"{what} at ({x:.1f}, {y:.1f}), {100 * self.likely:.0f} %, {seen}"
+        return f"{what} at ({x:.1f}, {y:.1f}), about {100 * self.likely:.0f} %, {seen}"
 
 
 def doubts(world: World) -> tuple[Doubt, ...]:

@@ -21,7 +21,7 @@ class Purpose(StrEnum):
 
 _BY_MODE: Final[Mapping[str, Purpose]] = {
     Mode.FRONTIER: Purpose.EXPLORING,
-    "closer": Purpose.LOOKING_CLOSER,
+    Mode.CLOSER: Purpose.LOOKING_CLOSER,
     Mode.TARGET: Purpose.APPROACHING,
     Mode.FACE: Purpose.CONFIRMING,
     Mode.LOOK: Purpose.LOOKING_AROUND,

@@ -7,6 +7,7 @@ from runtime.core.mapping.grid import MapConfig
 from runtime.core.mapping.keyframes import KeyframeConfig
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.world import LastLooks
 
 
 @dataclass(frozen=True)
@@ -20,6 +21,19 @@ class RobotConfig:
 
 
 @dataclass(frozen=True)
+class SearchConfig:
+    """What a search does when no frontier is left."""
+
+    last_looks: LastLooks = key(
+        "afar",
+        'What is looked at again when nothing is left to explore: "afar": floor that was seen from '
+        'no nearer than 2.2 m; "closer": surfaces where, by the size of the goal, it may have been '
+        "missed (docs/searching.md).",
+        research="last_looks",
+    )
+
+
+@dataclass(frozen=True)
 class NavigateConfig:
     """The core's part of the configuration."""
 
@@ -27,4 +41,5 @@ class NavigateConfig:
     map: MapConfig = field(default_factory=MapConfig)
     keyframes: KeyframeConfig = field(default_factory=KeyframeConfig)
     consensus: ConsensusConfig = field(default_factory=ConsensusConfig)
+    search: SearchConfig = field(default_factory=SearchConfig)
     control: ControlConfig = field(default_factory=ControlConfig)

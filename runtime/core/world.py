@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, field, replace
 from enum import IntEnum, StrEnum
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import cv2
 import numpy as np
@@ -119,23 +119,29 @@ class Progress:
     plan: tuple[Action, ...] = ()  # through a tight place, what is left of it
 
 
+LastLooks = Literal["afar", "closer"]
+
+
 class Resort(IntEnum):
-    """What is tried, one after the other, when no frontier is left to go to."""
+    """What is tried, one after the other, when no frontier is left to go to. CLOSER and AFAR are
+    after the same: a search has one of them, until whole searches have judged which."""
 
     NONE = 0
     CLOSER = 1
     RETRY = 2
     TIGHT = 3
-    FAINT = 4
+    AFAR = 4
+    FAINT = 5
 
     @property
     def reason(self) -> str:
         """In words."""
         return _RESORTS[self]
 
-    def next(self) -> "Resort | None":
-        """What comes after it; None after the last."""
-        return Resort(self + 1) if self < Resort.FAINT else None
+    def next(self, looks: LastLooks) -> "Resort | None":
+        """What comes after it, for who has these last looks; None after the last."""
+        out = Resort.AFAR if looks == "closer" else Resort.CLOSER
+        return next((one for one in Resort if one > self and one is not out), None)
 
 
 _RESORTS = {
@@ -143,6 +149,7 @@ _RESORTS = {
     Resort.CLOSER: "look closer at what was not seen finely enough",
     Resort.RETRY: "retry what was given up before",
     Resort.TIGHT: "go through gaps that look a little too tight",
+    Resort.AFAR: "go to what was seen only from afar",
     Resort.FAINT: "look from near at what was faintly like it",
 }
 

@@ -56,7 +56,8 @@ class Feedback:
         if self.search.world is not None:
             facts["searched"] = searched(self.search.world)
             facts["unreached"] = unreached(self.search.world)
-            facts["in_doubt"] = in_doubt(self.search.world)
+            if self.search.config.navigate.search.last_looks == "closer":
+                facts["in_doubt"] = in_doubt(self.search.world)
         return facts
 
     def tell(

@@ -162,7 +162,8 @@ class GoalEnd:
             places = ", ".join("({:.1f}, {:.1f})".format(*place["xy"]) for place in shut)
             told.append(f"no way led to {places}")
         if self.result is SearchState.NOT_FOUND and (left := facts.get("in_doubt")):
-            told.append("not looked at finely enough: " + ", ".join(map(_doubt, left)))
+            places = ", ".join(map(_doubt, left))
+            told.append(f"by the detector's recall at its size most likely missed: {places}")
         if "elapsed_s" in facts:
             took, way = facts["elapsed_s"], facts["driven_m"]
             told.append(f"it took {_span(took)} and {way:.1f} m")
@@ -177,4 +178,4 @@ def _doubt(place: Mapping[str, Any]) -> str:
     x, y = place["xy"]
     on = f"the {place['on']}" if place["on"] else "what stands"
     seen = "" if place["seen_m"] is None else f", seen from {place['seen_m']:g} m"
-    return f"{on} at ({x:.1f}, {y:.1f}){seen} ({100 * place['chance']:.0f} %)"
+    return f"{on} at ({x:.1f}, {y:.1f}){seen} (about {100 * place['chance']:.0f} %)"

@@ -1,19 +1,23 @@
 """What was seen only from afar, or doubted, is gone to before the search ends."""
 
 import numpy as np
+import pytest
 from open_floor import POSE, RADIUS_M, floor
 
 from runtime import navigate
 from runtime.core.exploration import with_frontiers
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.settings import NavigateConfig
+from runtime.core.settings import NavigateConfig, SearchConfig
 from runtime.core.types import SearchState
-from runtime.core.world import Resort, World
+from runtime.core.world import LastLooks, Resort, World
+
+OTHERS = {"afar": Resort.CLOSER, "closer": Resort.AFAR}
 
 
-def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
+@pytest.mark.parametrize("looks", ["afar", "closer"])
+def test_at_the_very_last_what_was_faintly_like_it_is_looked_at(looks: LastLooks):
     """It is worth no detour before everything else was tried."""
-    cfg = NavigateConfig()
+    cfg = NavigateConfig(search=SearchConfig(last_looks=looks))
     world = World.begin("vase", ("vase",), (), POSE, RADIUS_M, 0)
     world.map = floor()
     faint = Instance(
@@ -21,9 +25,10 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
     )
     world.semantic.instances[1] = faint
     world.explored.given_up[:] = True  # no frontier is left,
-    fineness = world.explored.closer.fineness
-    fineness.fit(world.map.frame)
-    fineness.fine[:], fineness.sides[:] = 255, 255  # and nothing to look at more closely
+    if looks == "closer":
+        fineness = world.explored.closer.fineness
+        fineness.fit(world.map.frame)
+        fineness.fine[:], fineness.sides[:] = 255, 255  # and nothing to look at more closely
     with_frontiers(world, cfg)
     said = []
     while not said or said[-1].mode == "look":
@@ -31,7 +36,7 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at():
         world.explored.given_up[:] = True
         with_frontiers(world, cfg)
     assert [command.reason for command in said[:-1]] == [
-        r.reason for r in Resort if r is not Resort.NONE
+        r.reason for r in Resort if r not in (Resort.NONE, OTHERS[looks])
     ]
     assert said[-1].reason.startswith("inspect vase 1")
     faint.evidence["vase"].odds = -9.0  # not even for that

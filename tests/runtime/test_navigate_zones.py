@@ -16,7 +16,7 @@ from runtime.core.exploration import with_frontiers
 from runtime.core.local_policy import GIVE_UP_AFTER, WholeSteps
 from runtime.core.mapping.zones import Zone
 from runtime.core.types import Action, Ballot, Brief, Pose, SearchState
-from runtime.core.world import Command, Mode, World
+from runtime.core.world import Command, Mode, Resort, World
 
 NAMES, ROOMS, CFG = ("toilet",), ("kitchen", "bedroom", "hallway"), navigate.NavigateConfig()
 MODES = {
@@ -123,7 +123,7 @@ def test_an_area_is_searched_and_nothing_beyond():
     world, commands, poses = search(there, (area,), 200)
     assert commands[-1].reason.startswith("no toilet found and nothing left to explore")
     assert all(area.outside_m((pose.x_m, pose.y_m)) <= -RADIUS_M for pose in poses)
-    assert max(pose.x_m for pose in poses) > 2.0  # it went into it
+    assert max(pose.x_m for pose in poses) > 2.5  # it looked round in it
     assert not (world.explored.boundary.edge & world.map.zones.barred(world.map.frame)).any()
 
 
@@ -210,6 +210,18 @@ def test_what_is_unknown_in_a_zone_is_told_to_no_expert():
     assert not (barred & (seen.map.unknown | seen.map.free)).any()
     assert seen.map.unknown.any()
     assert seen.map.free.any()
+
+
+def test_what_was_seen_only_from_afar_is_not_looked_at_in_a_zone():
+    world = on_the_floor(Zone("", box(-2.0, -2.0, -0.5, 2.0)))
+    world.explored.looked[:] = True
+    low, high = world.map.frame.cell(-1.5, -1.5), world.map.frame.cell(1.5, 1.5)
+    world.explored.looked[low[0] : high[0], low[1] : high[1]] = False
+    world.explored.resort = Resort.AFAR
+    with_frontiers(world, CFG)
+    zone = world.map.zones.zones[0]
+    assert any(abs(x) < 1 and abs(y) < 1 for f in world.frontiers for x, y in f.cells_xy)
+    assert all(zone.outside_m((x, y)) > 0 for f in world.frontiers for x, y in f.cells_xy)
 
 
 def test_a_wedged_robot_does_not_squeeze_out_into_a_zone():

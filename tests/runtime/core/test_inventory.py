@@ -63,6 +63,8 @@ def test_where_the_goal_may_still_be_is_told_with_how_it_was_seen():
     table = (np.abs(x - 2.0) < 0.4) & (np.abs(y) < 0.4)
     world.map.evidence[table] = 10
     world.map.changed()
+    assert in_doubt(world) == []  # nobody keeps how finely anything was seen
+    world.explored.closer.fineness.fit(world.map.frame)
     told = in_doubt(world)
     places = [place["xy"] for place in told]
     assert all(place["seen_m"] is None for place in told)

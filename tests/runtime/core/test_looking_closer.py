@@ -8,13 +8,15 @@ from apartment import NO_DETECTIONS
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
-from runtime.core.looking_closer import FAR_M, LEAST_M, doubts, look_closer
+from runtime.core.looking_closer import FAR_M, LEAST_M, doubts, look_closer, missed_patches
 from runtime.core.mapping.fineness import FLOOR, RAISED, GoalSize
 from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.settings import SearchConfig
 from runtime.core.types import Action, Intrinsics, Mount, Observation, Pose
 from runtime.core.world import Command, Mode, Progress, Resort, World
 
-CFG = navigate.NavigateConfig()
+CFG = navigate.NavigateConfig(search=SearchConfig(last_looks="closer"))
+AFAR = navigate.NavigateConfig(search=SearchConfig(last_looks="afar"))
 TABLE = (2.0, 0.0)
 HALF_M = 0.8
 MUG = GoalSize(0.12, 0.0)
@@ -133,15 +135,46 @@ def test_it_is_the_first_that_is_tried_when_no_frontier_is_left():
     assert navigate._finish(found, CFG).reason == Resort.RETRY.reason
 
 
-def test_what_the_detector_looked_at_is_booked():
+def test_only_one_of_the_two_last_looks_is_made():
     found = world()
-    before = found.explored.closer.fineness.fine.copy()
+    edges = {f.cells_xy.tobytes() for f in found.frontiers}
+    found.explored.looked[:] = ~found.map.free  # all of the floor was seen only from afar
+    found.explored.resort = Resort.FAINT
+    by_cfg = [navigate.with_frontiers(found, cfg).frontiers for cfg in (CFG, AFAR)]
+    closer, afar = ({f.cells_xy.tobytes() for f in found} for found in by_cfg)
+    assert closer == edges < afar
+    assert navigate._finish(found, CFG).mode is Mode.CLOSER
+    assert navigate._finish(found, AFAR).mode is not Mode.CLOSER
+
+
+def before_the_table() -> Observation:
     depth = np.full((480, 640), 0.9, np.float32)
-    obs = Observation(
+    return Observation(
         1, np.zeros((480, 640, 3), np.uint8), depth, Pose(0.6, 0.0, 0.0),
         Intrinsics(400.0, 400.0, 320.0, 240.0, 640, 480),
     )  # fmt: skip
-    navigate.perceive(found, obs, NO_DETECTIONS, Mount(), CFG)
+
+
+def test_who_looks_again_at_what_was_seen_from_afar_keeps_nothing_of_it():
+    found = World.begin("mug", ("mug", "table"), (), POSE, RADIUS_M, 0)
+    navigate.perceive(found, before_the_table(), NO_DETECTIONS, Mount(), AFAR)
+    assert found.explored.closer.fineness.frame is None
+    assert doubts(found) == missed_patches(found) == ()
+    assert navigate.outlook(found, "test", AFAR).patches == ()
+    assert "likely" not in navigate._nothing_left(found).reason
+
+
+def test_surfaces_that_were_not_seen_finely_are_places_of_the_belief():
+    found = world()
+    seen = navigate.outlook(found, "test", CFG)
+    assert seen.patches
+    assert {patch.id for patch in seen.patches} == {p.id for p in missed_patches(found)}
+
+
+def test_what_the_detector_looked_at_is_booked():
+    found = world()
+    before = found.explored.closer.fineness.fine.copy()
+    navigate.perceive(found, before_the_table(), NO_DETECTIONS, Mount(), CFG)
     fine = found.explored.closer.fineness
     assert (fine.fine >= before).all()
     assert fine.frame is not None
@@ -177,7 +210,7 @@ def test_not_found_says_where_it_may_still_be():
     assert math.dist(doubt.xy, TABLE) < HALF_M
     assert 4.0 < doubt.seen_m < 8.0
     told = navigate._nothing_left(found).reason
-    assert "; most likely still on the table at (" in told
+    assert "most likely still on the table at (" in told
     assert f"seen from no nearer than {doubt.seen_m:.1f} m" in told
     found.explored.closer.fineness.fine[RAISED][:] = 0
     assert "never looked at" in str(doubts(found)[0])

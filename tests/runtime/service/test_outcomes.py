@@ -42,11 +42,11 @@ def test_where_a_thing_may_still_be_is_told_of_what_was_not_found_alone():
     facts = FACTS | {"in_doubt": doubts}
     told = GoalEnd(SearchState.NOT_FOUND, "nothing left").sentence("mug", facts)
     assert (
-        "; not looked at finely enough: the shelf at (1.0, -2.0), seen from 3.1 m (12 %), "
-        "what stands at (0.0, 0.0) (2 %); it took" in told
+        "; by the detector's recall at its size most likely missed: the shelf at (1.0, -2.0), "
+        "seen from 3.1 m (about 12 %), what stands at (0.0, 0.0) (about 2 %); it took" in told
     )
     away = GoalEnd(SearchState.UNREACHABLE, "no way", at_xy=(1.0, 1.0))
-    assert "finely" not in away.sentence("mug", facts)
+    assert "missed" not in away.sentence("mug", facts)
 
 
 def test_a_refusal_tells_its_number():
