@@ -22,6 +22,7 @@ from runtime.core.motion.contact import Met
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
 from runtime.core.outlook import Outlook, around
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig as NavigateConfig
 from runtime.core.trying_again import look_again
 from runtime.core.types import (
@@ -37,7 +38,7 @@ from runtime.core.types import (
 )
 from runtime.core.voting import brief, consensus
 from runtime.core.voting.brief import SemanticCopy
-from runtime.core.world import Command, Mode, Resort, Snapshot, StandingDecision, World
+from runtime.core.world import Command, Mode, Snapshot, StandingDecision, World
 
 ROOM_M = 20.0  # around the robot, frontiers are told to be in its own room or not
 WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore

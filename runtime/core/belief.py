@@ -16,7 +16,7 @@ STANDING = 0.5  # what a square metre of a surface holds of what one of unknown 
 LIKELIEST = 10  # places that are told
 
 
-class Patch(Protocol):
+class SeenSurface(Protocol):
     """A surface that was seen: where, how large, and how likely such a thing on it was missed."""
 
     @property
@@ -73,7 +73,7 @@ class Ahead:
     between_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0)))
     standing: int | None = None
     before: Evidence = field(default_factory=dict)
-    patches: tuple[Patch, ...] = ()
+    patches: tuple[SeenSurface, ...] = ()
 
 
 def believed(ahead: Ahead, nats: Mapping[int, float], said: str = "") -> Belief:

@@ -17,10 +17,11 @@ from runtime.core.mapping.grid import RESOLUTION_M
 from runtime.core.mapping.windows import disc_window, part_frame
 from runtime.core.mapping.zones import Zone, room_within
 from runtime.core.motion.courses import Toward
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.trying_again import look_again
 from runtime.core.types import F64, I32, Action, Frontier, Mask, SearchState
-from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward
+from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
 
 NEAR_M = 0.25  # of a place: the robot is there
 ROUND_CELLS = 8  # about what is known, through which a way may lead

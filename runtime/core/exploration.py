@@ -9,11 +9,12 @@ from runtime.core.distances import planner
 from runtime.core.local_policy import local_policy
 from runtime.core.mapping import coverage, frontiers
 from runtime.core.motion.courses import Spin, Toward
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Frontier
 from runtime.core.voting import consensus
 from runtime.core.voting.brief import ROOM_RANGE_M
-from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward, with_distances
+from runtime.core.world import Aim, AimKind, Command, Mode, World, toward, with_distances
 
 ARRIVED_M = 0.25  # from a frontier's goal point
 SEEN_M2 = 1.0  # of a room's floor: it was found

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from runtime.core.belief import Patch
+from runtime.core.belief import SeenSurface
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping import keyframes
@@ -41,7 +41,7 @@ class Outlook:
     terrain: Terrain | None
     standing: Decision | None
     plans: bool = False
-    patches: tuple[Patch, ...] = ()
+    patches: tuple[SeenSurface, ...] = ()
 
     @property
     def brief(self) -> Brief:

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Final
 
-from runtime.core.world import AimKind, Command, Mode, Resort, World
+from runtime.core.resorts import Resort
+from runtime.core.world import AimKind, Command, Mode, World
 
 
 class Purpose(StrEnum):

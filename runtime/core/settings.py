@@ -6,8 +6,8 @@ from runtime.core.keys import key
 from runtime.core.mapping.grid import MapConfig
 from runtime.core.mapping.keyframes import KeyframeConfig
 from runtime.core.motion.courses import ControlConfig
+from runtime.core.resorts import LastLooks
 from runtime.core.voting.consensus import ConsensusConfig
-from runtime.core.world import LastLooks
 
 
 @dataclass(frozen=True)

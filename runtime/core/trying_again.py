@@ -7,9 +7,10 @@ from runtime.core import progress
 from runtime.core.distances.passages import ClosedWay, Passages, TriedWay
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.courses import Toward
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action
-from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World, toward
+from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
 
 SAME_M: Final = 0.8  # between what is one way, seen twice
 LOOKS: Final = 3  # at one, after which it counts as closed for good

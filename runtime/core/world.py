@@ -2,8 +2,8 @@
 
 import math
 from dataclasses import dataclass, field, replace
-from enum import IntEnum, StrEnum
-from typing import Literal, NamedTuple
+from enum import StrEnum
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -21,6 +21,7 @@ from runtime.core.mapping.patches import Closer
 from runtime.core.mapping.windows import padded, widened
 from runtime.core.motion.courses import STILL, Along, Course
 from runtime.core.objects.semantic_map import SemanticMap
+from runtime.core.resorts import Resort
 from runtime.core.types import (
     F64,
     Action,
@@ -117,41 +118,6 @@ class Progress:
     idle: float = 0.0  # effort since then without coming closer: steps, or seconds of velocities
     returns: int = 0  # how often it turned to this aim again without having come closer than ever
     plan: tuple[Action, ...] = ()  # through a tight place, what is left of it
-
-
-LastLooks = Literal["afar", "closer"]
-
-
-class Resort(IntEnum):
-    """What is tried, one after the other, when no frontier is left to go to. CLOSER and AFAR are
-    after the same: a search has one of them, until whole searches have judged which."""
-
-    NONE = 0
-    CLOSER = 1
-    RETRY = 2
-    TIGHT = 3
-    AFAR = 4
-    FAINT = 5
-
-    @property
-    def reason(self) -> str:
-        """In words."""
-        return _RESORTS[self]
-
-    def next(self, looks: LastLooks) -> "Resort | None":
-        """What comes after it, for who has these last looks; None after the last."""
-        out = Resort.AFAR if looks == "closer" else Resort.CLOSER
-        return next((one for one in Resort if one > self and one is not out), None)
-
-
-_RESORTS = {
-    Resort.NONE: "",
-    Resort.CLOSER: "look closer at what was not seen finely enough",
-    Resort.RETRY: "retry what was given up before",
-    Resort.TIGHT: "go through gaps that look a little too tight",
-    Resort.AFAR: "go to what was seen only from afar",
-    Resort.FAINT: "look from near at what was faintly like it",
-}
 
 
 @dataclass

@@ -9,9 +9,10 @@ from runtime import navigate
 from runtime.core.destination import into, is_within, left_area
 from runtime.core.mapping.zones import Zone
 from runtime.core.motion.courses import Spin
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, SearchState
-from runtime.core.world import Command, Mode, Resort, World
+from runtime.core.world import Command, Mode, World
 from runtime.errors import ConfigError
 from runtime.journal import Journal
 from runtime.record import Record

@@ -7,9 +7,10 @@ from open_floor import POSE, RADIUS_M, floor
 from runtime import navigate
 from runtime.core.exploration import with_frontiers
 from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.resorts import LastLooks, Resort
 from runtime.core.settings import NavigateConfig, SearchConfig
 from runtime.core.types import SearchState
-from runtime.core.world import LastLooks, Resort, World
+from runtime.core.world import World
 
 OTHERS = {"afar": Resort.CLOSER, "closer": Resort.AFAR}
 

@@ -15,8 +15,9 @@ from runtime.core.distances.planner import look_around
 from runtime.core.exploration import with_frontiers
 from runtime.core.local_policy import GIVE_UP_AFTER, WholeSteps
 from runtime.core.mapping.zones import Zone
+from runtime.core.resorts import Resort
 from runtime.core.types import Action, Ballot, Brief, Pose, SearchState
-from runtime.core.world import Command, Mode, Resort, World
+from runtime.core.world import Command, Mode, World
 
 NAMES, ROOMS, CFG = ("toilet",), ("kitchen", "bedroom", "hallway"), navigate.NavigateConfig()
 MODES = {

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from runtime.core.belief import Ahead, Patch
+from runtime.core.belief import Ahead, SeenSurface
 from runtime.core.distances.terrain import Terrain
 from runtime.core.kernels import marching
 from runtime.core.types import F64, I32, Decision, Frontier
@@ -24,7 +24,7 @@ def ahead_of(
     unknown_m2: Mapping[int, float],
     mass: Mapping[int, float],
     standing: Decision | None,
-    patches: tuple[Patch, ...] = (),
+    patches: tuple[SeenSurface, ...] = (),
 ) -> Ahead:
     """Frontiers, the best first, as they are without a vote and without ways between them.
     `standing`: the decision before."""

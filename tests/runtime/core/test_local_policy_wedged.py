@@ -11,9 +11,10 @@ from runtime import navigate
 from runtime.core.distances.planner import look_around, march_from
 from runtime.core.local_policy import GIVE_UP_AFTER, local_policy
 from runtime.core.motion.discrete_policy import TURN_RAD
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose
-from runtime.core.world import Aim, AimKind, Progress, Resort, World
+from runtime.core.world import Aim, AimKind, Progress, World
 
 
 def test_a_whole_turn_in_vain_ends_in_a_step_where_it_is_widest():

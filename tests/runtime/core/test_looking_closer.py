@@ -11,9 +11,10 @@ from runtime import navigate
 from runtime.core.looking_closer import FAR_M, LEAST_M, doubts, look_closer, missed_patches
 from runtime.core.mapping.fineness import FLOOR, RAISED, GoalSize
 from runtime.core.objects.instances import Evidence, Instance
+from runtime.core.resorts import Resort
 from runtime.core.settings import SearchConfig
 from runtime.core.types import Action, Intrinsics, Mount, Observation, Pose
-from runtime.core.world import Command, Mode, Progress, Resort, World
+from runtime.core.world import Command, Mode, Progress, World
 
 CFG = navigate.NavigateConfig(search=SearchConfig(last_looks="closer"))
 AFAR = navigate.NavigateConfig(search=SearchConfig(last_looks="afar"))

@@ -3,8 +3,9 @@
 import pytest
 
 from runtime.core.purpose import Purpose, purpose_of
+from runtime.core.resorts import Resort
 from runtime.core.types import Action, Pose
-from runtime.core.world import Aim, AimKind, Command, Mode, Resort, World
+from runtime.core.world import Aim, AimKind, Command, Mode, World
 
 
 def spent_on(mode: Mode, aim: AimKind = AimKind.NONE, resort: Resort = Resort.NONE) -> Purpose:

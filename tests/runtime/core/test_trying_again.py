@@ -9,9 +9,10 @@ from apartment import MOUNT, NO_DETECTIONS, Apartment
 
 from runtime import navigate
 from runtime.core.distances.passages import Passages, TriedWay
+from runtime.core.resorts import Resort
 from runtime.core.trying_again import LOOKS, WAYS, look_again
 from runtime.core.types import Action, Ballot, Decision, Pose, SearchState
-from runtime.core.world import Command, Mode, Resort, World
+from runtime.core.world import Command, Mode, World
 
 TWO_ROOMS = """
 ########################

@@ -17,9 +17,10 @@ from runtime.clock import SystemClock
 from runtime.commands.record import RecordOptions, recording
 from runtime.config import load
 from runtime.core.destination import NEAR_M
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Pose, SearchState
-from runtime.core.world import Resort, World
+from runtime.core.world import World
 from runtime.errors import ConfigError, NotLocalisedError
 from runtime.journal import read_journal
 from runtime.loops.goal_request import Terms
