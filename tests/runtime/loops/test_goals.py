@@ -98,8 +98,21 @@ def test_what_was_not_found_tells_what_was_searched(bench: Bench, monkeypatch: p
     assert (told["result"], told["code"]) == ("not_found", 4701)
     assert told["searched"]["floor_m2"] > 1.0
     assert f"{told['searched']['floor_m2']:g} m2 of floor were seen" in told["sentence"]
+    assert "in_doubt" not in told
     assert bench.rests == [SearchState.NOT_FOUND]
     assert bench.models.finished == 1
+
+
+def test_who_looks_closer_tells_what_is_in_doubt_as_well(
+    made: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch
+):
+    bench = made('research.last_looks="closer"')
+    id = bench.ask()["id"]
+    bench.frames(3)
+    acts(monkeypatch, SearchState.NOT_FOUND)
+    bench.frames()
+    told = bench.result(id)
+    assert told["in_doubt"] == []  # in three frames nothing was seen that holds much
 
 
 def test_of_no_goal_there_is_no_result_and_nothing_to_cancel_or_pause(bench: Bench):
