@@ -55,6 +55,7 @@ class PageDouble:
         self.asked: list[Message] = []
         self.posted = 0
         self.silent = False  # answers nothing any more
+        self.full = False
         self._said: dict[str, bytes | str] = {}
         self._sockets: set[WebSocket] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -132,6 +133,9 @@ class PageDouble:
             self.asked.append(hello)
             if self.token is not None and hello["token"] != self.token:
                 await socket.close(4401)
+                return
+            if self.full:
+                await socket.close(4429, "too many pages are open")
                 return
             await socket.send_json(self.welcome)
             for message in list(self._said.values()):

@@ -108,9 +108,9 @@ def scene(**more: Any) -> dict[str, Any]:
 def decision(number: int = 4, frontier: int = 7) -> dict[str, Any]:
     return {
         "number": number, "id": "5f3a09c1", "goal": "a red mug", "elapsed_s": 31.0,
-        "frontier": frontier,
-        "rule": "pairs", "why": "frontier 3 is gone", "closest": 11, "heads_for": frontier,
-        "chosen": [frontier], "in_words": f"frontier {frontier}", "full": FULL,
+        "frontier": frontier, "rule": "pairs", "why": "frontier 3 is gone", "closest": 11,
+        "heads_for": frontier, "chosen": [frontier], "in_words": f"frontier {frontier}",
+        "full": FULL,
         "votes": [
             {"expert": "o2f", "frontiers": [7, 11], "probabilities": [[7, 0.58], [11, 0.29]],
              "reason": "", "reasons": [[7, "sink, towel near it"], [11, "refrigerator"]],

@@ -41,13 +41,14 @@ export class Headline {
   }
 
   #stale(link) {
-    const old = (link === "lost" || link === "silent") && this.model.welcome;
+    const { welcome, sentAway } = this.model;
+    const old = (link === "lost" || link === "silent") && (welcome || sentAway);
     byId("stale").hidden = !old;
     if (!old) return;
     const age_s = this.model.age_s;
     const since = age_s == null ? "" : ` What is shown is ${span(age_s)} old.`;
     const why = !this.model.open
-      ? "No connection to rfnav view."
+      ? sentAway || "No connection to rfnav view."
       : this.model.state?.why || (link === "silent" ? "The robot says nothing." : "No service answers.");
     tell(byId("stale"), `${this.#sentence(why)}${since}`);
   }

@@ -37,7 +37,7 @@ const link = new Link({
     model.opened(true);
     watch();
   },
-  lost: () => model.opened(false),
+  lost: (why) => model.opened(false, why),
   token: askToken,
 });
 const stop = new Stop(model, link);

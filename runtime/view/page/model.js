@@ -20,6 +20,7 @@ export class Model {
     this.span = null;
     this.at = null;
     this.open = false; // the way to `rfnav view`
+    this.sentAway = "";
     this.heard_ms = 0; // when the last message came, by this computer's clock
     this.lastState_ms = 0;
     this.marked = null; // the id of a frontier that is pointed at
@@ -54,8 +55,9 @@ export class Model {
     this.changed(kind);
   }
 
-  opened(open) {
-    this.open = open;
+  /** `why`: what the server said when it sent this page away, "" for nothing. */
+  opened(open, why = "") {
+    [this.open, this.sentAway] = [open, why];
     this.changed("link");
   }
 

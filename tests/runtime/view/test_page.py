@@ -242,6 +242,15 @@ def test_a_robot_that_is_lost_is_unmistakable_and_found_again(told):
     page.wait_for_selector("#stale", state="hidden")
 
 
+def test_a_page_that_is_sent_away_says_why_and_comes_again(browser):
+    with serving() as double:
+        double.full = True
+        with page_at(browser, double.url) as page:
+            text(page, "#stale", "Too many pages are open.")
+            double.full = False
+            page.wait_for_selector("#stale", state="hidden")
+
+
 def test_a_token_is_asked_for_and_kept_out_of_the_address(browser):
     with serving(token="sesame") as double:
         with page_at(browser, double.url) as page:
