@@ -222,12 +222,12 @@ class LiveFeed:
     def _state(self, now_s: float) -> dict[str, Any]:
         newest, answers = self._hearing.newest, self._questions.answers
         age_s = now_s - newest.state_s
-        link, why = "ok", ""
+        link, why, known = "ok", "", newest.state_s > 0
         if self._service is None or max(newest.state_s, answers.status_s) < now_s - LOST_S:
             link, why = "no service", self._why
         elif age_s > SILENT_S:
-            link, why = "silent", f"rfnav/state has not come for {min(age_s, 1e4):.0f} s"
-        known = newest.state_s > 0
+            since = f"for {age_s:.0f} s" if known else "yet"
+            link, why = "silent", f"rfnav/state has not come {since}"
         content = told.state_of(newest.state, newest.feedback, answers.status)
         beside = {"age_s": round(age_s, 2) if known else None, "teleop": self._sticks.who}
         return {"link": link, "why": why, **beside, **content}

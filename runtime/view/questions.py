@@ -68,6 +68,7 @@ class PageQuestions:
         self._told: dict[str, object] = {}
         self._stood: tuple[str, str] = ("", "")
         self._why: deque[Content] = deque(maxlen=WORDLESS)
+        self._last = 0, ""  # the decision that was told last: its number and its goal
         self._began_s: float | None = None  # the service, by its own clock
         self.answers = Answers()
 
@@ -159,7 +160,7 @@ class PageQuestions:
         stop, decision = answer.get("stop"), answer.get("decision")
         if isinstance(stop, Mapping):
             self._stop(told.stop_of(stop))
-        if isinstance(decision, Mapping):
+        if isinstance(decision, Mapping) and _which(decision) != self._last:
             self._tell_decision({}, decision)
 
     def _words(self, service: AskedService, report: Content) -> None:
@@ -174,7 +175,7 @@ class PageQuestions:
         self._tell_decision(report, answer if isinstance(answer, Mapping) else short)
 
     def _tell_decision(self, report: Content, decision: Content) -> None:
-        number, goal = int(decision["number"]), str(decision["goal"])
+        number, goal = self._last = _which(decision)
         content = told.decision_of(
             report,
             number,
@@ -182,7 +183,7 @@ class PageQuestions:
             decision.get("in_words") or (),
             told.origin_of(self._hearing.newest.state),
         )
-        content["id"] = report.get("id") or self._goal_id()
+        content["id"] = report.get("id") or self._goal_id(goal)
         t_s = time.time() if report else None
         if not self._history.decided(content, self._hearing.scene_json(), t_s):
             return
@@ -190,11 +191,12 @@ class PageQuestions:
             self._audience.tell("decision", content)
         self._audience.tell("timeline", self._history.timeline())
 
-    def _goal_id(self) -> str:
-        """Of the goal that was heard of last."""
-        feedback, status = self._hearing.newest.feedback, self.answers.status
-        last = told.table(status, "last")
-        return str(feedback.get("id") or status.get("id") or last.get("id") or "")
+    def _goal_id(self, goal: str) -> str:
+        """Of the goal that was heard of last, if it is called so; else ""."""
+        status = self.answers.status
+        heard = self._hearing.newest.feedback, status, told.table(status, "last")
+        newest = next((one for one in heard if one.get("id")), {})
+        return str(newest["id"]) if newest.get("goal") == goal else ""
 
     def _stop(self, stop: Content) -> None:
         if self._history.stopped(stop, time.time()):
@@ -205,3 +207,8 @@ class PageQuestions:
         if self._told.get(kind) != content:
             self._told[kind] = content
             self._audience.tell(kind, content)
+
+
+def _which(decision: Content) -> tuple[int, str]:
+    """Its number and its goal."""
+    return int(decision["number"]), str(decision["goal"])

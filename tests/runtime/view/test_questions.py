@@ -67,6 +67,15 @@ def test_a_decision_that_comes_late_takes_nothing_from_the_timeline(
     assert [one["number"] for one in line["decisions"]] == [4, 5, 6]
     until(lambda: feed.ask("decision", {"number": 5}).get("votes") == [])
     assert audience.newest["decision"]["number"] == 6
+    service.answers["why"] = {"decision": {"number": 6, **words}, "stop": None}
+    service.answers["status"] = {"now_s": 100.0, "up_s": 90.0, "goal": "mug", "id": "b2"}
+    service.tell("rfnav/feedback", {"id": "b2", "goal": "mug"})  # another, of which none was made
+    audience.wait("state", lambda s: s["goal"] is not None and s["goal"]["id"] == "b2")
+    asked = len(service.asked)
+    feed.ask("stop", {})
+    until(lambda: ("why", {}) in service.asked[asked:])
+    until(lambda: ("status", {}) in service.asked[asked + 2 :])
+    assert audience.newest["timeline"]["id"] == "a1"
     service.answers["status"] = {"now_s": 100.0, "up_s": 1.0}  # it was started anew
     audience.wait("timeline", lambda t: t["decisions"] == [])
 
