@@ -137,8 +137,9 @@ class Bridge:
         self._away = "nobody has answered yet"  # why the service does nothing, "" where it answers
         self._goal = self._said = self._returning = self._noted = ""
         self._runtime: Running | None = None
-        self._stopping = threading.Lock()
+        self._stop_asked = threading.Event()
         self._client = self._begun()
+        threading.Thread(target=self._stop, name="stop", daemon=True).start()
 
     def run(self, bus: BusConfig) -> None:
         """Until it is closed, or KeyboardInterrupt comes."""
@@ -157,6 +158,7 @@ class Bridge:
     def close(self) -> None:
         """Tell that it is gone, and hang up. Idempotent."""
         self._ending.set()
+        self._stop_asked.set()
         if self._client.is_connected():
             with suppress(ValueError, RuntimeError):
                 self._publish(self._topics.of("availability"), OFFLINE).wait_for_publish(2.0)
@@ -175,20 +177,20 @@ class Bridge:
             states = (status, self._returning, self._goal, self._said)
             self._tell(self._topics.states(*states))
             try:
-                self._do(self._wishes.get(timeout=EVERY_S), runtime, status)
+                self._do(self._wishes.get(timeout=EVERY_S), runtime)
             except queue.Empty:
                 continue
             except SensorError as error:
                 self._said = str(error)
 
-    def _do(self, asked: Wished, runtime: Running, status: dict[str, Any]) -> None:
+    def _do(self, asked: Wished, runtime: Running) -> None:
         match asked.what:
             case "kept":
                 self._goal, self._said = asked.goal, ""
             case "found":
                 self._goal = asked.goal
                 self._find(runtime)
-            case "start" if status.get("paused"):
+            case "start" if runtime.ask("status", {}).get("paused"):
                 self._ask(runtime, "resume", {})
             case "start":
                 self._find(runtime)
@@ -199,18 +201,18 @@ class Bridge:
                 self._returning = str(answer.get("id") or "")
 
     def _stop(self) -> None:
-        """In a thread of its own: a goal that is being understood holds up no stop. What was
-        wished before goes with it."""
-        runtime = self._runtime
-        if runtime is None or not self._stopping.acquire(blocking=False):
-            return
-        try:
+        """A thread's work: a goal that is being understood holds up no stop. What was wished before
+        goes with it; one that is asked for while another is under way follows it."""
+        while self._stop_asked.wait() and not self._ending.is_set():
+            self._stop_asked.clear()
+            runtime = self._runtime
+            if runtime is None:
+                continue
             self._drain()
-            self._ask(runtime, "cancel", {"reason": "mqtt"})
-        except (BusError, SensorError) as error:
-            self._said = str(error)
-        finally:
-            self._stopping.release()
+            try:
+                self._ask(runtime, "cancel", {"reason": "mqtt"})
+            except (BusError, SensorError) as error:
+                self._said = str(error)
 
     def _find(self, runtime: Running) -> None:
         if self._goal:
@@ -291,7 +293,7 @@ class Bridge:
             self._said = self._away
             return
         if asked.what == "stop":
-            threading.Thread(target=self._stop, name="stop", daemon=True).start()
+            self._stop_asked.set()
             return
         try:
             self._wishes.put_nowait(asked)

@@ -140,6 +140,24 @@ def test_a_stop_does_not_wait_for_a_goal_that_is_being_understood(tmp_path: Path
 
 
 @needs_mosquitto
+def test_a_stop_that_comes_while_another_waits_for_its_answer_is_not_lost(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(mqtt, "TAKEN_S", 2.0)
+    with Mosquitto(tmp_path).up() as broker, service().up() as double:
+        assistant = Assistant(broker.port)
+        double.answers["cancel"] = None
+        with bridged(double, Broker("127.0.0.1", broker.port)):
+            assistant.hears("rfnav/rosie/availability", "online")
+            stop = "cancel", {"reason": "mqtt"}
+            assistant.say("rfnav/rosie/command", "stop")
+            waited(lambda: double.heard.count(stop) == 1)
+            assistant.say("rfnav/rosie/command", "stop")
+            waited(lambda: double.heard.count(stop) == 2)
+        assistant.close()
+
+
+@needs_mosquitto
 def test_the_service_may_come_and_go(tmp_path: Path):
     double = service()
     with Mosquitto(tmp_path).up() as broker:
