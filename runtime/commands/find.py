@@ -124,7 +124,7 @@ def _ask_for(
     body |= {"afterwards": "return"} if returns else {}
     body |= {"afterwards": {"place": return_to}} if return_to else {}
     with running(load(path, settings).bus) as runtime:
-        answer = runtime.ask("goal", body, TAKEN_S)
+        answer = _taken(runtime, body)
         if not answer.get("accepted"):
             click.echo(
                 json.dumps(answer) if as_json else f"rfnav: {answer['error']}", err=not as_json
@@ -138,6 +138,15 @@ def _ask_for(
         told = answer if no_wait else {**answer, "results": results}
         click.echo(json.dumps(told, ensure_ascii=False))
     sys.exit(0 if all(told["code"] == 0 for told in results) else 1)
+
+
+def _taken(runtime: Running, body: Mapping[str, Any]) -> dict[str, Any]:
+    """The answer. Until it comes the goal has no id that it could be cancelled by."""
+    try:
+        return runtime.ask("goal", body, TAKEN_S)
+    except KeyboardInterrupt:
+        click.echo("rfnav: it may be taken yet: rfnav cancel ends all goals", err=True)
+        sys.exit(130)
 
 
 def _waited(runtime: Running, ids: Sequence[str], quiet: bool) -> list[dict[str, Any]]:

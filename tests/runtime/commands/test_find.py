@@ -150,6 +150,18 @@ def test_ctrl_c_cancels_what_was_asked_for_the_last_first(
     assert done.stderr.endswith("b2: cancelled\na1: cancelled\n")
 
 
+def test_ctrl_c_before_it_is_taken_says_that_it_may_be(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+):
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("runtime.commands.running.Running.ask", interrupted)
+    done = service.find("a mug")
+    assert done.exit_code == 130
+    assert done.stderr == "rfnav: it may be taken yet: rfnav cancel ends all goals\n"
+
+
 def test_a_service_that_has_forgotten_the_goal_is_told_of(service: Service):
     service.answers["result"] = [{"error": "no goal 'a1' is known"}]
     done = service.find("a mug")
