@@ -5,7 +5,6 @@ import threading
 import time
 from collections.abc import Awaitable, Callable, Mapping
 from concurrent.futures import Executor
-from functools import partial
 from typing import Any, Final
 
 from runtime.agents.link import RobotLink
@@ -16,6 +15,7 @@ from runtime.errors import BusError
 TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model that is slow
 ANSWER_S: Final = 5.0
 EVERY_S: Final = 1.0
+AWAY_S: Final = 60.0  # so long a service that is started anew is waited for
 GIVEN_UP: Final = "the agent gave up the call that asked for it"
 ENDED: Final = (
     "id", "result", "code", "cause", "elapsed_s", "driven_m", "usd", "at_xy", "returned"
@@ -96,16 +96,31 @@ class AgentGoals:
             raise
 
     async def follow(self, id: str, wait_s: float, progress: Progress) -> AgentAnswer:
-        """How a goal stands when it has ended, or after so long."""
-        loop, began_s = asyncio.get_running_loop(), time.monotonic()
+        """How a goal stands when it has ended, or after so long. A service that is away for a
+        while, started anew for instance, is waited for; BusError after that."""
+        began_s = answered_s = time.monotonic()
         while True:
-            ask = partial(self._link.ask, "result", {"id": id, "wait": False}, ANSWER_S)
-            answer = await loop.run_in_executor(self._usual, ask)
-            passed_s = time.monotonic() - began_s
-            if answer.get("result") is not None or "error" in answer or passed_s >= wait_s:
-                return goal_told(answer)
-            await progress(min(passed_s, wait_s), wait_s, so_far(answer))
-            await asyncio.sleep(min(EVERY_S, max(0.0, wait_s - passed_s)))
+            how = "the robot does not answer"
+            over = time.monotonic() - began_s >= wait_s
+            try:
+                answer = await asyncio.get_running_loop().run_in_executor(
+                    self._usual, self._stands, id
+                )
+                answered_s, how = time.monotonic(), so_far(answer)
+                if over or answer.get("result") is not None or "error" in answer:
+                    return goal_told(answer)
+            except BusError:
+                if over or time.monotonic() - answered_s > AWAY_S:
+                    raise
+            passed_s = min(time.monotonic() - began_s, wait_s)
+            await progress(passed_s, wait_s, how)
+            await asyncio.sleep(min(EVERY_S, wait_s - passed_s))
+
+    def _stands(self, id: str) -> dict[str, Any]:
+        answer = self._link.ask("result", {"id": id, "wait": False}, ANSWER_S)
+        if answer.get("accepted") is False:  # it ends just now, or the service is busy
+            raise BusError(str(answer.get("error") or "busy"))
+        return answer
 
     def _begin(self, body: dict[str, Any], begun: _Begun) -> dict[str, Any]:
         answer = self._link.ask("goal", body, TAKEN_S)

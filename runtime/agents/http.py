@@ -1,6 +1,5 @@
 """The protocol over HTTP, on this computer alone."""
 
-import logging
 import socket
 from collections.abc import Callable
 from pathlib import Path
@@ -103,7 +102,6 @@ def agent_settings() -> dict[str, Any]:
 def serve_http(server: Server[Any], allowed: Access, ready: Callable[[], None]) -> None:
     """Until SIGTERM or Ctrl-C; ConfigError, one line, where the address cannot be had. `ready` is
     called once it is."""
-    logging.getLogger("mcp").setLevel(logging.ERROR)
     family = socket.AF_INET6 if ":" in allowed.host else socket.AF_INET
     with socket.socket(family, socket.SOCK_STREAM) as listening:
         try:

@@ -12,6 +12,7 @@ from mcp.server.lowlevel import Server
 from mcp.server.stdio import stdio_server
 
 from runtime.errors import ConfigError
+from runtime.log import say
 
 LINE_BYTES: Final = 64 << 10
 LINES_A_SECOND, LINES_AT_ONCE = 50.0, 200.0
@@ -33,8 +34,11 @@ async def serve_stdio(server: Server[Any]) -> None:
     lines = cast("anyio.AsyncFile[str]", InputLines(reader))
     out = cast("anyio.AsyncFile[str]", OutputLines(asyncio.StreamWriter(
         transport, cast(Any, flow), None, loop)))  # fmt: skip
-    async with stdio_server(lines, out) as (heard, said):
-        await server.run(heard, said, server.create_initialization_options())
+    try:
+        async with stdio_server(lines, out) as (heard, said):
+            await server.run(heard, said, server.create_initialization_options())
+    except* (TimeoutError, ConnectionError):
+        say("mcp: the client takes nothing any more")
 
 
 class InputLines:

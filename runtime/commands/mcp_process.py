@@ -1,6 +1,7 @@
 """The process of `rfnav mcp`, which loads what agents need and no more."""
 
 import json
+import logging
 import os
 import signal
 import sys
@@ -50,6 +51,7 @@ def serve_agents(options: McpOptions) -> None:
     """Until the client hangs up, SIGTERM or Ctrl-C. RfNavError, one line, for what cannot be
     served."""
     cv2.setNumThreads(1)
+    logging.getLogger("mcp").setLevel(logging.ERROR)  # what clients do wrong is told to them
     limits = agent_limits(options)
     config = load(Path(options.path) if options.path is not None else None, options.settings)
     robot = AgentRobot(AgentParts(partial(running, config.bus), config.bus, picture, limits))

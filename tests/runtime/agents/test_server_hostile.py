@@ -122,6 +122,26 @@ def test_a_wait_that_is_given_up_leaves_the_search_alone(served: Served, service
     assert "cancel" not in service.kinds()
 
 
+def test_a_service_that_is_busy_is_asked_again(served: Served, service: AgentService):
+    id = facts(served.run(lambda client: client.call_tool("find_object", {"thing": "mug"})))["id"]
+    usual, told = service.answers["result"], []
+
+    def busy(body: dict[str, Any]) -> Any:
+        told.append(body)
+        if len(told) < 3:
+            return {"accepted": False, "error": "busy: 4 requests wait"}
+        service.end_goal()
+        service.answers["result"] = usual
+        return service.ended[id]
+
+    service.answers["result"] = busy
+    wait = {"id": id, "wait_s": 60}
+    ended = served.run(lambda client: client.call_tool("status", wait))
+    assert facts(ended)["result"] == "found"
+    service.answers["result"] = {"accepted": False, "error": "busy: 4 requests wait"}
+    assert served.run(lambda client: client.call_tool("status", {"id": id})).is_error
+
+
 def test_two_clients_have_one_robot(served: Served, service: AgentService):
     async def both() -> list[Any]:
         async def one(thing: str) -> Any:

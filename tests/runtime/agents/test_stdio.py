@@ -48,6 +48,7 @@ class Wire:
         )
         self.said: dict[Any, dict[str, Any]] = {}
         self.stray = list[bytes]()
+        self.deaf = threading.Event()
         self.reading = threading.Thread(target=self._read, daemon=True)
         self.reading.start()
 
@@ -71,6 +72,9 @@ class Wire:
     def _read(self) -> None:
         assert self.process.stdout is not None
         for line in self.process.stdout:
+            if self.deaf.is_set():
+                self.process.stdout.close()
+                return
             try:
                 told = json.loads(line)
                 self.said[told.get("id")] = told
@@ -139,6 +143,19 @@ def test_a_client_that_goes_away_half_way_has_its_search_cancelled(
     assert wire.end() == 0
     until(lambda: "cancel" in service.kinds())
     assert not service.under_way
+
+
+@pytest.mark.slow
+def test_a_client_that_closes_its_ears_is_left(wire: Wire, service: AgentService):
+    assert wire.process.stdin is not None
+    wire.call(1, "find_object", thing="mug", wait_s=600)
+    until_patiently(lambda: "result" in service.kinds())
+    wire.deaf.set()
+    wire.call(2, "status")
+    wire.reading.join(20.0)
+    wire.call(3, "status")
+    assert wire.process.wait(60.0) == 0
+    until(lambda: not service.under_way)
 
 
 def test_lines_are_bounded_and_paced():
