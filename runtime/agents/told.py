@@ -14,6 +14,7 @@ UNTRUSTED: Final = (
 TEXT_CHARS: Final = 480
 ITEMS: Final = 256
 DEPTH: Final = 6
+DIGITS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -30,9 +31,9 @@ class AgentAnswer:
         """The facts as JSON; what is not to be trusted after its warning, as JSON, too: within
         quotes no text can look like the end of it."""
         facts = json.dumps(plain(self.facts), ensure_ascii=False)
-        if not self.untrusted and not self.image:
-            return (facts,)
-        return facts, f"{UNTRUSTED}\n{json.dumps(plain(self.untrusted), ensure_ascii=False)}"
+        if self.untrusted:
+            return facts, f"{UNTRUSTED}\n{json.dumps(plain(self.untrusted), ensure_ascii=False)}"
+        return (facts, f"{UNTRUSTED}\nthe image that follows") if self.image else (facts,)
 
     def structured(self) -> dict[str, Any]:
         """The same for programs."""
@@ -53,7 +54,7 @@ def plain(value: object, depth: int = DEPTH) -> Any:
     if value is None or isinstance(value, bool | int):
         return value
     if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return round(value, DIGITS) if math.isfinite(value) else None
     if not depth:
         return "…"
     if isinstance(value, Mapping):
