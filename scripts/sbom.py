@@ -63,15 +63,15 @@ def bill(root: Path) -> str:
         licenses=_licences(project["license"]),
     )
     asked = of_a_robot(project)
-    parts = {name: package(found) for name, found in installed(asked).items()}
+    there = installed(asked)
+    parts = {name: package(found) for name, (found, _) in there.items()}
     used = models_of(manifest)
     others = [interpreter(), *(model(name, manifest[name]) for name in used)]
     for part in (*parts.values(), *others):
         bom.components.add(part)
-    bom.register_dependency(own, [*(parts[n] for n in needed(asked)), *others])
-    for name, part in parts.items():
-        below = needed(distribution(name).requires or ())
-        bom.register_dependency(part, [parts[other] for other in below])
+    bom.register_dependency(own, [*(parts[n] for n in names(needed(asked))), *others])
+    for name, (_, below) in there.items():
+        bom.register_dependency(parts[name], [parts[other] for other in below])
     writer = make_outputter(bom, OutputFormat.JSON, SchemaVersion.V1_6)
     return writer.output_as_string(indent=1)
 
@@ -83,32 +83,36 @@ def of_a_robot(project: Mapping[str, Any]) -> list[str]:
     return [*project["dependencies"], *(text for name in chosen for text in extras[name])]
 
 
-def needed(requirements: Iterable[str], extras: Iterable[str] = ()) -> list[str]:
-    """Names of what is asked for on this machine, without extras but those given."""
-    asked = map(Requirement, requirements)
+def needed(requirements: Iterable[str], extras: Iterable[str] = ()) -> list[Requirement]:
+    """What is asked for on this machine, without extras but those given."""
     chosen = [{"extra": extra} for extra in ("", *extras)]
     return [
-        canonicalize_name(r.name)
-        for r in asked
+        r
+        for r in map(Requirement, requirements)
         if r.marker is None or any(r.marker.evaluate(extra) for extra in chosen)
     ]
 
 
-def installed(requirements: Iterable[str]) -> dict[str, Distribution]:
-    """By name: what is asked for, and what that asks for, to the end."""
-    found: dict[str, Distribution] = {}
-    waiting = [Requirement(text) for text in requirements]
+def installed(requirements: Iterable[str]) -> dict[str, tuple[Distribution, list[str]]]:
+    """By name: what is asked for, and what that asks for, to the end; each with the names of what
+    it asks for itself, its extras that somebody asked for among it."""
+    extras: dict[str, set[str]] = {}
+    waiting = needed(requirements)
     while waiting:
         asked = waiting.pop()
         name = canonicalize_name(asked.name)
-        if name in found and not asked.extras:
+        if name in extras and asked.extras <= extras[name]:
             continue
-        found[name] = distribution(name)
-        requires = found[name].requires or ()
-        names = set(needed(requires, asked.extras))
-        inner = (Requirement(text) for text in requires)
-        waiting += [r for r in inner if canonicalize_name(r.name) in names - found.keys()]
-    return dict(sorted(found.items()))
+        extras.setdefault(name, set()).update(asked.extras)
+        waiting += needed(distribution(name).requires or (), extras[name])
+    found = {name: distribution(name) for name in sorted(extras)}
+    return {
+        name: (one, names(needed(one.requires or (), extras[name]))) for name, one in found.items()
+    }
+
+
+def names(requirements: Iterable[Requirement]) -> list[str]:
+    return [canonicalize_name(requirement.name) for requirement in requirements]
 
 
 def package(found: Distribution) -> Component:

@@ -23,7 +23,7 @@ def main() -> int:
     processor, python = [*sys.argv[1:], *("aarch64", "3.11")[len(sys.argv) - 1 :]]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     found = installed(of_a_robot(project))
-    pins = [f"{name}=={package.version}" for name, package in found.items()]
+    pins = [f"{name}=={package.version}" for name, (package, _) in found.items()]
     try:
         told = table(pins, lambda pin: ask(pin, processor, python))
     except OSError as error:

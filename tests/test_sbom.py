@@ -44,7 +44,7 @@ def test_it_has_what_a_robot_needs_and_no_tools_of_ours(text: str) -> None:
     )
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = project["optional-dependencies"]
-    for asked in (*project["dependencies"], *extras["mqtt"], *extras["view"]):
+    for asked in (*project["dependencies"], *extras["agents"], *extras["mqtt"], *extras["view"]):
         name = asked.partition(">=")[0]
         assert parts[f"pypi/{name}"]["version"] == pins[name]
     assert "pypi/httpcore" in parts  # by way of httpx
