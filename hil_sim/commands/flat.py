@@ -9,12 +9,12 @@ import click
     "--rooms 1.0   |   hil-sim flat --first 500000 --homes 100",
 )
 @click.option("--homes", default=40, show_default=True, type=click.IntRange(1, 10_000),
-              help="How many generated train homes; as many others are counted.")  # fmt: skip
+              help="How many generated train homes.")  # fmt: skip
 @click.option("--first", default=400_000, show_default=True, type=click.IntRange(20_000),
-              help="Seed of the first; those before it are counted.")  # fmt: skip
-@click.option("--goals", default=3, show_default=True, type=click.IntRange(1, 10), help="A home.")
+              help="Seed of the first.")  # fmt: skip
+@click.option("--goals", default=3, show_default=True, type=click.IntRange(1, 16), help="A home.")
 @click.option("--method", "methods", multiple=True, help="All, if none is given.")
-@click.option("--rooms", default=0.7, show_default=True, type=click.FloatRange(0, 1),
+@click.option("--rooms", default=0.72, show_default=True, type=click.FloatRange(0, 1),
               help="Of the rooms it stands in, what share it recognises.")  # fmt: skip
 @click.option("--beyond", default=0.5, show_default=True, type=click.FloatRange(0, 1),
               help="The same of what lies beyond frontiers.")  # fmt: skip
@@ -22,7 +22,7 @@ def flat_command(
     homes: int, first: int, goals: int, methods: tuple[str, ...], rooms: float, beyond: float
 ) -> None:
     """Search plans of generated homes, without camera or base, by each way to elect, and print what
-    each gains on the fallback: with experts that have counted other homes, and with one of them at
+    each gains on the fallback: with experts that weigh what was counted, and with one of them at
     random. A search takes a twentieth of a second."""
     from hil_sim.expert_bench import flat_bench
 

@@ -10,16 +10,18 @@ import numpy as np
 from hil_sim.evaluation.summary import Figure, bootstrap
 from hil_sim.expert_bench.flat_home import FlatHome, flat_home
 from hil_sim.expert_bench.flat_search import Decide, FlatResult, FlatSearch, drive, task_in
-from hil_sim.expert_bench.flat_voices import FlatCounts, FlatVoices, recognised
+from hil_sim.expert_bench.flat_voices import FlatVoices, recognised
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.open import open_scene
+from models.words.counts import load_counts
 from runtime.core.types import Ballot, Decision, Frontier, Missing, Vote
 from runtime.core.voting import consensus, information_gain, search_order
 from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.voting.counts import Count, CountTable
 
 GOALS: Final = (
     "chair", "sofa", "plant", "bed", "toilet", "tv monitor", "refrigerator", "laptop", "bathtub",
-    "stove",
+    "stove", "mug", "apple", "bowl", "alarm clock", "microwave", "washing machine",
 )  # fmt: skip
 METHODS: Final = {
     "closest": ConsensusConfig(fallback="closest"),
@@ -28,7 +30,8 @@ METHODS: Final = {
     "paper": ConsensusConfig(fallback="closest"),
     "consensus": ConsensusConfig(),
     "consensus, gain": ConsensusConfig(rank="gain", fallback="ahead"),
-    "prior": ConsensusConfig(mode="prior", fallback="ahead"),
+    "prior": ConsensusConfig(mode="prior"),
+    "prior, ahead": ConsensusConfig(mode="prior", fallback="ahead"),
 }
 """How each elects; SILENT ones ask nobody."""
 SILENT: Final = ("closest", "geometry", "ahead")
@@ -42,14 +45,14 @@ from hardly anywhere."""
 
 @dataclass(frozen=True)
 class FlatPlan:
-    """`homes` are searched from the seed `first` on, as many before it are counted; `goals` a home;
+    """`homes` are searched from the seed `first` on, for `goals` things each;
     `rooms`, `beyond`: how many rooms are taken for what they are, by who stands in them and by who
     looks ahead."""
 
     homes: int = 40
     first: int = 400_000
     goals: int = 3
-    rooms: float = 0.7
+    rooms: float = 0.72
     beyond: float = 0.5
 
 
@@ -60,8 +63,7 @@ Rows = dict[tuple[str, str], list[FlatResult]]
 def run(plan: FlatPlan, methods: Sequence[str]) -> Iterator[tuple[str, Rows]]:
     """The name of each home, and what its searches came to: a list for each method and condition,
     one a task."""
-    before = (_home(plan.first - 1 - n) for n in range(plan.homes))
-    counts = FlatCounts.of([home for home in before if home is not None], GOALS)
+    counts = CountTable.of([Count(*counted) for counted in load_counts()])
     for n in range(plan.homes):
         home = _home(plan.first + n)
         if home is not None:
@@ -76,7 +78,7 @@ def _home(seed: int) -> FlatHome | None:
         return None
 
 
-def _searched(home: FlatHome, plan: FlatPlan, counts: FlatCounts, methods: Sequence[str]) -> Rows:
+def _searched(home: FlatHome, plan: FlatPlan, counts: CountTable, methods: Sequence[str]) -> Rows:
     rows: Rows = {}
     goals = [goal for goal in GOALS if home.wanted(goal)]
     random.Random(f"flat/goals/{home.name}").shuffle(goals)
@@ -112,17 +114,16 @@ def _electing(cfg: ConsensusConfig, voices: FlatVoices | None) -> Decide:
         current = before.frontier if before and not cfg.plans else None
         mass = information_gain.masses(frontiers, unknown_m2, current, terrain, search.pose)
         best = information_gain.by_worth(frontiers, mass)
-        order, ahead = tuple(f.id for f in best), None
+        ahead = search_order.ahead_of(best, unknown_m2, mass, before)
         if cfg.plans:
-            ahead = search_order.ahead_of(best, unknown_m2, mass, before)
             ahead = search_order.with_ways(ahead, terrain)
-            order = search_order.ordered(ahead, {})
+        order = search_order.ordered(ahead, {})
         said = voices.ask(search, frontiers, unknown_m2) if voices and len(frontiers) > 1 else []
         votes = tuple(each for each in said if isinstance(each, Vote))
         missing = tuple(each for each in said if isinstance(each, Missing))
         ballot = Ballot(votes, missing)
         if cfg.fallback == "closest":
-            order = ()
+            return consensus.elect(ballot, frontiers, cfg)
         return consensus.elect(ballot, frontiers, cfg, order=order, ahead=ahead)
 
     return decide

@@ -1,11 +1,11 @@
-"""Experts for searches on plans: what other homes of the kind have where, counted, and how well the
-robot recognises what it goes by. No model is asked."""
+"""Experts for searches on plans: what the runtime has counted in homes, and how well the robot
+recognises what it goes by. No model is asked."""
 
 import math
 import random
-from collections import Counter, defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from statistics import fmean
 
 import cv2
 import numpy as np
@@ -27,92 +27,11 @@ from runtime.core.types import (
     Vote,
 )
 from runtime.core.voting.brief import OBJECT_RANGE_M, ROOM_RANGE_M, UNKNOWN_DEPTH_M, doorway
-from runtime.core.voting.likelihood_experts import (
-    Doors,
-    ExpertConfig,
-    spoken_room,
-    vote_objects,
-    vote_rooms,
-    vote_where_known,
-)
+from runtime.core.voting.counts import SURENESS, CountTable, object_nats, room_nats
+from runtime.core.voting.likelihood_experts import Evidence, ExpertConfig, vote_where_known
 from runtime.core.voting.prior import PULL
 
-ADDED = 1.0  # rooms, things and doors of each kind that are taken to be counted already
 CFG = ExpertConfig()
-
-
-@dataclass(frozen=True)
-class FlatCounts:
-    """Nats by which a thing is likelier: by goal and room type; by goal and thing in one room. What
-    doors of a room type lead to."""
-
-    by_room: Mapping[str, Mapping[str, float]]
-    by_thing: Mapping[str, Mapping[str, float]]
-    doors: Doors
-
-    @classmethod
-    def of(cls, homes: Sequence[FlatHome], goals: Sequence[str]) -> "FlatCounts":
-        """Counted over plans, of rooms as connected floor of one type."""
-        rooms: Counter[str] = Counter()
-        held: list[frozenset[str]] = []
-        kinds: list[str] = []
-        doors: dict[str, Counter[str]] = defaultdict(Counter)
-        for home in homes:
-            for kind, here, beside in _rooms(home):
-                rooms[kind] += 1
-                held.append(here)
-                kinds.append(kind)
-                doors[kind].update(beside)
-        return cls(
-            {goal: _by_room(goal, kinds, held, rooms) for goal in goals},
-            {goal: _by_thing(goal, held) for goal in goals},
-            {spoken_room(k): _shares(doors[k], k) for k in rooms},
-        )
-
-
-def _rooms(home: FlatHome) -> list[tuple[str, frozenset[str], Counter[str]]]:
-    """Of each room its type, the categories in it, and the types that touch it."""
-    found = []
-    at = np.array([thing.at for thing in home.things]).astype(int).reshape(-1, 2)
-    names_at = zip(home.things, at.tolist(), strict=True)
-    height, width = home.rooms.shape
-    standing = [(t.name, r, c) for t, (r, c) in names_at if 0 <= r < height and 0 <= c < width]
-    for index, kind in enumerate(ROOM_TYPES):
-        count, names = cv2.connectedComponents((home.rooms == index).astype(np.uint8))
-        for n in range(1, count):
-            room = names == n
-            here = {name for name, row, col in standing if room[row, col]}
-            wide = cv2.dilate((room & home.free).view(np.uint8), np.ones((7, 7), np.uint8)) > 0
-            others = np.unique(home.rooms[wide & home.free & ~room])
-            beside = Counter(ROOM_TYPES[o] for o in others.tolist() if o >= 0)
-            found.append((kind, frozenset(here), beside))
-    return found
-
-
-def _by_room(
-    goal: str, kinds: list[str], held: list[frozenset[str]], rooms: Counter[str]
-) -> dict[str, float]:
-    names = {*categories_of(goal)}
-    have = Counter(k for k, here in zip(kinds, held, strict=True) if here & names)
-    rate = {k: (have[k] + ADDED) / (n + 2 * ADDED) for k, n in rooms.items()}
-    mean = math.fsum(rate.values()) / len(rate)
-    return {spoken_room(k): math.log(r / mean) for k, r in rate.items()}
-
-
-def _by_thing(goal: str, held: list[frozenset[str]]) -> dict[str, float]:
-    names = {*categories_of(goal)}
-    mean = (sum(bool(here & names) for here in held) + ADDED) / (len(held) + 2 * ADDED)
-    near, both = Counter[str](), Counter[str]()
-    for here in held:
-        near.update(here)
-        both.update(here if here & names else ())
-    return {t: math.log((both[t] + ADDED * mean) / (n + ADDED) / mean) for t, n in near.items()}
-
-
-def _shares(beside: Counter[str], kind: str) -> dict[str, float]:
-    others = {k: beside[k] + ADDED for k in ROOM_TYPES if k != kind}
-    total = sum(others.values())
-    return {spoken_room(k): n / total for k, n in others.items()}
 
 
 @dataclass(frozen=True)
@@ -121,7 +40,7 @@ class FlatVoices:
     `beyond` the same of what it has not seen yet, as who looks ahead takes them to be; `spoilt`:
     who answers at random, "" for nobody."""
 
-    counts: FlatCounts
+    counts: CountTable
     rooms: NDArray[np.int8]
     beyond: NDArray[np.int8]
     spoilt: str = ""
@@ -130,14 +49,14 @@ class FlatVoices:
         self, search: FlatSearch, frontiers: tuple[Frontier, ...], unknown_m2: Mapping[int, float]
     ) -> list[Vote | Missing]:
         """What each says: by objects near, by rooms, by what lies beyond."""
-        goal = search.task.goal
+        goal = categories_of(search.task.goal)[0]
         brief = self._brief(search, frontiers, unknown_m2)
-        by_room = self.counts.by_room[goal]
-        said = {
-            "o2f": vote_objects(brief, self.counts.by_thing[goal], CFG),
-            "r2f": vote_rooms(brief, by_room, CFG, self.counts.doors),
-            "sle": vote_where_known("sle", brief, self._ahead(search, frontiers, by_room), CFG),
+        evidence = {
+            "o2f": object_nats(brief, self.counts.near(goal)),
+            "r2f": room_nats(brief, self.counts.beyond(goal)),
+            "sle": self._ahead(search, frontiers, self.counts.in_room(goal)),
         }
+        said = {name: vote_where_known(name, brief, nats, CFG) for name, nats in evidence.items()}
         if self.spoilt:
             said[self.spoilt] = at_random(self.spoilt, search, frontiers)
         return list(said.values())
@@ -159,15 +78,15 @@ class FlatVoices:
         return Brief(search.task.goal, 0, tuple(told))
 
     def _ahead(
-        self, search: FlatSearch, frontiers: tuple[Frontier, ...], by_room: Mapping[str, float]
-    ) -> dict[int, tuple[float, str]]:
-        unknown, found = ~search.known & ~search.home.hiding, {}
+        self, search: FlatSearch, frontiers: tuple[Frontier, ...], rates: Mapping[str, float]
+    ) -> Evidence:
+        unknown, mean = ~search.known & ~search.home.hiding, fmean(rates.values())
+        found: Evidence = {}
         for f in frontiers:
             shares = _near(self.beyond, unknown, search, f, UNKNOWN_DEPTH_M)
             if sum(shares):
-                likely = [p * math.exp(by_room.get(spoken_room(k), 0.0))
-                          for k, p in zip(ROOM_TYPES, shares, strict=True)]  # fmt: skip
-                found[f.id] = math.log(math.fsum(likely)), "what lies beyond"
+                likely = (p * rates.get(k, mean) for k, p in zip(ROOM_TYPES, shares, strict=True))
+                found[f.id] = SURENESS * math.log(math.fsum(likely) / mean), "what lies beyond"
         return found
 
 

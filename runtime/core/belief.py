@@ -75,6 +75,11 @@ class Ahead:
     before: Evidence = field(default_factory=dict)
     patches: tuple[SeenSurface, ...] = ()
 
+    @property
+    def planned(self) -> bool:
+        """Whether the order of several frontiers is."""
+        return self.between_m.size > 0
+
 
 def believed(ahead: Ahead, nats: Mapping[int, float], said: str = "") -> Belief:
     """What lies behind frontiers by their unknown area and the evidence, nats by id; on surfaces by

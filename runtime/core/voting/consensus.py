@@ -33,7 +33,7 @@ class ConsensusConfig:
     mode: ConsensusMode = key(
         "strict",
         '"strict": two must agree; "lenient": a lone vote counts; "prior": all evidence says, with '
-        "the unknown, where the thing may be, and the order of frontiers is planned by that; "
+        "the unknown, where the thing may be, and `consensus_fallback` goes by that; "
         '"weighted": evidence against way, by the weights; "best": what one is surest of; '
         '"majority-K": the most frequent of K samples of the first vote.',
         research="consensus_mode",
@@ -79,7 +79,7 @@ class ConsensusConfig:
     @property
     def plans(self) -> bool:
         """Whether the order of several frontiers is planned."""
-        return self.mode == "prior" or self.fallback == "ahead"
+        return self.fallback == "ahead"
 
 
 class Candidate(Protocol):
@@ -170,7 +170,7 @@ def elect(
     if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
     if cfg.mode == "prior" and ahead is not None:
-        return prior.elect(ballot, ahead, field.closest, stamp_ns, why)
+        return prior.elect(ballot, ahead, field.closest, stamp_ns, why, cfg.fallback)
     winner, rule, chosen = _outcome(ballot.votes, field, cfg, stamp_ns)
     if not chosen and order:
         rule = cfg.fallback

@@ -26,9 +26,8 @@ def in_words(decision: Decision) -> str:
 def _why(decision: Decision, elected: int) -> str:
     votes = decision.ballot.votes
     if decision.rule == "prior":
-        return (
-            f"where it is found soonest by the word of {listed(heard(decision))}{_said(decision)}"
-        )
+        what = "where it is found soonest" if decision.order else "the most to find for the way"
+        return f"{what} by the word of {listed(heard(decision))}{_said(decision)}"
     backers = [v for v in votes if elected in v.frontiers] or list(votes)
     if decision.chosen:
         said = "; ".join(f"{v.expert}: {_reason(v, elected)}" for v in backers)

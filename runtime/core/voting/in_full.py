@@ -83,10 +83,12 @@ def _rule(told: ToldDecision, elected: int) -> str:
     names = [v.expert for v in decision.ballot.votes if elected in v.frontiers]
     names = names or [v.expert for v in decision.ballot.votes]
     if decision.rule == "prior":
-        return (
-            f"by what is unknown and what is said by {listed(heard(decision))}, the thing is found "
-            "soonest in the mean by looking there first"
+        ends = (
+            "the thing is found soonest in the mean by looking there first"
+            if decision.order
+            else "there is the most to find for the way there"
         )
+        return f"by what is unknown and what is said by {listed(heard(decision))}, {ends}"
     if not decision.chosen:
         why = no_agreement(decision)
         if decision.rule == "closest":

@@ -1,5 +1,5 @@
 """Votes as what they are for a search: evidence on where the unknown holds the thing. It multiplies
-what unknown areas say, and the order of frontiers is planned over both."""
+what unknown areas say, and the best is elected by both."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -62,16 +62,20 @@ def _supported(nats: Sequence[float]) -> float:
     return backed + LONE * (nats[0] - backed) + math.fsum(nats[1:])
 
 
-def elect(ballot: Ballot, ahead: Ahead, closest: int, stamp_ns: int, why: str) -> Decision:
-    """The first of the order that is planned over what the unknown and all experts say."""
+def elect(
+    ballot: Ballot, ahead: Ahead, closest: int, stamp_ns: int, why: str, silent: str
+) -> Decision:
+    """The first by what the unknown and all experts say: of a planned order, where the ways between
+    frontiers are known. `silent`: the rule where nobody says anything."""
     evidence = heard(ballot, ahead)
-    order = _planned(ahead, evidence)
+    order = _ordered(ahead, evidence)
     without = tuple(
-        (left_out, _planned(ahead, {e: nats for e, nats in evidence.items() if e != left_out})[0])
+        (left_out, _ordered(ahead, {e: nats for e, nats in evidence.items() if e != left_out})[0])
         for left_out in evidence
     )
-    rule, chosen = ("prior", order[:1]) if evidence else ("ahead", ())
-    told = ballot, stamp_ns, why, without, order, belief(ahead, evidence), evidence
+    rule, chosen = ("prior", order[:1]) if evidence else (silent, ())
+    planned = order if ahead.planned else ()
+    told = ballot, stamp_ns, why, without, planned, belief(ahead, evidence), evidence
     return Decision(order[0], rule, chosen, closest, *told)
 
 
@@ -80,5 +84,5 @@ def belief(ahead: Ahead, evidence: Evidence) -> Belief:
     return believed(ahead, pooled(evidence, ahead.ids), said=", ".join(evidence))
 
 
-def _planned(ahead: Ahead, evidence: Evidence) -> tuple[int, ...]:
+def _ordered(ahead: Ahead, evidence: Evidence) -> tuple[int, ...]:
     return search_order.ordered(ahead, pooled(evidence, ahead.ids))

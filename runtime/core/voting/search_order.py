@@ -75,11 +75,14 @@ def _ways_m(points_xy: Sequence[tuple[float, float]], terrain: Terrain) -> F64:
 
 def ordered(ahead: Ahead, nats: Mapping[int, float]) -> tuple[int, ...]:
     """Ids in the order of least expected way, the evidence of each, nats, multiplying its mass.
-    What is beyond the MOST best comes last."""
+    What is beyond the MOST best comes last. Where the ways between them are not known, the most for
+    the way there comes first."""
     evidence = np.array([nats.get(id, 0.0) for id in ahead.ids])
     mass = ahead.mass * np.exp(evidence - evidence.max(initial=0.0))
     worth = mass * np.exp(-information_gain.DISCOUNT_PER_M * ahead.first_m)
     ranked = np.lexsort((np.array(ahead.ids), ahead.first_m, -worth))
+    if not ahead.planned:
+        return tuple(ahead.ids[n] for n in ranked.tolist())
     kept = ahead.ids.index(ahead.standing) if ahead.standing in ahead.ids else None
     if kept is not None and kept in ranked[MOST:]:
         ranked = np.concatenate([[kept], ranked[ranked != kept]])

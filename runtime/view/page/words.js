@@ -28,6 +28,8 @@ const RULE = {
   ratio: "the most unknown for the way: nobody's word decided",
   geometry: "the most unknown for the way: nobody's word decided",
   gain: "the most unknown for the way: nobody's word decided",
+  ahead: "most of the unknown is seen soonest: nobody's word decided",
+  prior: "the most to find for the way, by the unknown and what all say",
 };
 
 const STATE = {

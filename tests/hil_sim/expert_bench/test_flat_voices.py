@@ -4,22 +4,14 @@ from plan_of_rooms import three_rooms
 
 from hil_sim.expert_bench.flat_home import flat_home
 from hil_sim.expert_bench.flat_search import drive, task_in
-from hil_sim.expert_bench.flat_voices import FlatCounts, FlatVoices, recognised
+from hil_sim.expert_bench.flat_voices import FlatVoices, recognised
 from hil_sim.scenes.format import ROOM_TYPES
+from models.words.counts import load_counts
 from runtime.core.types import Ballot, Decision, Missing, Vote
+from runtime.core.voting.counts import Count, CountTable
 
 HOME = flat_home(three_rooms())
-COUNTS = FlatCounts.of([HOME] * 8, ["toilet", "bed"])
-
-
-def test_counts_tell_where_things_stand_and_what_doors_lead_to():
-    toilet, bed = COUNTS.by_room["toilet"], COUNTS.by_room["bed"]
-    assert toilet["bathroom"] > 0.5 > 0.0 > toilet["bedroom"]
-    assert bed["bedroom"] > 0.5 > 0.0 > bed["bathroom"]
-    assert COUNTS.by_thing["bed"]["bed"] > 0.5
-    doors = COUNTS.doors["hallway"]
-    assert doors["bathroom"] == doors["bedroom"] > doors["kitchen"]
-    assert sum(doors.values()) == 1.0
+COUNTS = CountTable.of([Count(*counted) for counted in load_counts()])
 
 
 def asked(spoilt: str = "") -> list[list[Vote | Missing]]:

@@ -1,5 +1,8 @@
 """Votes as evidence: how far each can go alone, and what they come to together."""
 
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,10 +12,13 @@ from runtime.core.belief import Ahead
 from runtime.core.types import Absence, Ballot, Missing, Vote
 from runtime.core.voting import prior
 from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
+from runtime.core.voting.explain import in_words
+from runtime.core.voting.information_gain import DISCOUNT_PER_M
 from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, heard, pooled
 
 NATS = st.dictionaries(st.integers(1, 4), st.floats(-9.0, 9.0), min_size=1)
 PRIOR = ConsensusConfig(mode="prior", fallback="ahead")
+ONE_STEP = ConsensusConfig(mode="prior")
 
 
 def star(masses=(1.0, 1.0, 1.0, 1.0), far_m=(2.0, 2.0, 2.0, 2.0), **more) -> Ahead:
@@ -37,9 +43,14 @@ class _Reachable:
         self.id, self.distance_m = id, distance_m
 
 
-def elected(votes: Ballot, ahead: Ahead):
+def elected(votes: Ballot, ahead: Ahead, cfg: ConsensusConfig = PRIOR):
     frontiers = [_Reachable(i, float(m)) for i, m in zip(ahead.ids, ahead.first_m, strict=True)]
-    return elect(votes, frontiers, PRIOR, 7, "due", ahead.ids, ahead)
+    return elect(votes, frontiers, cfg, 7, "due", ahead.ids, ahead)
+
+
+def apart(masses=(1.0, 1.0, 1.0, 1.0), far_m=(2.0, 2.0, 2.0, 2.0), **more) -> Ahead:
+    """As `star`, without the ways between them."""
+    return replace(star(masses, far_m, **more), between_m=np.zeros((0, 0)))
 
 
 @given(NATS)
@@ -134,6 +145,32 @@ def test_the_decision_tells_the_order_the_belief_and_what_each_changed():
 def test_without_a_word_the_order_alone_decides():
     told = elected(Ballot(), star(far_m=(3.0, 2.0, 1.0, 4.0)))
     assert (told.rule, told.chosen, told.frontier) == ("ahead", (), 3)
+
+
+def test_without_an_order_the_best_for_the_way_there_is_elected_by_area_evidence_and_way():
+    """Twice the area, and what two say of it, against 3 m more of way."""
+    near, away = (1.0, 4.0)
+    ahead = apart(masses=(1.0, 2.0), far_m=(near, away))
+    short = DISCOUNT_PER_M * (away - near) - math.log(2.0)  # nats that the farther one lacks
+    for said, best in ((short - 0.05, 1), (short + 0.05, 2)):
+        nats = {1: -said / 4, 2: said / 4}  # of two, which count in full: said in all
+        told = elected(ballot(o2f=nats, sle=nats), ahead, ONE_STEP)
+        assert (told.rule, told.frontier, told.order) == ("prior", best, ())
+
+
+def test_without_an_order_it_is_told_who_was_heard_and_what_each_changed():
+    said = {1: -1.0, 2: 1.0}
+    ahead = apart(masses=(1.0, 1.0), far_m=(1.0, 4.0))
+    told = elected(ballot(o2f=said, r2f=said), ahead, ONE_STEP)
+    assert dict(told.without) == {"o2f": 1, "r2f": 1}
+    assert told.belief is not None
+    assert told.belief.places[0].id == 2
+    assert in_words(told) == (
+        "frontier 2, the most to find for the way by the word of o2f and r2f (o2f: so it is; "
+        "r2f: so it is); the closest is 1; without o2f: 1; without r2f: 1"
+    )
+    silent = elected(Ballot(), ahead, ONE_STEP)
+    assert (silent.rule, silent.frontier, silent.chosen) == ("geometry", 1, ())
 
 
 def test_without_ways_to_plan_over_the_fallback_decides():
