@@ -18,9 +18,11 @@ from runtime.errors import ConfigError
 ORACLE, LABELS = "oracle-perception", "labels"
 OURS = "rfnav-det"
 CLOSEST = 'research.consensus_fallback="closest"'
+STRICT = 'research.consensus_mode="strict"'
 LENIENT = 'research.consensus_mode="lenient"'
 AHEAD = 'research.consensus_fallback="ahead"'
-PRIOR = 'research.consensus_mode="prior"', AHEAD
+LANGUAGE = 'research.word_evidence="language"'
+PRIOR = 'research.consensus_mode="prior"', 'research.consensus_fallback="geometry"'
 
 
 @dataclass(frozen=True)
@@ -91,20 +93,22 @@ def _source(source: str) -> tuple[str, str]:
 
 SINGLE: dict[str, Method] = {
     "rfnav": Method(),
-    "paper": Method((CLOSEST,)),
+    "sets": Method((STRICT,)),
+    "paper": Method((STRICT, CLOSEST, LANGUAGE)),
     "closest": Method((_experts(), CLOSEST)),
     "geometry": Method((_experts(),)),
     "geometry-ahead": Method((_experts(), AHEAD)),
     "prior": Method(PRIOR),
-    "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST)),
+    "prior-ahead": Method((PRIOR[0], AHEAD)),
+    "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST, LANGUAGE)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),
     "o2f": _alone("o2f"),
     "r2f": _alone("r2f"),
     "sle": _alone("sle"),
-    "o2f+r2f": Method((_experts("o2f", "r2f"), CLOSEST)),
-    "o2f+sle": Method((_experts("o2f", "sle"), CLOSEST)),
-    "r2f+sle": Method((_experts("r2f", "sle"), CLOSEST)),
+    "o2f+r2f": Method((_experts("o2f", "r2f"), STRICT, CLOSEST, LANGUAGE)),
+    "o2f+sle": Method((_experts("o2f", "sle"), STRICT, CLOSEST, LANGUAGE)),
+    "r2f+sle": Method((_experts("r2f", "sle"), STRICT, CLOSEST, LANGUAGE)),
     "without-o2f": Method((_experts("r2f", "sle"),)),
     "without-r2f": Method((_experts("o2f", "sle"),)),
     "without-sle": Method((_experts("o2f", "r2f"),)),
@@ -112,9 +116,10 @@ SINGLE: dict[str, Method] = {
     "spoilt-r2f": _cast(("r2f", "random")),
     "spoilt-sle": _cast(("sle", "random")),
 }
-"""`rfnav` is the runtime as it is: where experts do not agree it goes by information gain;
-`without` one of its experts, or with one `spoilt`, whose votes are drawn at random. `paper` and all
-that the paper compares with fall back on the closest frontier."""
+"""`rfnav` is the runtime as it is; `sets` asks that two experts agree, and goes by information gain
+where they do not; `without` one of the runtime's experts, or with one `spoilt`, whose votes are
+drawn at random. `paper` and all that the paper compares with fall back on the closest frontier, and
+a language model answers for their experts of words."""
 ROOMS: tuple[str, How] = ("r2f", "rooms")
 OBJECTS: tuple[str, How] = ("o2f", "objects")
 BEYOND: tuple[str, How] = ("sle", "beyond")

@@ -25,13 +25,14 @@ METHODS: dict[str, tuple[str, ...]] = {
     **{name: SINGLE[name].settings for name in (
         "closest", "geometry", "single-llm", "majority-k3", "majority-k5", "o2f", "r2f", "sle",
         "o2f+r2f", "o2f+sle", "r2f+sle")},
-    "lenient": ('research.consensus_mode="lenient"', CLOSEST),
-    "consensus+geometry": SINGLE["rfnav"].settings,
+    "lenient": ('research.consensus_mode="lenient"', CLOSEST, LANGUAGE),
+    "consensus+geometry": SINGLE["sets"].settings,
     NEAR: (*SINGLE["paper"].settings, "research.consensus_detour_m=1.0"),
     CONSENSUS: SINGLE["paper"].settings,
 }  # fmt: skip
 """The runtime's settings for each row; `consensus` is the paper's rule, `NEAR` that where no vote
-wins what is more than a metre farther than the closest, `consensus+geometry` the runtime."""
+wins what is more than a metre farther than the closest, `consensus+geometry` that where
+information gain is fallen back on."""
 WEIGHTED = ('research.consensus_mode="weighted"', "research.experts_bar=0.0", CLOSEST)
 RIGHT_M = 0.25
 """A choice that costs no more than this over the best is right."""

@@ -18,9 +18,9 @@ READING = (
     "question, bold where the interval leaves out 0. A choice is right when it costs less than "
     f"{RIGHT_M} m more than the best one, and the worst when no other costs more. `{CONSENSUS}` "
     f"is the paper's rule, `{NEAR}` the same where no vote wins what is more than a metre farther "
-    f"than the closest (`research.consensus_detour_m`), `{CONSENSUS}+geometry` the runtime as it "
-    "is; `random` a frontier drawn blindly, as its expectation; voted: the experts chose, and not "
-    "what is fallen back on."
+    f"than the closest (`research.consensus_detour_m`), `{CONSENSUS}+geometry` the same where "
+    "information gain is fallen back on; `random` a frontier drawn blindly, as its expectation; "
+    "voted: the experts chose, and not what is fallen back on."
 )
 SPOILING = (
     "Wrong labels: each object goes by another's name with probability {wrong}. Missing objects: "

@@ -1,4 +1,5 @@
-"""CDM: from the experts' sets to one frontier, and the closest frontier when they do not agree."""
+"""From votes to one frontier: by evidence on where the thing is (`prior`), or as the paper has it,
+CDM: by the experts' sets, and the closest frontier when they do not agree."""
 
 import math
 from collections import Counter
@@ -184,8 +185,9 @@ def elect(
     if ahead is None:
         return told
     said = prior.heard(ballot, ahead)
+    belief = prior.belief(ahead, prior.counted(ballot, ahead, said))
     planned = tuple(order) if cfg.plans else ()
-    return replace(told, order=planned, belief=prior.belief(ahead, said), said=said)
+    return replace(told, order=planned, belief=belief, said=said)
 
 
 def _outcome(

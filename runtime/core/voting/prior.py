@@ -3,14 +3,17 @@ what unknown areas say, and the best is elected by both."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from typing import Final
 
 from runtime.core.belief import Ahead, Belief, Evidence, believed
 from runtime.core.types import Ballot, Decision, Missing, Vote
 from runtime.core.voting import search_order
 
-PULL = 2.0  # nats of one expert at most, either way of its mean
+LEAST = 1e-9  # what says anything
+PULL = 1.0  # nats of one expert at most, either way of its mean
+WEIGHTS: Final[Mapping[str, float]] = {"r2f": 2.0}  # of a nat of one's; of the others 1
 NAMED = 1.0  # nats of a frontier that is named by an expert that tells no numbers
-LONE = 0.3  # of what an expert alone says of a frontier, beyond what any other backs
+LONE = 0.4  # of what an expert alone says of a frontier, beyond what any other backs
 NEWEST = 0.4  # of an expert's evidence for a frontier, what it says now against what it said
 
 
@@ -19,26 +22,45 @@ def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
     difference to their mean, cut to PULL. Who knows nothing of a frontier has 0 for it. What it
     said of the same frontier before goes on counting, less and less: what is said at random cancels
     out over time, what is known stays."""
-    every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
-    now = {each.expert: dict(each.nats) or _named(each) for each in every}
-    found: dict[str, Mapping[int, float]] = {}
-    for expert in sorted({e for e, nats in now.items() if nats} | set(ahead.before)):
-        nats, before = _apart(now.get(expert, {}), ahead.ids), ahead.before.get(expert, {})
-        found[expert] = {
+    return {
+        expert: {
             id: NEWEST * x + (1 - NEWEST) * before[id] if id in before else x
             for id, x in nats.items()
         }
+        for expert, nats in _said(ballot, ahead).items()
+        for before in [ahead.before.get(expert, {})]
+    }
+
+
+def counted(ballot: Ballot, ahead: Ahead, evidence: Evidence) -> Evidence:
+    """Of what was `heard`, what counts: all that an expert says who says what it said before, and
+    nothing of one who says the contrary (their cosine over the frontiers that were there)."""
+    found: dict[str, Mapping[int, float]] = {}
+    for expert, now in _said(ballot, ahead).items():
+        before = ahead.before.get(expert, {})
+        shared = [(x, before[id]) for id, x in now.items() if id in before]
+        size = math.sqrt(math.fsum(x * x for x, _ in shared) * math.fsum(y * y for _, y in shared))
+        trust = max(0.0, math.fsum(x * y for x, y in shared) / size) if size > LEAST else 1.0
+        found[expert] = {id: trust * x for id, x in evidence[expert].items()}
     return found
+
+
+def _said(ballot: Ballot, ahead: Ahead) -> Evidence:
+    """What each says now, and nothing of who was heard before and is not now."""
+    every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
+    now = {each.expert: dict(each.nats) or _named(each) for each in every}
+    experts = sorted({e for e, nats in now.items() if nats} | set(ahead.before))
+    return {e: _apart(now.get(e, {}), ahead.ids, WEIGHTS.get(e, 1.0)) for e in experts}
 
 
 def _named(outcome: Vote | Missing) -> dict[int, float]:
     return dict.fromkeys(outcome.frontiers, NAMED) if isinstance(outcome, Vote) else {}
 
 
-def _apart(nats: Mapping[int, float], ids: Collection[int]) -> dict[int, float]:
+def _apart(nats: Mapping[int, float], ids: Collection[int], weight: float) -> dict[int, float]:
     known = {id: nats.get(id, 0.0) for id in sorted(ids)}
     mean = math.fsum(known.values()) / max(1, len(known))
-    return {id: max(-PULL, min(PULL, x - mean)) for id, x in known.items()}
+    return {id: max(-PULL, min(PULL, weight * (x - mean))) for id, x in known.items()}
 
 
 def pooled(evidence: Evidence, ids: Collection[int]) -> dict[int, float]:
@@ -68,14 +90,15 @@ def elect(
     """The first by what the unknown and all experts say: of a planned order, where the ways between
     frontiers are known. `silent`: the rule where nobody says anything."""
     evidence = heard(ballot, ahead)
-    order = _ordered(ahead, evidence)
+    counts = counted(ballot, ahead, evidence)
+    order = _ordered(ahead, counts)
     without = tuple(
-        (left_out, _ordered(ahead, {e: nats for e, nats in evidence.items() if e != left_out})[0])
-        for left_out in evidence
+        (left_out, _ordered(ahead, {e: nats for e, nats in counts.items() if e != left_out})[0])
+        for left_out in counts
     )
     rule, chosen = ("prior", order[:1]) if evidence else (silent, ())
     planned = order if ahead.planned else ()
-    told = ballot, stamp_ns, why, without, planned, belief(ahead, evidence), evidence
+    told = ballot, stamp_ns, why, without, planned, belief(ahead, counts), evidence
     return Decision(order[0], rule, chosen, closest, *told)
 
 

@@ -89,9 +89,9 @@ def test_one_voter_decides_and_is_held_against_what_is_fallen_back_on() -> None:
     assert counts["paper"].decided.tolist() == [1.0] * 3
     assert counts["paper"].regret_m.tolist() == [0.0] * 3
     assert counts["paper"].fallback_m.tolist() == [6.0] * 3, "the closest"
-    assert counts["runtime"].fallback_m.tolist() == [2.0] * 3, "by information gain"
+    assert counts["sets"].fallback_m.tolist() == [2.0] * 3, "by information gain"
     assert counts["paper"].gained_m.tolist() == [-6.0] * 3
-    assert rows["o2f, language"].rules["runtime"].gained_m.tolist() == [4.0] * 3
+    assert rows["o2f, language"].rules["sets"].gained_m.tolist() == [4.0] * 3
 
 
 def test_who_has_no_set_decides_nothing_and_gains_nothing() -> None:

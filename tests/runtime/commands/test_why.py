@@ -84,7 +84,7 @@ def test_a_decision_that_is_remembered_no_more_is_in_the_journal(answered, tmp_p
     ask, _, answer = answered
     answer.update(accepted=False, error="why: decision 1: is not remembered; 9 to 9 are")
     assert ask("1").exit_code == 1  # there is no journal
-    nowhere = elect(Ballot(), (), ConsensusConfig())
+    nowhere = elect(Ballot(), (), ConsensusConfig(mode="strict"))
     world = SimpleNamespace(body=SimpleNamespace(step=9), frontiers=())
     with Journal(tmp_path / "decisions.jsonl") as journal:
         journal.write("goal", text="mug")

@@ -151,9 +151,10 @@ def test_surfaces_that_were_not_seen_finely_are_places_too():
 
 def test_a_belief_goes_with_a_decision_that_plans_nothing():
     world, _ = looked_around(5)
-    snap = navigate.snapshot(world, "test", CFG)
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(mode="strict"))
+    snap = navigate.snapshot(world, "test", cfg)
     last = snap.brief.order[-1]
-    decided = navigate.decide(snap, Pointing(last), None, CFG)
+    decided = navigate.decide(snap, Pointing(last), None, cfg)
     assert (decided.rule, decided.frontier, decided.order) == ("all", last, ())
     assert decided.belief is not None
     assert decided.belief.places[0].id == last

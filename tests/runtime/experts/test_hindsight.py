@@ -73,5 +73,7 @@ def test_configured_weights_are_where_it_begins_and_count_once(world: World):
 def test_the_plain_vote_hears_of_no_weights(world: World):
     hindsight = Hindsight()
     hindsight.learn(world, [choice(world, r2f=-0.2)] * 100, SEATS)
-    assert hindsight.applied(ConsensusConfig(), SEATS) == ConsensusConfig()
+    assert hindsight.applied(ConsensusConfig(mode="strict"), SEATS) == ConsensusConfig(
+        mode="strict"
+    )
     assert hindsight.applied(WEIGHTED, ("o2f",)) == WEIGHTED  # others were seated

@@ -15,7 +15,7 @@ from runtime.experts.panel import Expert, Panel
 
 BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)))
 PATIENCE_S = 20.0  # of the tests, never reached when they pass
-STRICT = ConsensusConfig()
+STRICT = ConsensusConfig(mode="strict")
 
 
 def says(*ids: int, rung: str = "local") -> Expert:

@@ -175,7 +175,7 @@ def test_the_cloud_is_appealed_to_when_experts_disagree(stack: ExitStack, tmp_pa
     server = stack.enter_context(Server(lambda body: (200, completion(answer([1])))))
     cloud = cloud_at(stack, tmp_path, server)
     seats = seated(stack, Likes("lamp"), cloud)  # o2f: by the lamp, 2; r2f: the bathroom, 1
-    names, rule = ("o2f", "r2f"), ConsensusConfig()
+    names, rule = ("o2f", "r2f"), ConsensusConfig(mode="strict")
 
     def agreed(ballot: Ballot) -> bool:
         return consensus.agreed(ballot, rule)

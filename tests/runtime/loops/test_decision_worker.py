@@ -8,13 +8,14 @@ from manual_clock import ManualClock
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing, Vote
+from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest, DecisionWorker
 from runtime.navigate import NavigateConfig
 
 PATIENCE_S = 20.0  # of the tests, never reached when they pass
-CFG = NavigateConfig()
+CFG = NavigateConfig(consensus=ConsensusConfig(mode="strict"))
 
 
 def snapshot(distances: dict[int, float]) -> Snapshot:

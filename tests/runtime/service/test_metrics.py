@@ -67,7 +67,7 @@ def decided(telemetry: Telemetry) -> None:
     votes = (Vote("o2f", (7,), ((7, 1.0),), "so", "cloud"),)
     seen = FrontierBrief(7, 1.5, (), ())
     ballot = Ballot(votes, (Missing("sle", Absence.LATE),))
-    decision = elect(ballot, (seen,), ConsensusConfig())
+    decision = elect(ballot, (seen,), ConsensusConfig(mode="strict"))
     telemetry.decided(1, "mug", decision, Brief("mug", 0, (seen,)), (), 7, 0.0)
 
 

@@ -16,7 +16,7 @@ SEEN = FrontierBrief(7, 1.5, (), ())
 
 
 def decided(recollection: Recollection, number: int, goal: str = "mug") -> None:
-    decision = elect(Ballot(), [SEEN], ConsensusConfig(), 0, "first decision")
+    decision = elect(Ballot(), [SEEN], ConsensusConfig(mode="strict"), 0, "first decision")
     told = decision, Brief(goal, 0, (SEEN,)), (FRONTIER,), 7, 3.0
     recollection.decided(number, goal, *told)
 

@@ -35,7 +35,9 @@ def ballot(*rungs: str) -> Ballot:
 
 
 def decided(telemetry: Telemetry, *rungs: str) -> None:
-    decision = elect(ballot(*rungs), BRIEF.frontiers, ConsensusConfig(), 0, "first decision")
+    decision = elect(
+        ballot(*rungs), BRIEF.frontiers, ConsensusConfig(mode="strict"), 0, "first decision"
+    )
     telemetry.decided(3, "mug", decision, BRIEF, (FRONTIER,), 7, 1.0)
 
 

@@ -86,7 +86,7 @@ def test_one_that_nothing_stopped_and_one_cut_off_are_read(tmp_path: Path, journ
 def test_nothing_decided_is_nowhere_to_go(tmp_path: Path):
     path = tmp_path / "decisions.jsonl"
     world = SimpleNamespace(body=SimpleNamespace(step=9), frontiers=())
-    decision = elect(Ballot(), (), ConsensusConfig())
+    decision = elect(Ballot(), (), ConsensusConfig(mode="strict"))
     with Journal(path) as file:
         file.write("goal", text="mug")
         file.write("decision", brief=Brief("mug", 0, ()), **explain(decision, world, "nearest"))

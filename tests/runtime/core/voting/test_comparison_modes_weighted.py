@@ -89,23 +89,23 @@ def test_what_enough_experts_are_against_is_not_elected(ballot: Ballot, veto: in
 @given(BALLOTS)
 def test_votes_against_count_for_nothing_by_default(ballot: Ballot):
     plain = Ballot(tuple(Vote(v.expert, v.frontiers, v.probabilities, "") for v in ballot.votes))
-    one, two = (elect(b, FRONTIERS, ConsensusConfig()) for b in (ballot, plain))
+    one, two = (elect(b, FRONTIERS, ConsensusConfig(mode="strict")) for b in (ballot, plain))
     assert (one.frontier, one.rule, one.chosen) == (two.frontier, two.rule, two.chosen)
 
 
 @given(BALLOTS)
 def test_where_numbers_count_everyone_is_waited_for(ballot: Ballot):
-    for cfg in (ConsensusConfig(mode="weighted"), ConsensusConfig(veto=1)):
+    for cfg in (ConsensusConfig(mode="weighted"), ConsensusConfig(mode="strict", veto=1)):
         assert not settled(ballot.votes, ["x"], FRONTIERS, cfg)
         assert settled(ballot.votes, [], FRONTIERS, cfg)
 
 
 def test_agreement_counts_what_is_left_after_the_veto():
     both = Ballot((Vote("a", (1, 2), (), ""), Vote("b", (1,), (), "", against=(2,))))
-    assert agreed(both, ConsensusConfig(veto=1))
+    assert agreed(both, ConsensusConfig(mode="strict", veto=1))
     against = Ballot((Vote("a", (1, 2), (), ""), Vote("b", (1,), (), "", against=(1,))))
-    assert not agreed(against, ConsensusConfig(veto=1))
-    assert agreed(against, ConsensusConfig())
+    assert not agreed(against, ConsensusConfig(mode="strict", veto=1))
+    assert agreed(against, ConsensusConfig(mode="strict"))
 
 
 def test_weights_come_from_the_configuration():

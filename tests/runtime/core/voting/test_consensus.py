@@ -57,39 +57,43 @@ def test_a_lone_vote_counts_only_when_lenient(a: frozenset[int]):
 
 @given(st.lists(SETS, max_size=4))
 def test_the_winner_is_the_nearest_of_the_chosen_set(sets: list[frozenset[int]]):
-    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig())
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig(mode="strict"))
     assert decision.frontier == max(decision.chosen, default=6)
     assert decision.closest == 6
 
 
 def test_farthest_is_the_literal_argmax():
     votes = ballot(frozenset({2, 4}), frozenset({2, 4}))
-    assert elect(votes, FRONTIERS, ConsensusConfig(rank="farthest")).frontier == 2
-    assert elect(votes, FRONTIERS, ConsensusConfig()).frontier == 4
+    assert elect(votes, FRONTIERS, ConsensusConfig(mode="strict", rank="farthest")).frontier == 2
+    assert elect(votes, FRONTIERS, ConsensusConfig(mode="strict")).frontier == 4
 
 
 @given(st.lists(SETS, max_size=4))
 def test_unreachable_frontiers_are_never_elected(sets: list[frozenset[int]]):
     frontiers = [frontier(i, float("inf") if i % 2 else float(i)) for i in range(1, 7)]
-    decision = elect(ballot(*sets), frontiers, ConsensusConfig())
+    decision = elect(ballot(*sets), frontiers, ConsensusConfig(mode="strict"))
     assert decision.frontier is not None
     assert decision.frontier % 2 == 0
     assert all(i % 2 == 0 for i in decision.chosen)
 
 
 def test_no_reachable_frontier_is_said_so():
-    decision = elect(ballot(frozenset({1})), [frontier(1, float("inf"))], ConsensusConfig())
+    decision = elect(
+        ballot(frozenset({1})), [frontier(1, float("inf"))], ConsensusConfig(mode="strict")
+    )
     assert (decision.frontier, decision.rule) == (None, "none")
 
 
 def test_equal_distances_go_to_the_older_frontier():
     same = [frontier(i, 2.0) for i in (5, 3, 4)]
-    assert elect(Ballot(), same, ConsensusConfig()).frontier == 3
+    assert elect(Ballot(), same, ConsensusConfig(mode="strict")).frontier == 3
 
 
 @pytest.mark.parametrize(("alive", "heir"), [((2, 4, 6), 4), ((2, 6), 2), ((6, 5), 6), ((), None)])
 def test_a_vanished_winner_is_followed_by_the_chosen_then_the_closest(alive, heir):
-    decision = elect(ballot(frozenset({2, 4}), frozenset({2, 4})), FRONTIERS, ConsensusConfig())
+    decision = elect(
+        ballot(frozenset({2, 4}), frozenset({2, 4})), FRONTIERS, ConsensusConfig(mode="strict")
+    )
     assert successor(decision, [f for f in FRONTIERS if f.id in alive]) == heir
 
 
@@ -100,7 +104,7 @@ def test_a_vanished_winner_is_followed_by_the_chosen_then_the_closest(alive, hei
 )
 def test_a_decision_on_a_newer_map(sets: list[frozenset[int]], newer: dict[int, float], rank: str):
     """1 to 6 may have vanished, moved or been cut off, 7 to 9 are new."""
-    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig(rank=rank))
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig(mode="strict", rank=rank))
     heir = successor(decision, [frontier(i, d) for i, d in newer.items()], rank)
     alive = {i: d for i, d in newer.items() if d < float("inf")}
     left = set(decision.chosen) & set(alive)
@@ -122,7 +126,9 @@ def test_the_same_ballot_elects_the_same_however_far_all_of_it_is(
 ):
     """A robot that drove on sees other distances; the same order of them is the same decision."""
     later = [frontier(f.id, f.distance_m * scale) for f in FRONTIERS]
-    one, two = (elect(ballot(*sets), fs, ConsensusConfig()) for fs in (FRONTIERS, later))
+    one, two = (
+        elect(ballot(*sets), fs, ConsensusConfig(mode="strict")) for fs in (FRONTIERS, later)
+    )
     assert one == two
 
 
@@ -131,7 +137,7 @@ def test_a_ballot_on_a_map_that_lost_frontiers_counts_what_is_left_of_it(
     sets: list[frozenset[int]], gone: frozenset[int]
 ):
     left = [f for f in FRONTIERS if f.id not in gone]
-    decision = elect(ballot(*sets), left, ConsensusConfig())
+    decision = elect(ballot(*sets), left, ConsensusConfig(mode="strict"))
     rule, chosen = agree([rest for s in sets if (rest := s - gone)])
     assert (decision.rule, frozenset(decision.chosen)) == (rule if left else "none", chosen)
     assert decision.frontier not in gone
@@ -139,11 +145,11 @@ def test_a_ballot_on_a_map_that_lost_frontiers_counts_what_is_left_of_it(
 
 @given(st.lists(SETS, max_size=4))
 def test_what_would_have_been_without_each_expert(sets: list[frozenset[int]]):
-    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig())
+    decision = elect(ballot(*sets), FRONTIERS, ConsensusConfig(mode="strict"))
     for left_out, (name, frontier) in enumerate(decision.without):
         others = [s for n, s in enumerate(sets) if n != left_out]
         votes = Ballot(tuple(v for v in decision.ballot.votes if v.expert != name))
-        assert frontier == elect(votes, FRONTIERS, ConsensusConfig()).frontier
+        assert frontier == elect(votes, FRONTIERS, ConsensusConfig(mode="strict")).frontier
         assert frontier == max(agree(others)[1], default=6)
     assert len(decision.without) == len(sets)
 
@@ -155,7 +161,7 @@ def test_pairs_need_not_be_the_same_pair():
 
 @given(st.lists(SETS, max_size=4), st.floats(0, 6), st.permutations(range(1, 7)))
 def test_no_vote_costs_more_than_the_detour(sets: list[frozenset[int]], most: float, order):
-    cfg = ConsensusConfig(detour_m=most)
+    cfg = ConsensusConfig(mode="strict", detour_m=most)
     fallback = elect(ballot(), FRONTIERS, cfg, order=order).frontier
     assert fallback == order[0]
     winner = elect(ballot(*sets), FRONTIERS, cfg, order=order).frontier

@@ -64,7 +64,10 @@ def test_every_rule_has_words_even_where_no_set_names_the_winner():
 
 
 def test_nothing_to_choose_and_too_much_to_say():
-    assert in_words(elect(Ballot(), [], ConsensusConfig())) == "no frontier can be reached"
+    assert (
+        in_words(elect(Ballot(), [], ConsensusConfig(mode="strict")))
+        == "no frontier can be reached"
+    )
     prose = Vote("sle", (2,), ((2, 1.0),), "because " * 40)
     line = in_words(elect(Ballot((prose,)), FRONTIERS, ConsensusConfig(mode="lenient")))
     assert "…" in line
@@ -80,7 +83,7 @@ def test_a_reason_of_the_whole_set_is_told_whole():
 
 def test_an_agreement_on_what_is_too_far_away_is_told():
     votes = (vote("o2f", 3), vote("r2f", 3))
-    decision = elect(Ballot(votes), FRONTIERS, ConsensusConfig(detour_m=1.0))
+    decision = elect(Ballot(votes), FRONTIERS, ConsensusConfig(mode="strict", detour_m=1.0))
     assert in_words(decision).startswith(
         "frontier 1, the closest, as what o2f and r2f agree on is too far away"
     )

@@ -50,7 +50,8 @@ SLE = Missing("sle", Absence.NO_PREFERENCE)
 
 def told(*votes: Vote, missing: tuple[Missing, ...] = (), **cfg) -> ToldDecision:
     ballot = Ballot(votes, missing, {"o2f": 0.342})
-    decision = elect(ballot, BRIEF.frontiers, ConsensusConfig(**cfg), 0, "frontier 5 is gone")
+    rule = ConsensusConfig(**{"mode": "strict", **cfg})
+    decision = elect(ballot, BRIEF.frontiers, rule, 0, "frontier 5 is gone")
     at = {3: (1.0, 0.0), 7: (3.14, -0.4)}
     return ToldDecision(12, "mug", decision, BRIEF, at, decision.frontier, 34.4)
 
@@ -121,7 +122,7 @@ def test_every_rule_is_told(votes: tuple[Vote, ...], cfg: dict, rule: str):
 
 
 def test_the_fallback_by_geometry_says_what_it_weighs():
-    decision = elect(Ballot(), BRIEF.frontiers, ConsensusConfig(), 0, "", (9, 7, 3))
+    decision = elect(Ballot(), BRIEF.frontiers, ConsensusConfig(mode="strict"), 0, "", (9, 7, 3))
     lines = in_full(ToldDecision(1, "mug", decision, BRIEF, {}, 3))
     assert lines[:2] == (
         'Decision 1 of the search for "mug".', "It was due: nobody noted why.",
@@ -152,7 +153,7 @@ def test_one_expert_for_two_knows_what_both_would():
 
 
 def test_nowhere_to_go_is_told_and_no_more():
-    nowhere = elect(Ballot(), (), ConsensusConfig())
+    nowhere = elect(Ballot(), (), ConsensusConfig(mode="strict"))
     lines = in_full(ToldDecision(2, "mug", nowhere, Brief("mug", 0, ()), {}, None))
     assert lines[2:] == (
         "No frontier (an edge of what has been seen) could be reached: none was taken",

@@ -14,7 +14,7 @@ from runtime.core.voting import prior
 from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
 from runtime.core.voting.explain import in_words
 from runtime.core.voting.information_gain import DISCOUNT_PER_M
-from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, heard, pooled
+from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, WEIGHTS, counted, heard, pooled
 
 NATS = st.dictionaries(st.integers(1, 4), st.floats(-9.0, 9.0), min_size=1)
 PRIOR = ConsensusConfig(mode="prior", fallback="ahead")
@@ -72,9 +72,12 @@ def test_an_expert_moves_no_frontier_farther_than_another_backs_it(a, b):
 
 
 def test_what_two_say_counts_in_full():
-    ahead, said = star(), {1: 1.5, 2: -0.5, 3: -0.5, 4: -0.5}
-    both = pooled(heard(ballot(o2f=said, r2f=said), ahead), ahead.ids)
+    ahead, said = star(), {1: 0.45, 2: -0.15, 3: -0.15, 4: -0.15}
+    both = pooled(heard(ballot(o2f=said, sle=said), ahead), ahead.ids)
     assert both == pytest.approx({i: 2 * x for i, x in said.items()})
+    rooms = pooled(heard(ballot(o2f=said, r2f=said), ahead), ahead.ids)
+    more = WEIGHTS["r2f"] - 1.0  # which nobody backs
+    assert rooms == pytest.approx({i: (2 + LONE * more) * x for i, x in said.items()})
 
 
 def test_experts_that_contradict_each_other_cancel_out():
@@ -103,6 +106,18 @@ def test_what_is_said_at_random_fades_and_what_is_known_stays():
     assert known["o2f"] == pytest.approx(steady)
     alone = np.std(rng.normal(size=(4000, 2)) @ [0.5, -0.5])
     assert np.std(last) < 0.8 * alone
+
+
+def test_who_says_the_contrary_of_what_it_said_is_not_believed():
+    ahead = star(masses=(1.0, 1.0), before={"o2f": {1: 1.0, 2: -1.0}, "r2f": {1: 1.0, 2: -1.0}})
+    votes = ballot(o2f={1: -1.0, 2: 1.0}, r2f={1: 0.5, 2: -0.5})
+    said = heard(votes, ahead)
+    counts = counted(votes, ahead, said)
+    assert counts["o2f"] == {1: 0.0, 2: 0.0}
+    assert counts["r2f"] == pytest.approx(said["r2f"])
+    first = ballot(o2f={1: 1.0, 2: -1.0})
+    alone = heard(first, star(masses=(1.0, 1.0)))
+    assert counted(first, star(masses=(1.0, 1.0)), alone) == alone
 
 
 def test_who_is_late_goes_on_counting_less_and_less():
@@ -190,7 +205,7 @@ def test_rank_gain_takes_of_the_chosen_what_the_fallback_puts_first():
     frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0), _Reachable(3, 3.0)]
     votes = Ballot((Vote("a", (1, 3), (), ""), Vote("b", (1, 3), (), "")))
     for rank, best in (("nearest", 1), ("gain", 3), ("farthest", 3)):
-        cfg = ConsensusConfig(rank=rank)
+        cfg = ConsensusConfig(mode="strict", rank=rank)
         assert elect(votes, frontiers, cfg, order=(2, 3, 1)).frontier == best
 
 
