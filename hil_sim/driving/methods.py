@@ -22,7 +22,7 @@ STRICT = 'research.consensus_mode="strict"'
 LENIENT = 'research.consensus_mode="lenient"'
 AHEAD = 'research.consensus_fallback="ahead"'
 LANGUAGE = 'research.word_evidence="language"'
-PRIOR = 'research.consensus_mode="prior"', 'research.consensus_fallback="geometry"'
+PRIOR = 'research.consensus_mode="prior"', AHEAD
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ SINGLE: dict[str, Method] = {
     "geometry": Method((_experts(),)),
     "geometry-ahead": Method((_experts(), AHEAD)),
     "prior": Method(PRIOR),
-    "prior-ahead": Method((PRIOR[0], AHEAD)),
+    "prior-one-step": Method((PRIOR[0], 'research.consensus_fallback="geometry"')),
     "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST, LANGUAGE)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),

@@ -22,7 +22,7 @@ from runtime.journal import plain
 
 GROUPS = (
     ("Against baselines", ("closest", "geometry", "geometry-ahead", *COW, "single-llm", "paper",
-                           "sets", "prior", "prior-ahead", FULL)),
+                           "sets", "prior", "prior-one-step", FULL)),
     ("Experts alone, in pairs, all", ("o2f", "r2f", "sle", "o2f+r2f", "o2f+sle", "r2f+sle",
                                       "paper")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),

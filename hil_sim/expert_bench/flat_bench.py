@@ -30,8 +30,8 @@ METHODS: Final = {
     "paper": ConsensusConfig(fallback="closest"),
     "consensus": ConsensusConfig(),
     "consensus, gain": ConsensusConfig(rank="gain", fallback="ahead"),
-    "prior": ConsensusConfig(mode="prior"),
-    "prior, ahead": ConsensusConfig(mode="prior", fallback="ahead"),
+    "prior": ConsensusConfig(mode="prior", fallback="ahead"),
+    "prior, one step": ConsensusConfig(mode="prior"),
 }
 """How each elects; SILENT ones ask nobody."""
 SILENT: Final = ("closest", "geometry", "ahead")

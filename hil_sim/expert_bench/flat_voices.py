@@ -16,7 +16,6 @@ from hil_sim.expert_bench.flat_search import FlatSearch
 from hil_sim.ground_truth.goals import categories_of
 from hil_sim.scenes.format import ROOM_TYPES
 from runtime.core.kernels import walking
-from runtime.core.mapping.grid import MapCopy
 from runtime.core.types import (
     Brief,
     Frontier,
@@ -26,7 +25,7 @@ from runtime.core.types import (
     NearbyObject,
     Vote,
 )
-from runtime.core.voting.brief import OBJECT_RANGE_M, ROOM_RANGE_M, UNKNOWN_DEPTH_M, doorway
+from runtime.core.voting.brief import OBJECT_RANGE_M, ROOM_RANGE_M, UNKNOWN_DEPTH_M
 from runtime.core.voting.counts import SURENESS, CountTable, object_nats, room_nats
 from runtime.core.voting.likelihood_experts import Evidence, ExpertConfig, vote_where_known
 from runtime.core.voting.prior import PULL
@@ -64,17 +63,13 @@ class FlatVoices:
     def _brief(
         self, search: FlatSearch, frontiers: tuple[Frontier, ...], unknown_m2: Mapping[int, float]
     ) -> Brief:
-        occupied = search.known & search.home.hiding
-        copy = MapCopy(search.frame, occupied, search.free, ~search.known)
         told = []
         for f in frontiers:
             shares = _near(self.rooms, search.free, search, f, ROOM_RANGE_M)
             rooms = tuple(zip(ROOM_TYPES, shares, strict=True)) if sum(shares) else ()
             near = tuple(_objects(search, f))
-            door, area = doorway(f.cells_xy, copy), unknown_m2[f.id]
-            told.append(
-                FrontierBrief(f.id, f.distance_m, near, rooms, doorway=door, unknown_m2=area)
-            )
+            area = unknown_m2[f.id]
+            told.append(FrontierBrief(f.id, f.distance_m, near, rooms, unknown_m2=area))
         return Brief(search.task.goal, 0, tuple(told))
 
     def _ahead(

@@ -13,15 +13,15 @@ LEAST = 1e-9  # what says anything
 PULL = 1.0  # nats of one expert at most, either way of its mean
 WEIGHTS: Final[Mapping[str, float]] = {"r2f": 2.0}  # of a nat of one's; of the others 1
 NAMED = 1.0  # nats of a frontier that is named by an expert that tells no numbers
-LONE = 0.4  # of what an expert alone says of a frontier, beyond what any other backs
+LONE = 0.6  # of what an expert alone says of a frontier, beyond what any other backs
 NEWEST = 0.4  # of an expert's evidence for a frontier, what it says now against what it said
 
 
 def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
     """By expert that has any evidence, whether or not it recommends anything: nats by frontier, the
-    difference to their mean, cut to PULL. Who knows nothing of a frontier has 0 for it. What it
-    said of the same frontier before goes on counting, less and less: what is said at random cancels
-    out over time, what is known stays."""
+    difference to their mean, weighed and cut to PULL. Who knows nothing of a frontier has 0 for it.
+    What it said of the same frontier before goes on counting, less and less: what is said at random
+    cancels out over time, what is known stays."""
     return {
         expert: {
             id: NEWEST * x + (1 - NEWEST) * before[id] if id in before else x

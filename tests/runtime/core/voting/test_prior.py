@@ -175,7 +175,7 @@ def test_without_an_order_the_best_for_the_way_there_is_elected_by_area_evidence
 
 def test_without_an_order_it_is_told_who_was_heard_and_what_each_changed():
     said = {1: -1.0, 2: 1.0}
-    ahead = apart(masses=(1.0, 1.0), far_m=(1.0, 4.0))
+    ahead = apart(masses=(1.0, 1.0), far_m=(1.0, 5.0))
     told = elected(ballot(o2f=said, r2f=said), ahead, ONE_STEP)
     assert dict(told.without) == {"o2f": 1, "r2f": 1}
     assert told.belief is not None
