@@ -13,11 +13,11 @@ from hil_sim.expert_bench.flat_search import Decide, FlatResult, FlatSearch, dri
 from hil_sim.expert_bench.flat_voices import FlatVoices, recognised
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.open import open_scene
-from models.words.counts import load_counts
 from runtime.core.types import Ballot, Decision, Frontier, Missing, Vote
 from runtime.core.voting import consensus, information_gain, search_order
 from runtime.core.voting.consensus import ConsensusConfig
-from runtime.core.voting.counts import Count, CountTable
+from runtime.core.voting.counts import CountTable
+from runtime.perception.counted import counted_in_homes
 
 GOALS: Final = (
     "chair", "sofa", "plant", "bed", "toilet", "tv monitor", "refrigerator", "laptop", "bathtub",
@@ -63,7 +63,7 @@ Rows = dict[tuple[str, str], list[FlatResult]]
 def run(plan: FlatPlan, methods: Sequence[str]) -> Iterator[tuple[str, Rows]]:
     """The name of each home, and what its searches came to: a list for each method and condition,
     one a task."""
-    counts = CountTable.of([Count(*counted) for counted in load_counts()])
+    counts = counted_in_homes()
     for n in range(plan.homes):
         home = _home(plan.first + n)
         if home is not None:

@@ -10,10 +10,15 @@ from runtime.core.voting.counts import Count, CountTable
 from runtime.experts.counts import CountExperts
 
 
+def counted_in_homes() -> CountTable:
+    """What the file that comes with the project has."""
+    return CountTable.of([Count(*counted) for counted in load_counts()])
+
+
 def seat_counts(embed: Callable[[Sequence[str]], F32]) -> CountExperts:
     """Of the file that comes with the project. `embed`: texts -> (N, D) unit rows; asked only for
     names that were never counted."""
-    table = CountTable.of([Count(*counted) for counted in load_counts()])
+    table = counted_in_homes()
     names = tuple(table.rates)
 
     @cache

@@ -6,12 +6,11 @@ from hil_sim.expert_bench.flat_home import flat_home
 from hil_sim.expert_bench.flat_search import drive, task_in
 from hil_sim.expert_bench.flat_voices import FlatVoices, recognised
 from hil_sim.scenes.format import ROOM_TYPES
-from models.words.counts import load_counts
 from runtime.core.types import Ballot, Decision, Missing, Vote
-from runtime.core.voting.counts import Count, CountTable
+from runtime.perception.counted import counted_in_homes
 
 HOME = flat_home(three_rooms())
-COUNTS = CountTable.of([Count(*counted) for counted in load_counts()])
+COUNTS = counted_in_homes()
 
 
 def asked(spoilt: str = "") -> list[list[Vote | Missing]]:
