@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hil_sim.driving.methods import CLOSEST, SINGLE
+from hil_sim.driving.methods import CLOSEST, LANGUAGE, SINGLE
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.statistics import Values, rank_correlation
 from hil_sim.expert_bench.voting import Voters, Votes, at_random
