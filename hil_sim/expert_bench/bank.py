@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, get_origin
 
 import numpy as np
+from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, override
 from cattrs.preconf.json import make_converter
 
 from hil_sim.scenes.open import is_replica
@@ -279,3 +280,8 @@ def _unpacked(text: str, _: object) -> "np.ndarray[Any, Any]":
 _CONVERTER = make_converter()
 _CONVERTER.register_unstructure_hook_func(_is_array, _packed)
 _CONVERTER.register_structure_hook_func(_is_array, _unpacked)
+_BARE = override(omit=True)  # of the drive, not of the question: how frontiers lie to one another
+_CONVERTER.register_unstructure_hook(
+    Brief, make_dict_unstructure_fn(Brief, _CONVERTER, ahead=_BARE)
+)
+_CONVERTER.register_structure_hook(Brief, make_dict_structure_fn(Brief, _CONVERTER, ahead=_BARE))
