@@ -162,8 +162,12 @@ class Bridge:
         if self._client.is_connected():
             with suppress(ValueError, RuntimeError):
                 self._publish(self._topics.of("availability"), OFFLINE).wait_for_publish(2.0)
-        self._client.disconnect()
-        self._client.loop_stop()
+        client = self._client
+        client.disconnect()
+        client.loop_stop()
+        # A ring of references would leave its sockets to the collector, which warns of them.
+        client.on_connect = client.on_message = None
+        client.on_disconnect = client.on_connect_fail = None
 
     # -- the service's side --------------------------------------------------------------------
 

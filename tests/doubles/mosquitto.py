@@ -80,6 +80,7 @@ class Assistant:
     def close(self) -> None:
         self._client.disconnect()
         self._client.loop_stop()
+        self._client.on_connect = self._client.on_message = None
 
     def _heard(self, client: object, data: object, message: Any) -> None:
         self.kept[message.topic] = message.payload.decode("utf-8", "replace")

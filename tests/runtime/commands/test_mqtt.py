@@ -192,8 +192,10 @@ def test_a_broker_that_begins_anew_is_told_all_of_it(tmp_path: Path):
 
 @needs_mosquitto
 def test_only_who_is_known_is_let_in_and_the_secret_is_not_told(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
+    said: list[str] = []
+    monkeypatch.setattr(mqtt, "say", said.append)
     made = certified(tmp_path / "ca", "broker", "127.0.0.1")
     secrets = tmp_path / "passwords"
     secrets.touch(0o600)
@@ -207,11 +209,9 @@ def test_only_who_is_known_is_let_in_and_the_secret_is_not_told(
             assistant = Assistant(broker.port, "robot", SECRET, str(made.ca))
             assistant.hears("rfnav/rosie/state", "idle")
             assistant.close()
-        said = ""
         with bridged(double, Broker("127.0.0.1", broker.port, "robot", "wrong", str(made.ca))):
-            while "refuses: Not authorized" not in said:
-                said += capfd.readouterr().err
-        assert SECRET not in said + repr(right)
+            waited(lambda: any("refuses: Not authorized" in line for line in said))
+        assert SECRET not in "".join(said) + repr(right)
 
 
 @needs_mosquitto
