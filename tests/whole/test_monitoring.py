@@ -59,12 +59,16 @@ def test_what_it_does_and_why_it_stood_is_told_while_it_runs(tmp_path: Path):
         _, told = rfnav(end, "where", "toilets", "--json")
         assert json.loads(told)["called"] == "toilet"
         robot.sending.discard("odom")
-        robot.until(lambda: robot.state()["runtime"]["state"] == "held")
+        robot.until(lambda: "odom" in robot.state()["halt"])
         code, screen = rfnav(end, "status")
         assert code == 1
-        assert screen.startswith("WRONG    held: odometry: ")
-        _, why = rfnav(end, "why", "--stop")
-        assert "What to do: Look whether the base's driver runs" in why
+        # "odometry: …", and where the camera has gone on for 2 s "frame: odom is … behind …"
+        assert screen.startswith("WRONG    held: ")
+        assert "odom" in screen.splitlines()[0]
+        # Of a computer that is busy the last stop may be another: its loop stood still meanwhile.
+        last = int(rfnav(end, "why", "--stop")[1].split()[1])
+        stops = [rfnav(end, "why", str(number), "--stop")[1] for number in range(1, last + 1)]
+        assert any("What to do: Look whether the base's driver runs" in stop for stop in stops)
         robot.sending.add("odom")
         robot.until(lambda: robot.state()["runtime"]["state"] != "held")
         robot.until(lambda: metrics(port).get(("rfnav_halts_total", "odometry"), 0.0) >= 1.0)
