@@ -14,7 +14,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from runtime.errors import ConfigError
 from runtime.robot.endpoints import is_loopback
-from runtime.view.access import Access, access
+from runtime.view.access import Access, access, http_settings
 
 PATH: Final = "/mcp"
 BODY_BYTES: Final = 64 << 10
@@ -80,23 +80,8 @@ def agent_app(server: Server[Any], allowed: Access) -> ASGIApp:
 
 
 def agent_settings() -> dict[str, Any]:
-    """How uvicorn serves it: bounded and silent."""
-    return {
-        "loop": "asyncio",
-        "http": "h11",
-        "ws": "none",
-        "lifespan": "on",
-        "log_level": "warning",
-        "access_log": False,
-        "proxy_headers": False,
-        "server_header": False,
-        "date_header": False,
-        "limit_concurrency": CONNECTIONS_MOST,
-        "backlog": CONNECTIONS_MOST,
-        "timeout_keep_alive": 5,
-        "timeout_graceful_shutdown": 3,
-        "h11_max_incomplete_event_size": BODY_BYTES,
-    }
+    """How uvicorn serves it: without WebSockets."""
+    return http_settings(CONNECTIONS_MOST, BODY_BYTES) | {"ws": "none"}
 
 
 def serve_http(server: Server[Any], allowed: Access, ready: Callable[[], None]) -> None:

@@ -6,7 +6,7 @@ import ssl
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from runtime.errors import ConfigError
 from runtime.robot.endpoints import is_loopback
@@ -141,3 +141,22 @@ def _check(certificate: Path, key: Path) -> None:
         raise ConfigError(f"--certificate: {certificate}: does not go with {key}") from error
     except OSError as error:
         raise ConfigError(f"--certificate: {certificate}, {key}: {error.strerror}") from error
+
+
+def http_settings(connections: int, body_bytes: int) -> dict[str, Any]:
+    """How uvicorn serves whom a robot talks to: bounded and silent."""
+    return {
+        "loop": "asyncio",
+        "http": "h11",
+        "lifespan": "on",
+        "log_level": "warning",
+        "access_log": False,
+        "proxy_headers": False,
+        "server_header": False,
+        "date_header": False,
+        "limit_concurrency": connections,
+        "backlog": connections,
+        "timeout_keep_alive": 5,
+        "timeout_graceful_shutdown": 3,
+        "h11_max_incomplete_event_size": body_bytes,
+    }

@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
 from runtime.errors import ConfigError, RfNavError
-from runtime.view.access import HEADERS, Access
+from runtime.view.access import HEADERS, Access, http_settings
 from runtime.view.conversation import MESSAGE_BYTES, SUBPROTOCOL, Around, Conversation
 from runtime.view.feed import Feed
 from runtime.view.hub import Hub, HubAudience
@@ -146,26 +146,13 @@ def page_app(access: Access, feed: Feed, page: Path = PAGE) -> ASGIApp:
 
 
 def page_settings(access: Access) -> dict[str, Any]:
-    """How uvicorn serves it: bounded, silent, without what others would want."""
-    return {
-        "loop": "asyncio",
-        "http": "h11",
+    """How uvicorn serves it: pages hang on one WebSocket each, of bounded messages."""
+    return http_settings(CONNECTIONS_MOST, MESSAGE_BYTES) | {
         "ws": PageWire,
         "ws_max_size": MESSAGE_BYTES,
         "ws_ping_interval": PING_S,
         "ws_ping_timeout": PONG_S,
         "ws_per_message_deflate": False,
-        "lifespan": "on",
-        "log_level": "warning",
-        "access_log": False,
-        "proxy_headers": False,
-        "server_header": False,
-        "date_header": False,
-        "limit_concurrency": CONNECTIONS_MOST,
-        "backlog": CONNECTIONS_MOST,
-        "timeout_keep_alive": 5,
-        "timeout_graceful_shutdown": 3,
-        "h11_max_incomplete_event_size": MESSAGE_BYTES,
         "ssl_certfile": access.certificate,
         "ssl_keyfile": access.key,
     }
