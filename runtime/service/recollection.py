@@ -25,6 +25,7 @@ class RememberedDecision:
     """In words alone: what it was made on takes thirty times the memory."""
 
     number: int
+    id: str  # of its goal, "" where that has none
     goal: str
     in_words: tuple[str, ...]
 
@@ -46,11 +47,13 @@ class Recollection:
         frontiers: Sequence[Frontier],
         heads_for: int | None,
         elapsed_s: float,
+        id: str = "",
     ) -> None:
-        """A decision that was adopted: the `number`th of its search, on these frontiers."""
+        """A decision that was adopted: the `number`th of its search, on these frontiers; `id`: of
+        its goal."""
         at = {f.id: (float(f.goal_xy[0]), float(f.goal_xy[1])) for f in frontiers}
         told = ToldDecision(number, goal, decision, brief, at, heads_for, elapsed_s)
-        self._decisions.append(RememberedDecision(number, goal, in_full(told)))
+        self._decisions.append(RememberedDecision(number, id, goal, in_full(told)))
 
     def stood(self, now_s: float, state: str, cause: str) -> None:
         """How the runtime stands from now on: `loops.standing.RunStanding`."""

@@ -70,14 +70,15 @@ class Telemetry:
         elapsed_s: float,
     ) -> None:
         """A decision was adopted; see `Recollection.decided`."""
-        self._recollection.decided(number, goal, decision, brief, frontiers, heads_for, elapsed_s)
+        told = decision, brief, frontiers, heads_for, elapsed_s, self._goal_id
+        self._recollection.decided(number, goal, *told)
         self._decisions += 1
         for vote in decision.ballot.votes:
             _count(self._votes, (vote.expert, vote.rung))
         for missing in decision.ballot.missing:
             _count(self._absences, (missing.expert, missing.why.value))
-        told = f"decision {number}: {in_words(decision)}"
-        self._tell(told, DEBUG, **self._fields("decision"), DECISION=str(number))
+        said = f"decision {number}: {in_words(decision)}"
+        self._tell(said, DEBUG, **self._fields("decision"), DECISION=str(number))
 
     def stood(self, now_s: float, was: str, state: str, cause: str) -> None:
         """How the runtime stands from now on, `loops.standing.RunStanding`; `was`: before, in

@@ -68,7 +68,6 @@ class PageQuestions:
         self._told: dict[str, object] = {}
         self._stood: tuple[str, str] = ("", "")
         self._why: deque[Content] = deque(maxlen=WORDLESS)
-        self._last = 0, ""  # the decision that was told last: its number and its goal
         self._began_s: float | None = None  # the service, by its own clock
         self.answers = Answers()
 
@@ -160,7 +159,7 @@ class PageQuestions:
         stop, decision = answer.get("stop"), answer.get("decision")
         if isinstance(stop, Mapping):
             self._stop(told.stop_of(stop))
-        if isinstance(decision, Mapping) and _which(decision) != self._last:
+        if isinstance(decision, Mapping):
             self._tell_decision({}, decision)
 
     def _words(self, service: AskedService, report: Content) -> None:
@@ -175,28 +174,21 @@ class PageQuestions:
         self._tell_decision(report, answer if isinstance(answer, Mapping) else short)
 
     def _tell_decision(self, report: Content, decision: Content) -> None:
-        number, goal = self._last = _which(decision)
+        number = int(decision["number"])
         content = told.decision_of(
             report,
             number,
-            goal,
+            str(decision["goal"]),
             decision.get("in_words") or (),
             told.origin_of(self._hearing.newest.state),
         )
-        content["id"] = report.get("id") or self._goal_id(goal)
+        content["id"] = str(report.get("id") or decision.get("id") or "")
         t_s = time.time() if report else None
         if not self._history.decided(content, self._hearing.scene_json(), t_s):
             return
         if number == self._history.last:
             self._audience.tell("decision", content)
         self._audience.tell("timeline", self._history.timeline())
-
-    def _goal_id(self, goal: str) -> str:
-        """Of the goal that was heard of last, if it is called so; else ""."""
-        status = self.answers.status
-        heard = self._hearing.newest.feedback, status, told.table(status, "last")
-        newest = next((one for one in heard if one.get("id")), {})
-        return str(newest["id"]) if newest.get("goal") == goal else ""
 
     def _stop(self, stop: Content) -> None:
         if self._history.stopped(stop, time.time()):
@@ -207,8 +199,3 @@ class PageQuestions:
         if self._told.get(kind) != content:
             self._told[kind] = content
             self._audience.tell(kind, content)
-
-
-def _which(decision: Content) -> tuple[int, str]:
-    """Its number and its goal."""
-    return int(decision["number"]), str(decision["goal"])

@@ -275,7 +275,7 @@ def test_help_has_an_example(command: list[str]) -> None:
         (["demo", "--goal", "bed", "--scene", "igloo"], "hil-sim: scene igloo: unknown; known:"),
         (["demo", "--goal", "zebra"], "hil-sim: maple: goal 'zebra': no such object here"),
         (["demo", "--goal", "bed", "--method", "luck"], "hil-sim: method luck: unknown; known:"),
-        (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, paper"),
+        (["eval", "--method", "luck"], "hil-sim: method luck: unknown; known: rfnav, sets"),
         (
             ["eval", "--method", "cow-mdetr"],
             "hil-sim: method cow-mdetr: model mdetr is not here; `rf",

@@ -18,7 +18,7 @@ SEEN = FrontierBrief(7, 1.5, (), ())
 def decided(recollection: Recollection, number: int, goal: str = "mug") -> None:
     decision = elect(Ballot(), [SEEN], ConsensusConfig(mode="strict"), 0, "first decision")
     told = decision, Brief(goal, 0, (SEEN,)), (FRONTIER,), 7, 3.0
-    recollection.decided(number, goal, *told)
+    recollection.decided(number, goal, *told, id="a1")
 
 
 def in_words(answer: dict[str, Any], kind: str) -> str:
@@ -41,7 +41,7 @@ def test_the_last_decision_and_the_last_stop_and_those_before_by_number():
     recollection.stood(2.5, "searching", "")
     recollection.stood(4.0, "stopped", "stopped by rfnav/stop: ask rfnav/release to go on")
     answer = recollection.why({}, 5.0)
-    assert (answer["decision"]["number"], answer["decision"]["goal"]) == (2, "mug")
+    assert [answer["decision"][name] for name in ("number", "id", "goal")] == [2, "a1", "mug"]
     assert "frontier 7, at (1.0, 2.0) m, 1.5 m on foot" in in_words(answer, "decision")
     assert (answer["stop"]["number"], answer["stop"]["kind"]) == (2, "stop")
     assert "it goes on, 1.0 s by now" in in_words(answer, "stop")
