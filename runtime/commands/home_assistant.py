@@ -119,8 +119,13 @@ def vacuum_state(status: Table, returning: str) -> str:
         return "idle"
     if status.get("paused"):
         return "paused"
+    return "cleaning" if searches(status, returning) else "returning"
+
+
+def searches(status: Table, returning: str) -> bool:
+    """Whether a goal is under way, paused or not, and the robot not on its way back."""
     at_home = status.get("id") == returning or status.get("mode") == "return"
-    return "returning" if at_home else "cleaning"
+    return bool(status.get("goal")) and not at_home
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from runtime.commands.home_assistant import OFFLINE, Topics, Wished, wish
+from runtime.commands.home_assistant import OFFLINE, Topics, Wished, searches, wish
 from runtime.commands.options import service_options
 from runtime.commands.running import Running, running
 from runtime.config import load
@@ -136,6 +136,7 @@ class Bridge:
         self._ending = threading.Event()
         self._away = "nobody has answered yet"  # why the service does nothing, "" where it answers
         self._goal = self._said = self._returning = self._noted = ""
+        self._ids: set[object] = set()  # ids of what was asked for as that goal
         self._runtime: Running | None = None
         self._stop_asked = threading.Event()
         self._client = self._begun()
@@ -190,14 +191,14 @@ class Bridge:
     def _do(self, asked: Wished, runtime: Running) -> None:
         match asked.what:
             case "kept":
+                if asked.goal != self._goal:
+                    self._ids = set()
                 self._goal, self._said = asked.goal, ""
             case "found":
                 self._goal = asked.goal
                 self._find(runtime)
-            case "start" if runtime.ask("status", {}).get("paused"):
-                self._ask(runtime, "resume", {})
             case "start":
-                self._find(runtime)
+                self._start(runtime)
             case "pause":
                 self._ask(runtime, "pause", {})
             case "return":
@@ -218,11 +219,25 @@ class Bridge:
             except (BusError, SensorError) as error:
                 self._said = str(error)
 
-    def _find(self, runtime: Running) -> None:
-        if self._goal:
-            self._ask(runtime, "goal", {"goal": self._goal})
+    def _start(self, runtime: Running) -> None:
+        """Go on with what is under way after a pause, or where it is what is looked for next; else
+        begin with that."""
+        status = runtime.ask("status", {})
+        goal, same = status.get("goal"), status.get("id") in self._ids
+        if status.get("paused"):
+            self._ask(runtime, "resume", {})
+        elif searches(status, self._returning) and (same or self._goal in ("", goal)):
+            self._said = f"goes on: {goal} is looked for already"
         else:
+            self._find(runtime)
+
+    def _find(self, runtime: Running) -> None:
+        if not self._goal:
             self._said = "no goal is set"
+            return
+        answer = self._ask(runtime, "goal", {"goal": self._goal})
+        if answer.get("accepted"):
+            self._ids = {one.get("id") for one in (answer, *(answer.get("then") or ()))}
 
     def _ask(self, runtime: Running, kind: str, body: dict[str, object]) -> dict[str, Any]:
         answer = runtime.ask(kind, body, TAKEN_S)

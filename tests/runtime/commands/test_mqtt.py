@@ -109,6 +109,43 @@ def test_what_is_wished_is_asked_of_the_service(tmp_path: Path):
 
 
 @needs_mosquitto
+def test_a_start_in_the_midst_of_a_search_has_it_go_on(tmp_path: Path):
+    def asked() -> list:
+        return [one for one in double.heard if one[0] != "status"]
+
+    def found(assistant: Assistant, goal: str) -> None:
+        double.heard.clear()
+        assistant.say("rfnav/rosie/command", "start")
+        waited(lambda: asked() == [("goal", {"goal": goal})], asked())
+
+    with Mosquitto(tmp_path).up() as broker, service().up() as double:
+        assistant = Assistant(broker.port)
+        double.answers["goal"] = {**TAKEN, "then": [{"id": "b2"}]}
+        with bridged(double, Broker("127.0.0.1", broker.port)):
+            assistant.hears("rfnav/rosie/availability", "online")
+            double.answers["status"] = {**READY, "goal": "cup", "id": "c3"}  # others asked for it
+            assistant.say("rfnav/rosie/command", "start")
+            assistant.hears("rfnav/rosie/attributes", "goes on: cup")
+            assert asked() == []
+            assistant.say("rfnav/rosie/goal/set", "mug, then bed")
+            assistant.hears("rfnav/rosie/goal", "mug, then bed")
+            found(assistant, "mug, then bed")  # another than is under way
+            for id, goal in (("a1", "mug"), ("b2", "bed"), ("c3", "mug, then bed")):
+                double.answers["status"] = {**READY, "goal": goal, "id": id}
+                double.heard.clear()
+                assistant.say("rfnav/rosie/command", "start")
+                assistant.hears("rfnav/rosie/attributes", f"goes on: {goal}")
+                assert asked() == []
+            double.answers["status"] = {**READY, "goal": "mug", "id": "a1", "mode": "return"}
+            found(assistant, "mug, then bed")  # that search is over
+            assistant.say("rfnav/rosie/goal/set", "sofa")
+            assistant.hears("rfnav/rosie/goal", "sofa")
+            double.answers["status"] = {**READY, "goal": "mug", "id": "a1"}
+            found(assistant, "sofa")
+        assistant.close()
+
+
+@needs_mosquitto
 def test_a_wish_that_the_broker_has_kept_is_none(tmp_path: Path):
     with Mosquitto(tmp_path).up() as broker, service().up() as double:
         assistant = Assistant(broker.port)
