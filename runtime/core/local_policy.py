@@ -190,7 +190,7 @@ class Velocities:
         return GIVE_UP_AFTER_S
 
     def effort(self, world: World) -> float:
-        return world.body.dt_s
+        return 0.0 if world.body.held else world.body.dt_s
 
     def rested(self, world: World) -> bool:
         since_s = world.body.elapsed_s - world.standing.elapsed_s
@@ -200,7 +200,7 @@ class Velocities:
         if world.explored.looks_left <= 0:
             return False
         whole_rad = world.explored.looks_left * discrete_policy.TURN_RAD
-        late = world.body.elapsed_s > LATE * whole_rad / self.cfg.control.look_radps
+        late = world.body.free_s > LATE * whole_rad / self.cfg.control.look_radps
         over = late or world.body.turned_rad >= whole_rad
         if over:
             world.explored.looks_left = 0

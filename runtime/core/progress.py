@@ -25,6 +25,7 @@ def advance(world: World, obs: Observation, cfg: NavigateConfig) -> None:
     since_s = (obs.stamp_ns - world.stamp_ns) / 1e9 if world.stamp_ns else 0.0
     body.dt_s = min(1.0, max(0.0, since_s))
     body.elapsed_s += body.dt_s
+    body.free_s += 0.0 if body.held else body.dt_s
     body.blind = _blind(obs)
     body.turned_rad += wrap_angle(obs.pose.yaw_rad - world.pose.yaw_rad)
     if local_policy(cfg).blocked(world, obs):

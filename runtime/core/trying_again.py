@@ -32,7 +32,7 @@ def look_again(world: World, cfg: NavigateConfig, wait: bool = False) -> Command
 def _due(world: World, wait: bool) -> tuple[ClosedWay, TriedWay] | None:
     """Of those that may be looked at now the least looked at, the nearest of these; the one that is
     being watched before all others."""
-    passages, now_s = world.explored.passages, world.body.elapsed_s
+    passages, now_s = world.explored.passages, world.body.free_s
     barred = world.map.zones.barred(world.map.frame)
     ways = passages.closed(world.terrain, world.reach, barred)
     before, passages.tried = passages.tried, []
@@ -63,7 +63,7 @@ def _tried(passages: Passages, way: ClosedWay, before: list[TriedWay]) -> TriedW
 
 def _look(world: World, cfg: NavigateConfig, way: ClosedWay, tried: TriedWay) -> Command | None:
     """The step toward it, or the look at it; None when that was long enough, or not to be had."""
-    policy, now_s = local_policy(cfg), world.body.elapsed_s
+    policy, now_s = local_policy(cfg), world.body.free_s
     field = world.plan.toward(world.terrain, way.stands, world.pose)
     x, y = tried.xy
     where = f"the way at ({x:.1f}, {y:.1f})"

@@ -154,6 +154,8 @@ class BaseState:
     last: Command | None = None
     elapsed_s: float = 0.0  # by the observations' stamps; gaps count as a second at most
     dt_s: float = 0.0  # of that, since the observation before
+    held: bool = False  # ever since the observation before, and not by what is in the way
+    free_s: float = 0.0  # of `elapsed_s`, in which it was not
     turned_rad: float = 0.0  # yaw since the start, counter-clockwise
     twist: Twist = STILL  # sent last
     asked_mps: float = 0.0  # forward speed asked of the base since the observation before

@@ -52,7 +52,7 @@ class ControlLoop:
         record: Record = unrecorded,
         beat: Callable[[bool], str] = lambda moving: "",
     ) -> None:
-        self._beat, self._hurried, self._started = beat, False, False
+        self._beat, self._hurried, self._started, self._ending = beat, False, False, False
         self._unguarded = self._fault = ""
         self._changes, self._caution = Changes(), FREE
         self._record, self._plans, self._rests = record, 0, 0
@@ -74,7 +74,6 @@ class ControlLoop:
         self._condition, self._hand = WELL, ""  # of a hand also that has let go since it was asked
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
-        self._ending = False
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
 
     # -- for the thread that plans -----------------------------------------------------------------
@@ -139,7 +138,14 @@ class ControlLoop:
     def halts(self) -> dict[str, int]:
         """How often the base was held, by kind."""
         with self._changed:
-            return dict(sorted(self._guard.halts.items()))
+            return self._guard.told()
+
+    def held(self) -> bool:
+        """Whether the base was held ever since the last call, and not by what is in its way."""
+        with self._changed:
+            if held := self._guard.held():
+                self._record("heard", {"name": "held", "value": held})
+        return held
 
     def hurry(self) -> None:
         """Have the next turn at once. Any thread may ask."""
@@ -175,7 +181,7 @@ class ControlLoop:
                 "state": self._state,
                 "runtime": vars(self._changes.now),
                 "halt": self._halt.reason if self._halt else "",
-                "halts": dict(sorted(self._guard.halts.items())),
+                "halts": self._guard.told(),
                 "base": vars(self._condition),
             }
             late_s = tuple(self._late_s)
@@ -223,7 +229,8 @@ class ControlLoop:
     def _drive(self) -> Odometry | None:
         """The newest odometry, and the command that follows from it on the wire."""
         now_s = self._clock.now_s()
-        odometry, condition, felt = self._odometry(), self._base.condition(), self._senses.felt()
+        newest, condition, felt = self._senses.pose(), self._base.condition(), self._senses.felt()
+        odometry = Odometry(newest[0].value, newest[0].stamp_ns, newest[1]) if newest else None
         frame_s, doubt = self._senses.frame_arrival_s(), self._senses.doubt(self._twist)
         dt_s = min(LONGEST_DT_S, now_s - self._ticked_s) if self._ticked_s is not None else 0.0
         self._ticked_s = now_s
@@ -327,13 +334,6 @@ class ControlLoop:
         with suppress(RfNavError):  # the wire may be what broke
             self._base.drive(DriveOrder(STILL, 0, math.inf, last=True))
 
-    def _odometry(self) -> Odometry | None:
-        newest = self._senses.pose()
-        if newest is None:
-            return None
-        stamped, arrival_s = newest
-        return Odometry(stamped.value, stamped.stamp_ns, arrival_s)
-
     def _say(self, odometry: Odometry | None) -> None:
         """Publish the state, when it changed and a few times a second."""
         with self._changed:
@@ -346,5 +346,4 @@ class ControlLoop:
         if not self._occasion.comes(state, standing.state, *of, kind, base.held, base.hand):
             return
         told = told_state(state, standing, halt, twist, odometry, base, caution)
-        halts = dict(sorted(self._guard.halts.items()))
-        self._senses.publish_state({**report, **told, "halts": halts})
+        self._senses.publish_state({**report, **told, "halts": self._guard.told()})

@@ -184,6 +184,7 @@ class Drive:
         if search.world is not None:
             if not led:
                 search.world.body.asked_mps = means.control.asked_mps()
+                search.world.body.held = means.control.held()
             navigate.feel_edges(search.world, means.bus.cliffs_watched())
             for met in means.control.met():
                 navigate.meet(search.world, met, search.config.navigate)

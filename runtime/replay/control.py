@@ -65,6 +65,9 @@ class FilmControl:
     def asked_mps(self) -> float:
         return float(self._film.heard("asked_mps"))
 
+    def held(self) -> bool:
+        return bool(self._film.given("held"))  # recordings from before it counted have none
+
     def sent(self) -> Twist:
         return read(self._film.heard("sent"), Twist)
 

@@ -62,7 +62,7 @@ class Bench:
         self.folder, self.settings, self.after_restart = folder, settings, after_restart
         self.home = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0))
         self.models, self.clock = FakeModels(self.home), ManualClock(100.0)
-        self.base = WELL
+        self.base, self.withheld = WELL, False
         self.plans: list[Plan] = []
         self.rests: list[SearchState] = []
         self.feedback: list[dict[str, Any]] = []
@@ -159,6 +159,9 @@ class Bench:
 
     def asked_mps(self) -> float:
         return 0.0
+
+    def held(self) -> bool:
+        return self.withheld
 
     def sent(self) -> Twist:
         return Twist()

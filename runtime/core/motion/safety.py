@@ -89,6 +89,10 @@ class HaltKind(StrEnum):
     FLOOR = "floor"  # missing there
 
 
+IN_THE_WAY = (HaltKind.BUMPER, HaltKind.CLIFF, HaltKind.OBSTACLE, HaltKind.FLOOR)
+"""What is no fault but the way's: an aim that leads there is given up."""
+
+
 @dataclass(frozen=True)
 class Halt:
     """Why the base is held: the kind is counted, the reason is for people."""
@@ -113,6 +117,7 @@ class Guard:
         self._overran_s = -math.inf
         self._standing: HaltKind | None = None
         self._before: HaltKind | None = None  # as it stood when `check` was called last
+        self._held = False  # in all turns that were over since `held` was called
         self.halts: Counter[HaltKind] = Counter()
 
     def watch(self, odometry: Odometry, by_hand: bool = False) -> None:
@@ -140,6 +145,7 @@ class Guard:
     def turn(self, now_s: float) -> None:
         """A turn of control, driving or not. Where none was for too long, as after the process was
         stopped, what was planned before it is not driven on."""
+        self._held &= self._withheld
         stood_s, self._turned_s = now_s - self._turned_s, now_s
         if OVERRUN_S < stood_s < math.inf:
             self._overrun = Halt(HaltKind.OVERRUN, f"control stood still for {stood_s:.1f} s")
@@ -180,6 +186,20 @@ class Guard:
         if halt.kind is not self._before:
             self.halts[halt.kind] += 1
         self._standing = halt.kind
+
+    def held(self) -> bool:
+        """Whether a robot that drives was held in all turns since the last call, and not by what is
+        in its way."""
+        held, self._held = self._held and self._withheld, self._withheld
+        return held
+
+    def told(self) -> dict[str, int]:
+        """How often the base was held, by kind."""
+        return dict(sorted(self.halts.items()))
+
+    @property
+    def _withheld(self) -> bool:
+        return self._standing is not None and self._standing not in IN_THE_WAY
 
     def _break(self, odometry: Odometry, halt: Halt) -> None:
         self._broken, self._broken_s = halt, odometry.arrival_s

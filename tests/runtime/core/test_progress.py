@@ -9,7 +9,7 @@ from apartment import INTRINSICS
 from open_floor import POSE, RADIUS_M, floor
 
 from runtime.core.distances.planner import look_around, march_from
-from runtime.core.local_policy import GIVE_UP_AFTER, local_policy
+from runtime.core.local_policy import GIVE_UP_AFTER, GIVE_UP_AFTER_S, local_policy
 from runtime.core.motion.contact import Met, Touch
 from runtime.core.progress import advance, dithers, led, meet, stalled
 from runtime.core.settings import NavigateConfig
@@ -115,6 +115,29 @@ def test_while_somebody_else_drives_no_time_passes_and_nothing_is_a_collision():
     assert not stalled(world, aim, Away(9.0), cfg)  # farther than ever: that counts from here
     advance(world, seen(9.4, there), cfg)
     assert world.body.elapsed_s == pytest.approx(0.4)
+
+
+def test_while_the_base_is_held_nothing_is_an_effort_and_no_look_around_is_over():
+    cfg = NavigateConfig()
+    cfg = replace(cfg, control=replace(cfg.control, mode="velocity"))
+    world, policy = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M), local_policy(cfg)
+    advance(world, seen(1.0, POSE), cfg)
+    aim, field = Aim(AimKind.FRONTIER, 5), Away(1.0)
+    assert not stalled(world, aim, field, cfg)
+    world.body.held = True
+    for second in range(2, 90):
+        advance(world, seen(second, POSE), cfg)
+        assert not stalled(world, aim, field, cfg)
+    assert policy.looks_on(world)
+    world.body.held, waits = False, 0
+    while not stalled(world, aim, field, cfg):
+        advance(world, seen(90 + waits, POSE), cfg)
+        waits += 1
+    assert waits == pytest.approx(GIVE_UP_AFTER_S, abs=1)
+    while policy.looks_on(world):
+        advance(world, seen(90 + waits, POSE), cfg)
+        waits += 1
+    assert world.body.elapsed_s - world.body.free_s == 88.0
 
 
 @pytest.mark.parametrize(("touch", "collisions"), [(Touch.BUMPER, 1), (Touch.CLIFF, 0)])

@@ -9,8 +9,9 @@ from apartment import MOUNT, NO_DETECTIONS, Apartment
 
 from runtime import navigate
 from runtime.core.distances.passages import Passages, TriedWay
+from runtime.core.progress import advance
 from runtime.core.resorts import Resort
-from runtime.core.trying_again import LOOKS, WAYS, look_again
+from runtime.core.trying_again import LOOKS, WATCH_S, WAYS, look_again
 from runtime.core.types import Action, Ballot, Decision, Pose, SearchState
 from runtime.core.world import Command, Mode, World
 
@@ -123,6 +124,19 @@ def test_a_way_that_comes_no_nearer_is_left_alone():
     assert said[0] is not None
     assert said[0].mode is Mode.FRONTIER
     assert said[0].reason == "go and look whether the way at (3.0, 1.8) is open again"
+
+
+def test_a_way_that_the_base_could_not_be_turned_to_was_not_looked_at():
+    world = until("is open again")
+    (way,) = world.explored.passages.tried
+    cfg = replace(CFG, control=replace(CFG.control, mode="velocity"))
+    for held, looks in ((True, 0), (False, 1)):
+        world.body.held = held
+        for _ in range(round(WATCH_S)):
+            obs = Apartment.of(TWO_ROOMS, world.pose).observe()
+            advance(world, replace(obs, stamp_ns=world.stamp_ns + 10**9), cfg)
+            look_again(world, cfg)
+        assert way.looks == looks
 
 
 def test_a_way_that_is_open_by_now_is_not_told_as_closed():

@@ -239,6 +239,19 @@ def test_what_an_older_loop_asks_is_recorded_with_its_answer(loop: Loop):
     ]  # fmt: skip
 
 
+def test_a_base_that_was_held_is_recorded_and_one_that_drives_is_told_nowhere(loop: Loop):
+    loop.plan()
+    loop.tick(2)
+    assert not loop.control.held()
+    loop.robot.doubted = Halt(HaltKind.STOP, "by hand")
+    loop.tick()
+    assert not loop.control.held()  # it drove, too
+    assert loop.kinds("heard") == []
+    loop.tick()
+    assert loop.control.held()
+    assert loop.kinds("heard") == [{"name": "held", "value": True}]
+
+
 def test_the_least_speed_that_was_asked_since_the_last_time(loop: Loop, monkeypatch):
     speeds = iter((0.3, 0.1, 0.2, 0.4))
     monkeypatch.setattr(control_loop, "steer", lambda *_: Twist(next(speeds), 0.0))

@@ -65,6 +65,14 @@ def test_the_same_ticks_send_the_same():
     assert control.asked_mps() == 0.25
 
 
+def test_whether_the_base_was_held_is_as_it_was_and_not_told_by_recordings_from_before():
+    _, control = driven(tick(10.0, STILL))
+    assert control.held() is False
+    control._film.turn.heard["held"] = deque([True])
+    assert control.held() is True
+    assert control.held() is False
+
+
 def test_what_is_sent_otherwise_is_told():
     differences, _ = driven(tick(10.0, STILL), tick(10.0625, Twist(0.0, 0.1)))
     assert [d.what for d in differences.found] == ["tick.asked.w_radps", "tick.sent.w_radps"]

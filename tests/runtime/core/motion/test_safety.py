@@ -1,9 +1,18 @@
 """What holds the base, and what lets it go again."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.motion.safety import OVERRUN_S, Guard, Halt, HaltKind, Odometry, SafetyConfig
+from runtime.core.motion.safety import (
+    IN_THE_WAY,
+    OVERRUN_S,
+    Guard,
+    Halt,
+    HaltKind,
+    Odometry,
+    SafetyConfig,
+)
 from runtime.core.types import Pose
 
 CFG = SafetyConfig()
@@ -305,3 +314,29 @@ def test_what_is_doubted_just_after_control_stood_still_is_due_to_that():
     assert guard.check(0.29, at(0, 0.29), 0.29, 0.29, doubt=doubt) == overrun
     assert guard.check(OVERRUN_S, at(0, 0.3), 0.3, 0.3, doubt=doubt) == doubt
     assert Guard(CFG).check(0.0, at(0, 0.0), 0.0, 0.0, doubt=doubt) == doubt
+
+
+@pytest.mark.parametrize("kind", HaltKind)
+def test_what_holds_a_base_ever_since_is_told_but_for_what_is_in_its_way(kind: HaltKind):
+    guard, halt, withheld = Guard(CFG), Halt(kind, ""), kind not in IN_THE_WAY
+
+    def turn(now_s: float, holds: bool) -> None:
+        guard.turn(now_s)
+        fresh = now_s, at(0, now_s), now_s, now_s
+        if kind in (HaltKind.OBSTACLE, HaltKind.FLOOR):
+            guard.check(*fresh)
+            if holds:
+                guard.caution(halt)
+        else:
+            guard.check(*fresh, doubt=halt if holds else None)
+
+    told = []
+    for n, holds in enumerate((False, True, True, True, False, True)):
+        turn(10.0 + 0.05 * n, holds)
+        if n != 2:
+            told.append(guard.held())
+    assert told == [False, False, withheld, False, False]
+    assert guard.held() is withheld  # as it stands, where no turn was since
+    guard.turn(10.3)
+    guard.check(10.3, at(0, 10.3), 10.3, 10.3, driving=False, doubt=halt)
+    assert guard.held() is False
