@@ -1,5 +1,6 @@
 """What tests of a page's live feed share: a state of the robot, and patience."""
 
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -23,6 +24,21 @@ STATE = {
 def at_port(port: int) -> Config:
     bus = BusConfig(mode="client", connect=(f"tcp/127.0.0.1:{port}",))
     return replace(load(None), bus=bus)
+
+
+class Dozing(threading.Condition):
+    """A feed's, which knows who of its threads does nothing until somebody tells them of a page."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.who: frozenset[str] = frozenset()
+
+    def wait_for(self, predicate: Callable[[], bool], timeout: float | None = None) -> bool:
+        me = {threading.current_thread().name} if timeout is None and not predicate() else set()
+        self.who |= me
+        awake = super().wait_for(predicate, timeout)
+        self.who -= me
+        return awake
 
 
 def until(what: Callable[[], Any]) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import pytest
-from live_page import at_port
+from live_page import Dozing, at_port
 from page_audience import PageAudience
 from page_server import free_port
 from page_service import PageService
@@ -33,12 +33,20 @@ def audience() -> PageAudience:
 
 
 @pytest.fixture
-def feed(port: int, audience: PageAudience, monkeypatch: pytest.MonkeyPatch) -> Iterator[LiveFeed]:
+def dozing() -> Dozing:
+    return Dozing()
+
+
+@pytest.fixture
+def feed(
+    port: int, audience: PageAudience, dozing: Dozing, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[LiveFeed]:
     monkeypatch.setattr(live, "LINGER_S", 0.2)
     monkeypatch.setattr(live, "RETRY_S", 0.2)
     config = at_port(port)
     connect = partial(running, config.bus)
     feed = LiveFeed(LiveParts(connect, config, read_budgets(), lambda status: ["a line"]))
+    feed._changed = dozing
     feed.start(audience)
     yield feed
     feed.close()

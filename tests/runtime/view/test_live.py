@@ -5,7 +5,7 @@ import time
 
 import numpy as np
 import pytest
-from live_page import STATE, looked_at, until
+from live_page import STATE, Dozing, looked_at, until
 from page_audience import PageAudience
 from page_service import PageService, told_rooms
 
@@ -16,9 +16,9 @@ from runtime.view.live import LiveFeed
 
 
 def test_while_nobody_looks_nothing_is_heard_or_asked(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    feed: LiveFeed, service: PageService, dozing: Dozing
 ):
-    time.sleep(0.5)
+    until(lambda: dozing.who == {"view _link", "view _read"})
     assert service.asked == []
     assert not service.heard("rfnav/state")
     looked_at(feed, service)
@@ -29,10 +29,9 @@ def test_while_nobody_looks_nothing_is_heard_or_asked(
     feed.attend(1, 0)
     until(lambda: not service.heard("camera/color/image_raw"))
     feed.attend(0, 0)
+    until(lambda: dozing.who == {"view _link", "view _read"})
+    assert service.asked  # while somebody looked
     until(lambda: not service.heard("rfnav/state"))
-    asked = len(service.asked)
-    time.sleep(1.5)
-    assert len(service.asked) == asked
 
 
 def test_a_state_is_told_with_the_goal_that_it_is_of(
@@ -140,9 +139,10 @@ def test_nobody_drives_a_robot_that_does_not_tell_whether_it_is_stopped(
     feed: LiveFeed, service: PageService
 ):
     looked_at(feed, service)
-    for _ in range(5):
-        feed.steer(1, {"kind": "teleop", "v": 1.0, "w": 0.0})
-        time.sleep(0.1)
+    until(lambda: feed._teleop is not None)
+    feed.steer(1, {"kind": "teleop", "v": 1.0, "w": 0.0})
+    assert feed._sticks.who is None
+    feed.close()
     assert service.teleop == []
 
 
