@@ -6,7 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from runtime.core import progress
+from runtime.core.distances.planner import Field
+from runtime.core.distances.terrain import Terrain
 from runtime.core.local_policy import local_policy
+from runtime.core.mapping.grid import NavigationMap
 from runtime.core.motion.courses import Toward
 from runtime.core.objects import candidates, standpoints
 from runtime.core.objects.gone import LOOKS
@@ -23,6 +26,8 @@ from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
 
+TRIES = 3  # in vain, at what is believed and comes no nearer, after which it is left
+
 
 @dataclass(frozen=True)
 class _Candidate:
@@ -38,7 +43,8 @@ def approach_target(
 ) -> Command | None:
     """Drive to where the target can be faced, face it, then stop if it is believed; else look from
     another side, then stop or reject it. None when no candidate is left, or none that can be
-    reached as far as the map goes."""
+    reached as far as the map goes. With `least` what the way was lost to is tried again, too,
+    whatever has been seen since."""
     while (candidate := _candidate(world, least)) is not None:
         thing, goal = candidate.instance, world.goal
         reached, command = _toward(world, candidate, cfg)
@@ -46,9 +52,12 @@ def approach_target(
             return command
         outcome = verdict(thing, goal, reached)
         if reached is Reached.FACED:
-            world.held_up.discard(thing.id)
-        elif outcome is Verdict.REJECT and supported(thing, goal):
-            world.held_up.add(thing.id)
+            world.held_up.pop(thing.id, None)
+            world.sought.discard(thing.id)
+        elif reached is Reached.HELD_UP and (
+            thing.id in world.held_up or (outcome is Verdict.REJECT and supported(thing, goal))
+        ):
+            world.held_up.setdefault(thing.id, []).append(world.pose)
         settle(thing, goal, outcome, world.pose)
         world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
@@ -70,21 +79,61 @@ def out_of_reach(world: World) -> Instance | None:
 
 
 def _candidate(world: World, least: float | None) -> _Candidate | None:
-    """The candidate that is gone to first, of those that can be faced from somewhere."""
+    """The candidate that is gone to first, of those that can be faced from somewhere; and books
+    which of them can be no more."""
+    found = _first(world, least)
+    first = found.instance if found is not None else None
+    if first is not None and supported(first, world.goal):
+        world.sought.add(first.id)
+    for id in sorted(world.sought - world.held_up.keys()):
+        thing = world.semantic.instances.get(id)
+        if thing is None or thing.odds_of(world.goal) < candidates.KEEP_LOG_ODDS:
+            world.sought.discard(id)  # by what was seen on the way there
+        elif thing is not first and not _stands(world, thing).any():
+            world.held_up[id] = []
+    return found
+
+
+def _first(world: World, least: float | None) -> _Candidate | None:
+    """Of the candidates, in their order."""
     aim, goal = world.pursuit.aim, world.goal
     after = aim.kind in (AimKind.TARGET, AimKind.SIDE, AimKind.FACE)
     said = candidates.said_places(world.semantic, world.explored.hint.near)
     away = functools.partial(candidates.as_said_m, world.reach, said)
-    ranked = candidates.ranked(world.semantic, goal, away, least, aim.id if after else None)
-    for thing in ranked:
-        alone = candidates.apart(thing, world.semantic)
-        place = world.map, world.terrain, world.reach, alone, goal
-        stands = standpoints.standpoints(*place, world.seen_from_m(thing.high_m))
+    standing, owed = aim.id if after else None, _owed(world) if least is not None else ()
+    for thing in candidates.ranked(world.semantic, goal, away, least, standing, owed):
+        stands = _stands(world, thing)
         if not stands.any():
             continue
         again = verdict(thing, goal, Reached.ON_THE_WAY) is Verdict.OTHER_SIDE
-        return _Candidate(thing, standpoints.other_sides(*place) if again else stands, again)
+        if again:
+            stands = standpoints.other_sides(*_place(world, thing), goal)
+        return _Candidate(thing, stands, again)
     return None
+
+
+def _stands(world: World, thing: Instance) -> Mask:
+    """From where it can be faced; what the way was lost to, from any side but where it was come no
+    nearer to."""
+    place, tried = _place(world, thing), world.held_up.get(thing.id)
+    seen_from_m = world.seen_from_m(thing.high_m)
+    stands = standpoints.standpoints(*place, world.goal, seen_from_m)
+    if tried is None or stands.any():
+        return stands
+    return standpoints.any_side(*place, tried, seen_from_m)
+
+
+def _place(world: World, thing: Instance) -> tuple[NavigationMap, Terrain, Field, Instance]:
+    """Where it is, and what of it is its own."""
+    alone = candidates.apart(thing, world.semantic)
+    return world.map, world.terrain, world.reach, alone
+
+
+def _owed(world: World) -> set[int]:
+    """What the way was lost to, and was not yet tried again so often."""
+    tried = {id: len(poses) for id, poses in world.held_up.items()}
+    things = (thing for thing in world.semantic.called(world.goal) if thing.seen_through < LOOKS)
+    return {thing.id for thing in things if tried.get(thing.id, TRIES) < TRIES}
 
 
 def _toward(

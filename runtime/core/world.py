@@ -205,7 +205,9 @@ class World:
     standing: StandingDecision = field(default_factory=StandingDecision)
     body: BaseState = field(default_factory=BaseState)
     pursuit: Pursuit = field(default_factory=Pursuit)
-    held_up: set[int] = field(default_factory=set)  # believed to be the goal, and come no nearer to
+    sought: set[int] = field(default_factory=set)  # believed to be the goal, with a way there
+    held_up: dict[int, list[Pose]] = field(default_factory=dict)
+    """Believed to be the goal, and the way there was lost; from where it was come no nearer to."""
 
     @classmethod
     def begin(

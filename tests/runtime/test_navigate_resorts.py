@@ -5,6 +5,7 @@ import pytest
 from open_floor import POSE, RADIUS_M, floor
 
 from runtime import navigate
+from runtime.core.approach import TRIES
 from runtime.core.exploration import with_frontiers
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.resorts import LastLooks, Resort
@@ -41,7 +42,7 @@ def test_at_the_very_last_what_was_faintly_like_it_is_looked_at(looks: LastLooks
     ]
     assert said[-1].reason.startswith("inspect vase 1")
     faint.evidence["vase"].odds = -9.0  # not even for that
-    world.held_up.add(1)
+    world.held_up[1] = [POSE] * TRIES
     shut = navigate._finish(world, cfg)
     assert (shut.ended, shut.toward_xy) == (SearchState.UNREACHABLE, faint.xy)
     assert shut.reason == "vase 1 was seen at (1.5, 0.0), and no way leads there"

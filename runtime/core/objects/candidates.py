@@ -2,7 +2,7 @@
 was seen is theirs."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import replace
 
 from runtime.core.distances.planner import Field
@@ -31,13 +31,14 @@ DOUBT_WORTH_M = 10.0  # way to what is undecided, times how likely it is the goa
 
 def ranked(
     semantic: SemanticMap, goal: str, away: Callable[[Instance], float],
-    least: float | None = None, standing: int | None = None,
+    least: float | None = None, standing: int | None = None, owed: Container[int] = (),
 ) -> list[Instance]:  # fmt: skip
     """The instances worth going to, first the one that costs least to go to and, as likely as it is
     none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
     when there is nothing else to do; `standing` is the instance that the robot is on its way to,
     for which less will do: one view that misses it does not turn the robot round. What is rather
-    something else, but undecided, is worth a short way, and with `least` any."""
+    something else, but undecided, is worth a short way, and with `least` any. What is `owed` is
+    worth one whatever has been seen since."""
     bar = INSPECT_LOG_ODDS if least is None else least
 
     def worth(i: Instance) -> bool:
@@ -46,13 +47,14 @@ def ranked(
         near = least is not None or i.id == standing or away(i) <= _likely(i, goal) * DOUBT_WORTH_M
         return near and shares(i)[i.name] < UNDECIDED_SHARE
 
+    def speaks(i: Instance) -> bool:
+        enough = min(bar, KEEP_LOG_ODDS) if i.id == standing else bar
+        return i.odds_of(goal) >= enough and bool(i.views_as(goal)) and worth(i)
+
     candidates = [
         i
         for i in semantic.called(goal)
-        if i.odds_of(goal) >= (min(bar, KEEP_LOG_ODDS) if i.id == standing else bar)
-        and i.views_as(goal)
-        and worth(i)
-        and not _outdone(i, goal, semantic)
+        if (i.id in owed or speaks(i)) and not _outdone(i, goal, semantic)
     ]
 
     def cost_m(i: Instance) -> tuple[float, float, int]:

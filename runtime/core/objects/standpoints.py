@@ -1,6 +1,7 @@
 """Where the robot can stand to face an object, and where to see it from another side."""
 
 import math
+from collections.abc import Sequence
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
 ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easily
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
+TRIED_RAD = math.radians(45.0)  # of a side on which it was come no nearer to
 
 
 def standpoints(
@@ -42,6 +44,28 @@ def standpoints(
     best = float(distance[candidates].min())
     candidates &= distance <= max(STOP_M, best + 0.08, least_m + 0.08)
     return _in_sight(grid, terrain, candidates, instance)
+
+
+def any_side(
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    instance: Instance,
+    tried: Sequence[Pose],
+    seen_from_m: float = 0.0,
+) -> Mask:
+    """(r, c) of the terrain: reachable cells from which the target can be faced up close as it is
+    by `standpoints`, whatever side that is, but not one where it was `tried` in vain. Nothing may
+    hide it from there."""
+    distance = _distance_to(terrain, instance.cells_xy)
+    least_m = min(seen_from_m, LOW_M)
+    candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
+    candidates &= ~_seen_side(terrain, instance, tried, TRIED_RAD)
+    if not candidates.any():
+        return candidates
+    clear = _clear_of(grid, terrain, candidates, instance)
+    best = float(distance[clear].min(initial=math.inf))
+    return clear & (distance <= max(STOP_M, best + 0.08, least_m + 0.08))
 
 
 def other_sides(
@@ -109,11 +133,17 @@ def look_from(
 def _in_sight(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Instance) -> Mask:
     """(r, c) those of the cells that nothing hides the target from. If there are none, all: it
     stands on something that the camera looks over."""
+    clear = _clear_of(grid, terrain, cells, instance)
+    return clear if clear.any() else cells
+
+
+def _clear_of(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Instance) -> Mask:
+    """(r, c) those of the cells that nothing hides the target from."""
     rows, cols = np.nonzero(cells)
     clear = _line_of_sight(grid, terrain, np.stack([rows, cols], axis=1), instance)
-    if clear.any():
-        cells[rows[~clear], cols[~clear]] = False
-    return cells
+    found = np.zeros_like(cells)
+    found[rows, cols] = clear
+    return found
 
 
 def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
@@ -128,7 +158,9 @@ def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:
     return metres * terrain.frame.resolution_m
 
 
-def _seen_side(terrain: Terrain, instance: Instance, views: list[Pose], cone_rad: float) -> Mask:
+def _seen_side(
+    terrain: Terrain, instance: Instance, views: Sequence[Pose], cone_rad: float
+) -> Mask:
     """(r, c) cells that see the target from within `cone_rad` of the direction of some view."""
     frame, r = terrain.frame, terrain.frame.resolution_m
     rows, cols = np.ogrid[: frame.rows, : frame.cols]

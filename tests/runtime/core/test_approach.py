@@ -9,7 +9,7 @@ from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
 from runtime.core import approach
-from runtime.core.approach import approach_target, out_of_reach
+from runtime.core.approach import TRIES, approach_target, out_of_reach
 from runtime.core.distances.planner import look_around
 from runtime.core.local_policy import GIVE_UP_AFTER_S
 from runtime.core.motion.courses import ControlConfig
@@ -17,7 +17,7 @@ from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import Reached, from_two_sides
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Ballot, Pose
+from runtime.core.types import Action, Ballot, Pose, SearchState
 from runtime.core.world import World
 
 
@@ -106,6 +106,104 @@ def test_what_was_given_up_on_the_way_is_out_of_reach_until_it_was_stood_before(
     sofa.looks.extend([POSE, POSE])
     assert approach_target(world, NavigateConfig()) is None
     assert out_of_reach(world) is None
+
+
+CFG = NavigateConfig()
+ROUND, STRAIGHT = (1.9, 2.8), (-0.3, 0.3)  # in y, the ways through a wall
+
+
+def before_a_wall(*ways: tuple[float, float]) -> tuple[World, Instance]:
+    """The robot stands before a wall, and surely saw a vase behind the way that leads straight on,
+    between two cupboards; the other way leads to behind it. And the vase."""
+    world = World.begin("vase", ("vase",), (), POSE, RADIUS_M, 0)
+    grid = world.map = floor()
+    x, y = axes(grid)
+    vase = (np.abs(x - 2.2) < 0.1) & (np.abs(y) < 0.1)
+    cells = np.stack([x[vase], y[vase]], 1)
+    seen = {"vase": Evidence(2.3, backing=[POSE, Pose(0.5, 0.1, 0.0)], near_m=1.6)}
+    thing = Instance(1, seen, (2.2, 0.0), 0.4, cells, 0.0, 0.8, views=[POSE])
+    world.semantic.instances[1], world.looked_from = thing, POSE
+    open_to(world, *ways)
+    return world, thing
+
+
+def open_to(world: World, *ways: tuple[float, float]) -> None:
+    """The wall is seen to have these, and no other."""
+    grid = world.map
+    x, y = axes(grid)
+    open_at = np.zeros(x.shape, bool)
+    for low, high in ways:
+        open_at |= (y > low) & (y < high)
+    wall = (x > 0.5) & (x < 0.6) & ~open_at
+    cupboards = (x > 0.5) & (x < 2.1) & (np.abs(y) > 0.3) & (np.abs(y) < 1.7)
+    vase = (np.abs(x - 2.2) < 0.1) & (np.abs(y) < 0.1)
+    grid.evidence[(np.abs(x) < 3.0) & (np.abs(y) < 3.0)] = -10
+    grid.evidence[wall | cupboards | vase] = 10
+    grid.changed()
+    world.seen = look_around(grid, world.pose, RADIUS_M)
+
+
+def test_what_the_way_was_lost_to_is_gone_to_from_another_side():
+    world, _ = before_a_wall(STRAIGHT, ROUND)
+    straight = approach_target(world, CFG)
+    assert straight is not None
+    assert straight.path_xy[-1, 0] < 2.2
+    open_to(world, ROUND)
+    assert approach_target(world, CFG) is None
+    round_it = approach_target(world, CFG)
+    assert round_it is not None
+    assert round_it.reason == "inspect vase 1 (p 0.91)"
+    assert round_it.path_xy[-1, 0] > 2.2
+
+
+def test_what_was_never_to_be_had_from_where_it_was_seen_is_not_gone_to_from_behind():
+    world, vase = before_a_wall(ROUND)
+    for least in (None, -3.0):
+        assert approach_target(world, CFG, least) is None
+    assert out_of_reach(world) is vase
+
+
+def test_a_sure_sighting_that_the_way_was_lost_to_is_told_however_often_it_was_missed_since():
+    world, vase = before_a_wall(STRAIGHT)
+    approach_target(world, CFG)
+    open_to(world)
+    approach_target(world, CFG)
+    vase.evidence["vase"].odds = -5.0
+    told = navigate._nothing_left(world)
+    assert told.ended is SearchState.UNREACHABLE
+    assert told.reason == "vase 1 was seen at (2.2, 0.0), and no way leads there"
+    vase.seen_through = LOOKS
+    assert navigate._nothing_left(world).ended is SearchState.NOT_FOUND
+
+
+def test_what_the_way_was_lost_to_is_tried_again_at_last_so_often(monkeypatch: pytest.MonkeyPatch):
+    world, vase = before_a_wall(STRAIGHT)
+    approach_target(world, CFG)
+    open_to(world)
+    approach_target(world, CFG)
+    vase.evidence["vase"].odds = -5.0
+    assert approach_target(world, CFG, -3.0) is None
+    open_to(world, STRAIGHT)
+    assert approach_target(world, CFG) is None  # there is more to do than to look at that
+    again = approach_target(world, CFG, -3.0)
+    assert again is not None
+    assert again.reason == "inspect vase 1 (p 0.01)"
+    monkeypatch.setattr(approach, "_toward", lambda *_: (Reached.HELD_UP, None))
+    for ways, tries in (((STRAIGHT,), 1), ((STRAIGHT, ROUND), TRIES)):  # not twice from one side
+        open_to(world, *ways)
+        assert approach_target(world, CFG, -3.0) is None
+        assert len(world.held_up[1]) == tries
+    assert out_of_reach(world) is vase
+
+
+def test_what_was_doubted_on_an_open_way_is_not_told_as_out_of_reach():
+    world, vase = before_a_wall(STRAIGHT)
+    approach_target(world, CFG)
+    vase.evidence["vase"].odds = -0.5
+    assert approach_target(world, CFG) is None
+    open_to(world)
+    assert approach_target(world, CFG, -3.0) is None
+    assert navigate._nothing_left(world).ended is SearchState.NOT_FOUND
 
 
 class Silent:

@@ -12,7 +12,15 @@ from open_floor import POSE, RADIUS_M, SPOT, at, axes, bed, floor, open_floor
 from runtime.core.distances.planner import look_around
 from runtime.core.geometry import seen_from_m
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.objects.standpoints import REACH_M, look_from, other_sides, standpoints
+from runtime.core.objects.standpoints import (
+    REACH_M,
+    STOP_M,
+    TRIED_RAD,
+    any_side,
+    look_from,
+    other_sides,
+    standpoints,
+)
 from runtime.core.objects.verdict import SECOND_SIDE_RAD
 from runtime.core.types import Intrinsics, Pose
 
@@ -80,6 +88,29 @@ def test_other_sides_differ_from_every_view_and_can_be_stood_on(bearing: float):
         assert off.min() >= SECOND_SIDE_RAD - 1e-3
     assert np.isfinite(reach.arrival_m[tuple(cells.T)]).all()
     assert np.hypot(*xy.T).max() < REACH_M + 0.3
+
+
+def test_any_side_is_one_that_nothing_hides_it_from_and_none_that_was_tried():
+    grid, pose = open_floor()
+    thing = bed(at(math.pi, 1.2))
+    thing.cells_xy = grid.frame.centres(np.argwhere(grid.occupied).astype(np.int32))
+    x, y = axes(grid)
+    grid.evidence[(x > SPOT[0] - 0.6) & (x < SPOT[0] - 0.5) & (y < 2.0)] = 10  # a wall before it
+    grid.changed()
+    terrain, reach = look_around(grid, pose, 0.18)
+    place = grid, terrain, reach, thing
+    for tried, least_rad in (((), 0.0), ((at(math.pi / 2, 1.0),), TRIED_RAD)):
+        cells = np.argwhere(any_side(*place, tried))
+        assert len(cells)
+        xy = terrain.frame.centres(cells.astype(np.int32)) - SPOT
+        assert (xy[:, 0] > -0.5).all()
+        off = np.abs(np.angle(np.exp(1j * (np.arctan2(xy[:, 1], xy[:, 0]) - math.pi / 2))))
+        assert off.min() >= least_rad - 1e-3
+        assert (off.min() < 0.2) is not bool(tried)
+        assert np.isfinite(reach.arrival_m[tuple(cells.T)]).all()
+        assert np.hypot(*xy.T).max() < STOP_M + 0.3
+    every = [at(bearing, 1.0) for bearing in np.arange(0, math.tau, 0.5)]
+    assert not any_side(*place, every).any()
 
 
 def test_where_to_look_from_is_the_nearest_standpoint_on_foot():
