@@ -61,6 +61,29 @@ def searched(opened: int, most: int = 300) -> Iterator[tuple[World, Command]]:
         home.apply(command.action)
 
 
+def test_what_is_missed_over_a_closed_way_that_is_watched_is_still_told():
+    """Something low is put into the doorway when the robot has seen the toilet and sets out."""
+    home = Apartment.of(TWO_ROOMS, Pose(1.2, 1.8, 0.0))
+    home.things = {"toilet": (5.0, 1.8, 0.2)}
+    world = World.begin("toilet", ("toilet",), (), home.pose, 0.18, 0)
+    commands: list[Command] = []
+    while len(commands) < 300 and (not commands or commands[-1].action is not Action.STOP):
+        seen = home.detect(("toilet",), home.observe()) if not world.sought else NO_DETECTIONS
+        home.heights[DOORWAY] = 0.3 if world.sought else 0.0
+        obs = replace(home.observe(), stamp_ns=(len(commands) + 1) * STEP_NS)
+        navigate.perceive(world, obs, seen, MOUNT, CFG)
+        if why := navigate.due(world, CFG):
+            decided = Decision(None, "nearest", (), None, Ballot(), obs.stamp_ns, why)
+            navigate.adopt(world, decided)
+        commands.append(navigate.steer(world, navigate.act(world, CFG), CFG))
+        home.apply(commands[-1].action)
+    (toilet,) = world.semantic.instances.values()
+    assert any("is open again" in command.reason for command in commands)
+    assert toilet.confidence_of("toilet") < 0.5
+    assert commands[-1].ended is SearchState.UNREACHABLE
+    assert commands[-1].reason.endswith("and no way leads there")
+
+
 def until(words: str) -> World:
     """The world, when a step's reason has these words, behind a door that stays closed."""
     return next(world for world, command in searched(opened=999) if words in command.reason)
