@@ -19,7 +19,7 @@ NEWEST = 0.4  # of an expert's evidence for a frontier, what it says now against
 
 def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
     """By expert that has any evidence, whether or not it recommends anything: nats by frontier, the
-    difference to their mean, weighed and cut to PULL. Who knows nothing of a frontier has 0 for it.
+    difference to the mean of those it knows of, weighed and cut to PULL; 0 of others.
     What it said of the same frontier before goes on counting, less and less: what is said at random
     cancels out over time, what is known stays."""
     return {
@@ -48,19 +48,22 @@ def counted(ballot: Ballot, ahead: Ahead, evidence: Evidence) -> Evidence:
 def _said(ballot: Ballot, ahead: Ahead) -> Evidence:
     """What each says now, and nothing of who was heard before and is not now."""
     every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
-    now = {each.expert: dict(each.nats) or _named(each) for each in every}
+    now = {each.expert: dict(each.nats) or _named(each, ahead.ids) for each in every}
     experts = sorted({e for e, nats in now.items() if nats} | set(ahead.before))
     return {e: _apart(now.get(e, {}), ahead.ids, WEIGHTS.get(e, 1.0)) for e in experts}
 
 
-def _named(outcome: Vote | Missing) -> dict[int, float]:
-    return dict.fromkeys(outcome.frontiers, NAMED) if isinstance(outcome, Vote) else {}
+def _named(outcome: Vote | Missing, ids: Collection[int]) -> dict[int, float]:
+    if isinstance(outcome, Missing):
+        return {}
+    return {id: NAMED * (id in outcome.frontiers) for id in ids}
 
 
 def _apart(nats: Mapping[int, float], ids: Collection[int], weight: float) -> dict[int, float]:
-    known = {id: nats.get(id, 0.0) for id in sorted(ids)}
-    mean = math.fsum(known.values()) / max(1, len(known))
-    return {id: max(-PULL, min(PULL, weight * (x - mean))) for id, x in known.items()}
+    """Scores of views have no level of their own: one that is not known is no less than those."""
+    known = [nats[id] for id in sorted(ids) if id in nats]
+    mean = math.fsum(known) / max(1, len(known))
+    return {id: max(-PULL, min(PULL, weight * (nats.get(id, mean) - mean))) for id in sorted(ids)}
 
 
 def pooled(evidence: Evidence, ids: Collection[int]) -> dict[int, float]:

@@ -135,6 +135,14 @@ def test_an_expert_without_a_preference_leans_all_the_same():
     assert told.without == (("r2f", 1),)
 
 
+@pytest.mark.parametrize("level", [-5.0, 0.0, 5.0])
+def test_what_an_expert_does_not_know_of_a_frontier_is_no_evidence(level: float):
+    """Scores of views may lie anywhere: who has none for a frontier neither speaks for it nor
+    against."""
+    told = heard(ballot(sle={1: level + 0.2, 2: level - 0.2}), star())
+    assert told["sle"] == pytest.approx({1: 0.2, 2: -0.2, 3: 0.0, 4: 0.0})
+
+
 def test_a_vote_without_numbers_is_worth_so_much_where_it_names():
     named = Vote("cloud", (2,), (), "there")
     said = heard(Ballot((named,)), star(masses=(1.0, 1.0)))
