@@ -186,7 +186,7 @@ def elect(
         return told
     said = prior.heard(ballot, ahead)
     belief = prior.belief(ahead, prior.counted(ballot, ahead, said))
-    planned = tuple(order) if cfg.plans else ()
+    planned = (winner, *(id for id in order if id != winner)) if cfg.plans else ()
     return replace(told, order=planned, belief=belief, said=said)
 
 

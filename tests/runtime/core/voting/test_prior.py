@@ -217,6 +217,15 @@ def test_rank_gain_takes_of_the_chosen_what_the_fallback_puts_first():
         assert elect(votes, frontiers, cfg, order=(2, 3, 1)).frontier == best
 
 
+def test_a_planned_order_begins_with_what_sets_elected():
+    frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0), _Reachable(3, 3.0)]
+    votes = Ballot((Vote("a", (1,), (), ""), Vote("b", (1,), (), "")))
+    cfg = ConsensusConfig(mode="strict", fallback="ahead")
+    told = elect(votes, frontiers, cfg, order=(2, 3, 1), ahead=star(masses=(1.0, 1.0, 1.0)))
+    assert (told.rule, told.frontier, told.order) == ("all", 1, (1, 2, 3))
+    assert "; then 2, 3;" in in_words(told) + ";"
+
+
 def test_belief_follows_evidence():
     ahead = star(masses=(1.0, 3.0))
     before = prior.belief(ahead, {})
