@@ -20,6 +20,9 @@ ANSWERED_BY: Final = {
     "language": "the model on the robot, which was shown the views",
     "head": "a network that was taught what lies beyond a view",
     "embedding": "the likeness of words, without a language model",
+    "counts": "what was counted in homes",
+    "local+counts": "the model on the robot and what was counted in homes",
+    "told": "the harness, over the bus",
 }
 OBJECTS_TOLD: Final = 5  # near a frontier, the nearest; experts hear no more
 ROOMS_TOLD: Final = 3
@@ -117,7 +120,8 @@ def _planned(decision: Decision) -> Iterator[str]:
     if decision.belief is None:
         return
     places = decision.belief.places[:PLACES_TOLD]
-    yield f"Where it may be, likeliest first ({100 * decision.belief.elsewhere:.0f} % elsewhere):"
+    others = 100 * max(0.0, 1.0 - sum(place.p for place in places))
+    yield f"Where it may be, likeliest first ({others:.0f} % elsewhere):"
     for place in places:
         where = (
             f"behind frontier {place.id}"

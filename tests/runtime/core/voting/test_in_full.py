@@ -20,13 +20,15 @@ from runtime.core.voting.in_full import (
     ANSWERED_BY,
     FRONTIERS_TOLD,
     OBJECTS_TOLD,
+    PLACES_TOLD,
     WHO,
     ToldDecision,
     in_full,
 )
 from runtime.experts.cloud import RUNG
 from runtime.experts.panel import EXPERTS
-from runtime.experts.seating import EMBEDDING, HEAD, LANGUAGE, LOCAL
+from runtime.experts.seating import COUNTS, EMBEDDING, HEAD, LANGUAGE, LOCAL, TOGETHER
+from runtime.robot.told_votes import TOLD
 
 SINK = NearbyObject("sink", 0.83, 0.6)
 TOWEL = NearbyObject("towel", 0.7, 1.24)
@@ -183,7 +185,16 @@ def test_a_vote_on_what_the_brief_does_not_have_is_told_without_it():
 
 def test_experts_and_rungs_are_those_that_there_are():
     assert set(WHO) == set(EXPERTS)
-    assert set(ANSWERED_BY) == {LOCAL, RUNG, LANGUAGE, HEAD, EMBEDDING}
+    models = {LOCAL, RUNG, LANGUAGE, HEAD, EMBEDDING}
+    assert set(ANSWERED_BY) == {*models, COUNTS, TOGETHER, TOLD}
+
+
+def test_what_is_not_among_the_places_that_are_told_is_elsewhere():
+    places = tuple(Expected("frontier", i, (0.0, 0.0), 0.2, "") for i in range(4))
+    decision = Decision(7, "geometry", (), 3, Ballot(), 0, "", belief=Belief(places, 0.2))
+    lines = in_full(ToldDecision(2, "mug", decision, BRIEF, {}, 7))
+    assert "Where it may be, likeliest first (40 % elsewhere):" in lines
+    assert len([line for line in lines if line.startswith("  behind frontier")]) == PLACES_TOLD
 
 
 def test_a_planned_order_tells_what_comes_after_and_where_the_thing_may_be():
