@@ -304,6 +304,12 @@ def _check(config: Config) -> None:
         raise ConfigError(
             "base.odometry: bus.topics.pose is set too; the pose comes from one of them"
         )
+    by = config.navigate.consensus
+    if by.mode == "prior" and by.fallback == "closest" and config.panel.experts:
+        raise ConfigError(
+            'research.consensus_mode: is "prior", for which research.consensus_fallback must be '
+            '"geometry" or "ahead": "closest" weighs nothing that evidence could be of'
+        )
     if not config.models.detectors:
         raise ConfigError('models.detectors: is empty; name one at least, e.g. ["rfnav-det"]')
     shown = config.cloud.sends_images or config.models.vision

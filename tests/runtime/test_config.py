@@ -92,3 +92,11 @@ def test_files_that_cannot_be_used_are_named(tmp_path: Path):
 def test_a_share_of_a_cloud_is_looked_at():
     with pytest.raises(ConfigError, match=r"research\.cloud_local_share: is 1\.5, must be 0 to 1"):
         load(None, ["research.cloud_local_share=1.5"])
+
+
+def test_evidence_is_not_left_out_in_silence():
+    prior, closest = 'research.consensus_mode="prior"', 'research.consensus_fallback="closest"'
+    with pytest.raises(ConfigError, match=r'must be "geometry" or "ahead"'):
+        load(None, [prior, closest])
+    assert load(None, [prior]).navigate.consensus.fallback == "geometry"
+    assert load(None, [prior, closest, "panel.experts=[]"]).panel.experts == ()
