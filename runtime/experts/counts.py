@@ -1,7 +1,7 @@
 """O2F and R2F by what was counted in homes: no model is asked, and none is waited for."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Missing, Vote
@@ -13,6 +13,16 @@ from runtime.experts.panel import Expert
 LEARNT = 300  # names beside those that were counted, after which it is begun anew
 
 
+@dataclass(frozen=True)
+class _Learnt:
+    """A table with names that others stand in for, the goal first, and those for which none does:
+    so what it says of that goal does not depend on what was asked before."""
+
+    goal: str
+    table: CountTable
+    strange: frozenset[str] = frozenset()
+
+
 @dataclass
 class CountExperts:
     """A table, and how alike a name is to each that it has (cosines). Any thread may ask: what two
@@ -20,8 +30,7 @@ class CountExperts:
 
     table: CountTable
     likeness: Callable[[str], Mapping[str, float]]
-    _with: CountTable | None = None  # with names that others stand in for
-    _strange: frozenset[str] = frozenset()  # for which none does
+    _learnt: _Learnt | None = None
 
     def experts(self, cfg: ExpertConfig) -> dict[str, Expert]:
         """The experts that it can answer for, by name."""
@@ -48,7 +57,7 @@ class CountExperts:
 
     def begin(self, goal: str) -> None:
         """Have others stand in for a goal that was never counted before it is asked about."""
-        self._learn([goal])
+        self._learn(goal)
 
     def without(self, goal: str) -> "CountExperts":
         """As if a goal had never been counted."""
@@ -56,22 +65,29 @@ class CountExperts:
 
     def evidence(self, brief: Brief) -> tuple[Evidence, Evidence] | None:
         """By objects and by rooms; None where nothing like the goal was counted."""
-        table = self._learn([brief.goal, *likelihood_experts.things_near(brief)])
+        table = self._learn(brief.goal, likelihood_experts.things_near(brief))
         if brief.goal not in table.rates:
             return None
         near = object_nats(brief, table.near(brief.goal))
         return near, room_nats(brief, table.beyond(brief.goal))
 
-    def _learn(self, names: Sequence[str]) -> CountTable:
+    def _learn(self, goal: str, things: Sequence[str] = ()) -> CountTable:
         """The table with others standing in for names that were never counted."""
-        table, strange = self._with or self.table, self._strange
-        new = [n for n in names if n not in table.rates and n not in strange]
-        if new and len(table.rates) - len(self.table.rates) + len(strange) > LEARNT:
-            table, strange = self.table, frozenset()
-            new = [n for n in names if n not in table.rates]
-        for name in new:
-            grown = table.standing_in(name, self.likeness(name))
-            strange |= {name} if grown is table else set()
-            table = grown
-        self._with, self._strange = table, strange
-        return table
+        known, counted = self._learnt, goal in self.table.rates
+        if known is None or self._full(known) or not (counted or goal == known.goal):
+            known = self._with(_Learnt(goal, self.table), goal)
+        for name in things:
+            known = self._with(known, name)
+        self._learnt = known
+        return known.table
+
+    def _full(self, known: _Learnt) -> bool:
+        return len(known.table.rates) - len(self.table.rates) + len(known.strange) > LEARNT
+
+    def _with(self, known: _Learnt, name: str) -> _Learnt:
+        if name in known.table.rates or name in known.strange:
+            return known
+        grown = known.table.standing_in(name, self.likeness(name))
+        if grown is known.table:
+            return replace(known, strange=known.strange | {name})
+        return replace(known, table=grown)

@@ -1,5 +1,6 @@
 """Experts that go by counts: at once, and with names that others stand in for."""
 
+import random
 from collections.abc import Mapping
 
 from runtime.clock import Deadline, SystemClock
@@ -88,14 +89,31 @@ def test_what_is_remembered_of_names_is_bounded() -> None:
     asked: list[str] = []
     counts = experts(asked)
     for n in range(LEARNT + 2):
-        counts.evidence(brief(f"thing {n}", "stove", "bed"))
-    counts.evidence(brief("thing 0", "stove", "bed"))
+        counts.evidence(brief("mug", f"thing {n}", "bed"))
+    counts.evidence(brief("mug", "thing 0", "bed"))
     assert asked.count("thing 0") == 2
+    assert asked.count("thing 2") == 1
+
+
+def test_what_was_asked_before_changes_nothing() -> None:
+    """Not the last bit: a search after others decides as one that is the first."""
+    names = ["mug", "stove", "bed"]
+
+    def likeness(name: str) -> Mapping[str, float]:
+        rng = random.Random(name)
+        return {each: rng.uniform(0.5, 0.7) for each in names}
+
+    told = {}
+    for n in range(20):
+        first, later = (CountExperts(CountTable.of([COUNT]), likeness) for _ in range(2))
+        later.evidence(brief(f"thing {n}", "stove", "bed"))
+        asked = brief(f"goal {n}", f"thing {n}", "bed")
+        told[n] = first.evidence(asked), later.evidence(asked)
+    assert all(one is not None and one == other for one, other in told.values())
 
 
 def test_what_is_asked_about_now_is_known_when_all_else_is_forgotten() -> None:
     counts = experts()
     counts.begin("cup")
-    for n in range(LEARNT):
-        counts.begin(f"thing {n}")
-    assert counts.evidence(brief("cup", "the last of things", "bed")) is not None
+    told = [counts.evidence(brief("cup", f"thing {n}", "bed")) for n in range(LEARNT + 2)]
+    assert all(one is not None and one[1] for one in told)
