@@ -15,7 +15,7 @@ import click
               help="Generated homes that are counted, beside 120 public rooms.")  # fmt: skip
 def counts_command(out: Path, homes: int) -> None:
     """Count what stands in which room, what near what, and what doors lead to, over public rooms
-    and generated train homes that nothing is judged by. A minute."""
+    and generated train homes that nothing is judged by. Two minutes."""
     from tqdm import tqdm
 
     from hil_sim.importers.standing_counts import counted, train_homes

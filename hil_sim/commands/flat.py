@@ -25,7 +25,9 @@ def flat_command(
     each gains on the fallback: with experts that weigh what was counted, and with one of them at
     random. A search takes a twentieth of a second."""
     from hil_sim.expert_bench import flat_bench
+    from hil_sim.expert_bench.learned_homes import COUNTED, check_unknown
 
+    check_unknown((f"train-{first + n}" for n in range(homes)), [COUNTED])
     unknown = sorted({*methods} - {*flat_bench.METHODS})
     if unknown:
         known = ", ".join(flat_bench.METHODS)

@@ -10,6 +10,7 @@ import click
 
 from hil_sim.evaluation.report import fill
 from hil_sim.expert_bench.bank import SIDES, BankPlan, load_bank
+from hil_sim.expert_bench.learned_homes import check_unknown
 from hil_sim.expert_bench.make import home_names, make_bank, plan_of, tell_again
 from hil_sim.expert_bench.scene_plan import KINDS, ScenePlan
 from runtime.errors import RfNavError
@@ -149,8 +150,10 @@ def _tell(
 
 
 def _make(folder: Path, homes: int, plan: BankPlan, workers: int, maps: bool) -> None:
+    names = home_names(homes, plan.seed)
+    check_unknown(names)
     try:
-        made = make_bank(folder, home_names(homes, plan.seed), plan, workers, maps)
+        made = make_bank(folder, names, plan, workers, maps)
     except BrokenProcessPool:
         raise RfNavError("a worker died (out of memory?); run again to go on") from None
     if made:

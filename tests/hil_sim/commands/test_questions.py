@@ -95,6 +95,16 @@ def test_a_folder_that_is_no_bank_is_refused(tmp_path: Path, text: str | None, s
     assert "\n" not in str(done.exception)
 
 
+@pytest.mark.parametrize(("seed", "home"), [(1, "train-200000"), (8, "train-900000")])
+def test_no_bank_is_made_of_homes_that_experts_have_learned_of(
+    tmp_path: Path, seed: int, home: str
+) -> None:
+    done = run("--bank", str(tmp_path), "--homes", "2", "--seed", str(seed), "--side", "none")
+    assert isinstance(done.exception, RfNavError)
+    assert str(done.exception).startswith(f"{home}: what is judged has learned of this home")
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_empty_bank_says_how_to_make_one(tmp_path: Path) -> None:
     done = run("--bank", str(tmp_path), "--homes", "0")
     assert isinstance(done.exception, RfNavError)
