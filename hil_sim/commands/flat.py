@@ -2,6 +2,8 @@
 
 import click
 
+from runtime.errors import RfNavError
+
 
 @click.command(
     "flat",
@@ -39,4 +41,6 @@ def flat_command(
         click.echo(f"{name}: {len(found.get((flat_bench.ORACLE, flat_bench.CLEAN), ()))}", err=True)
         for key, results in found.items():
             rows.setdefault(key, []).extend(results)
+    if not rows:
+        raise RfNavError("none of these homes has a task that can be judged: take more, --homes")
     click.echo(flat_bench.tables(rows))

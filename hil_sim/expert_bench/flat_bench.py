@@ -14,7 +14,7 @@ from hil_sim.expert_bench.flat_voices import FlatVoices, recognised
 from hil_sim.scenes.format import SceneError
 from hil_sim.scenes.open import open_scene
 from runtime.core.types import Ballot, Decision, Frontier, Missing, Vote
-from runtime.core.voting import consensus, information_gain, search_order
+from runtime.core.voting import consensus, search_order
 from runtime.core.voting.consensus import ConsensusConfig
 from runtime.core.voting.counts import CountTable
 from runtime.perception.counted import counted_in_homes
@@ -110,13 +110,10 @@ def _electing(cfg: ConsensusConfig, voices: FlatVoices | None) -> Decide:
     def decide(
         search: FlatSearch, frontiers: tuple[Frontier, ...], unknown_m2: dict[int, float]
     ) -> Decision:
-        terrain, before = search.terrain, search.decision
-        current = before.frontier if before and not cfg.plans else None
-        mass = information_gain.masses(frontiers, unknown_m2, current, terrain, search.pose)
-        best = information_gain.by_worth(frontiers, mass)
-        ahead = search_order.ahead_of(best, unknown_m2, mass, before)
-        if cfg.plans:
-            ahead = search_order.with_ways(ahead, terrain)
+        ahead = search_order.looked_ahead(
+            frontiers, unknown_m2, search.terrain, search.pose, search.decision, cfg.plans
+        )
+        assert ahead is not None  # there are frontiers
         order = search_order.ordered(ahead, {})
         said = voices.ask(search, frontiers, unknown_m2) if voices and len(frontiers) > 1 else []
         votes = tuple(each for each in said if isinstance(each, Vote))

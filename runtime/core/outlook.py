@@ -14,7 +14,7 @@ from runtime.core.mapping.grid import MapCopy
 from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.windows import Window, widened
 from runtime.core.types import Brief, Decision, Frontier, Pose
-from runtime.core.voting import brief, information_gain, search_order
+from runtime.core.voting import brief, search_order
 from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Snapshot
 
@@ -74,15 +74,11 @@ class Outlook:
         terrain: Terrain,
     ) -> Brief:
         """With the order in which the frontiers are gone to where nobody's word decides."""
-        current = self.standing.frontier if self.standing and not self.plans else None
-        mass = information_gain.masses(kept, unknown_m2, current, terrain, self.pose)
-        best, standing = information_gain.by_worth(kept, mass), self.standing
-        if not best:
+        ahead = search_order.looked_ahead(
+            kept, unknown_m2, terrain, self.pose, self.standing, self.plans, self.patches
+        )
+        if ahead is None:
             return told
-        ahead = search_order.ahead_of(best, unknown_m2, mass, standing, self.patches)
-        if not self.plans:
-            return replace(told, order=ahead.ids, ahead=ahead)
-        ahead = search_order.with_ways(ahead, terrain)
         return replace(told, order=search_order.ordered(ahead, {}), ahead=ahead)
 
 

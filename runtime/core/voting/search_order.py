@@ -11,12 +11,32 @@ import numpy as np
 from runtime.core.belief import Ahead, SeenSurface
 from runtime.core.distances.terrain import Terrain
 from runtime.core.kernels import marching
-from runtime.core.types import F64, I32, Decision, Frontier
+from runtime.core.types import F64, I32, Decision, Frontier, Pose
 from runtime.core.voting import information_gain
 
 MOST = 8  # frontiers whose orders are all compared: 2^8 sets of them
 MARCHED = 12  # frontiers that ways are measured from, the best without a vote
 STEADY = 0.15  # more way in the mean that is taken into the bargain to go on where one was going
+
+
+def looked_ahead(
+    frontiers: Sequence[Frontier],
+    unknown_m2: Mapping[int, float],
+    terrain: Terrain,
+    pose: Pose,
+    standing: Decision | None,
+    plans: bool,
+    patches: tuple[SeenSurface, ...] = (),
+) -> Ahead | None:
+    """Of frontiers, those that unknown area is told of, as a decision without a vote ranks them;
+    where it `plans`, with the ways between them. None where there are none."""
+    current = standing.frontier if standing and not plans else None
+    mass = information_gain.masses(frontiers, unknown_m2, current, terrain, pose)
+    best = information_gain.by_worth(frontiers, mass)
+    if not best:
+        return None
+    ahead = ahead_of(best, unknown_m2, mass, standing, patches)
+    return with_ways(ahead, terrain) if plans else ahead
 
 
 def ahead_of(
@@ -76,7 +96,9 @@ def _ways_m(points_xy: Sequence[tuple[float, float]], terrain: Terrain) -> F64:
 def ordered(ahead: Ahead, nats: Mapping[int, float]) -> tuple[int, ...]:
     """Ids in the order of least expected way, the evidence of each, nats, multiplying its mass.
     What is beyond the MOST best comes last. Where the ways between them are not known, the most for
-    the way there comes first."""
+    the way there comes first: without evidence they are in that order."""
+    if not ahead.planned and not nats:
+        return ahead.ids
     evidence = np.array([nats.get(id, 0.0) for id in ahead.ids])
     mass = ahead.mass * np.exp(evidence - evidence.max(initial=0.0))
     worth = mass * np.exp(-information_gain.DISCOUNT_PER_M * ahead.first_m)

@@ -28,3 +28,11 @@ def test_homes_that_were_counted_are_not_searched():
     told = CliRunner().invoke(flat_command, ["--first", "899999", "--homes", "2"])
     assert isinstance(told.exception, RfNavError)
     assert str(told.exception).startswith("train-900000: what is judged has learned of this home")
+
+
+def test_homes_without_a_task_are_told_of(monkeypatch):
+    monkeypatch.setattr(flat_bench, "GOALS", ("piano",))
+    monkeypatch.setattr(flat_bench, "open_scene", lambda name: three_rooms())
+    told = CliRunner().invoke(flat_command, ["--homes", "1", "--method", "ahead"])
+    assert isinstance(told.exception, RfNavError)
+    assert "take more, --homes" in str(told.exception)
