@@ -2,16 +2,14 @@
 
 import dataclasses
 import json
-import multiprocessing
-from concurrent.futures import ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import click
-from tqdm import tqdm
 
 from hil_sim.expert_bench.bank import SIDES, side_of
+from hil_sim.expert_bench.home_jobs import make_homes
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
@@ -54,21 +52,7 @@ def beyond_command(
     names = home_names(homes, seed, split, replicas)
     folder = out / HOMES
     todo = [name for name in names if not (folder / f"{name}.npz").exists()]
-    spawn = multiprocessing.get_context("spawn")
-    with (
-        tqdm(total=len(names), initial=len(names) - len(todo), unit="home", disable=None) as bar,
-        ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
-    ):
-        jobs = [pool.submit(make_home, folder / f"{name}.npz", name) for name in todo]
-        try:
-            for job in as_completed(jobs):
-                job.result()
-                bar.update()
-        except BrokenProcessPool:
-            raise RfNavError("a worker died (out of memory?); run again to go on") from None
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    make_homes(names, todo, workers, partial(make_home, folder))
     from hil_sim.expert_bench.views import read_views
 
     homes_views = [read_views(folder / f"{name}.npz") for name in names]
@@ -109,12 +93,12 @@ def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:
     return names
 
 
-def make_home(path: Path, name: str) -> None:
-    """A worker's task: one home, and a process of its own, since EGL cannot draw a second one."""
+def make_home(folder: Path, name: str) -> None:
+    """A worker's task: one home."""
     keep_stdout_for_python()
     import cv2
 
     from hil_sim.expert_bench.views import make_views
 
     cv2.setNumThreads(1)
-    make_views(path, name)
+    make_views(folder / f"{name}.npz", name)

@@ -3,16 +3,16 @@
 import dataclasses
 import gzip
 import json
-import multiprocessing
 import os
 import pickle
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from tqdm import tqdm
 
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankPlan, read_home, write_home
+from hil_sim.expert_bench.home_jobs import make_homes
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
@@ -47,24 +47,12 @@ def make_bank(
     the folder was begun with another plan."""
     _claim(folder, plan)
     todo = [name for name in names if not home_file(folder, name).exists()]
-    spawn = multiprocessing.get_context("spawn")
-    with (
-        tqdm(total=len(names), initial=len(names) - len(todo), unit="home", disable=None) as bar,
-        ProcessPoolExecutor(workers, mp_context=spawn, max_tasks_per_child=1) as pool,
-    ):
-        jobs = [pool.submit(make_home, folder, name, plan, maps) for name in todo]
-        try:
-            for job in as_completed(jobs):
-                job.result()
-                bar.update()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            raise
+    make_homes(names, todo, workers, partial(make_home, folder, plan=plan, maps=maps))
     return len(todo)
 
 
 def make_home(folder: Path, name: str, plan: BankPlan, maps: bool) -> None:
-    """A worker's task: one home, and a process of its own, since EGL cannot draw a second one."""
+    """A worker's task: one home."""
     keep_stdout_for_python()
     import cv2
 

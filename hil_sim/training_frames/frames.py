@@ -133,7 +133,7 @@ def render(
             for job in as_completed(jobs):
                 bar.update(min(job.result(), frames - bar.n))
         except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
+            pool.shutdown(cancel_futures=True)
             raise
     coco = collect(out, names, frames, size)
     (out / "annotations.json").write_text(json.dumps(coco), encoding="utf-8")
