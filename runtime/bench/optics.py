@@ -1,19 +1,18 @@
 """What setting images right costs a frame: `python -m runtime.bench.optics`."""
 
 from collections.abc import Callable, Iterator
-from time import thread_time
 from typing import Final
 
 import cv2
 import numpy as np
 
+from runtime.bench.own_time import print_stages
 from runtime.core.mapping.floor_plane import MISTAKEN, floor_seen
 from runtime.core.mapping.solid_depth import solid
 from runtime.core.optics.lens import Lens, straightened
 from runtime.core.optics.registered import Extrinsics, registered, resized
 from runtime.core.types import Intrinsics, Mount
 
-TURNS: Final = 100
 CAMERA: Final = Intrinsics(388.0, 388.0, 320.0, 240.0, 640, 480)
 BENT: Final = (-0.25, 0.06, 0.001, 0.0, 0.0)
 
@@ -40,18 +39,6 @@ def stages() -> Iterator[tuple[str, Callable[[], object]]]:
     yield "the floor, by a mistaken mount", lambda: floor_seen(depth, CAMERA, mount, MISTAKEN)
 
 
-def main() -> None:
-    """Processor time of one thread, medians and the slowest tenth, ms."""
-    cv2.setNumThreads(1)
-    for name, stage in stages():
-        took_ms = []
-        for _ in range(TURNS):
-            began_s = thread_time()
-            stage()
-            took_ms.append(1e3 * (thread_time() - began_s))
-        p50, p90 = np.percentile(took_ms, [50, 90])
-        print(f"{name:32}{p50:7.2f}{p90:7.2f} ms")
-
-
 if __name__ == "__main__":
-    main()
+    cv2.setNumThreads(1)
+    print_stages(stages())

@@ -11,7 +11,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from statistics import median
 from typing import Final, NamedTuple
 
 import click
@@ -19,6 +18,7 @@ import numpy as np
 
 from runtime.bench import synthetic
 from runtime.bench.measure import BenchError, Measured, Subject, free_port, measured, resident_mb
+from runtime.bench.own_time import own_ms
 from runtime.config import load
 from runtime.core.types import Frontier
 from runtime.robot.drawn_messages import DrawnObject, Stamp
@@ -28,7 +28,7 @@ READY_S: Final = 60.0
 SETTLES_S: Final = 2.0  # until all pages have what there is
 GOAL: Final = "toilet"
 STAGES: Final = ("late", "tick", "frame")
-FRONTIERS, THINGS, DRAWN = 24, 80, 50  # of a home that is well known; how often that is drawn
+FRONTIERS, THINGS = 24, 80  # of a home that is well known
 
 
 class PageCost(NamedTuple):
@@ -106,12 +106,7 @@ def scene_ms() -> float:
     ]
     way_xy = np.linspace((0.0, 0.0), (9.0, 9.0), WAY_MOST)
     scene = DrawnScene(GOAL, frontiers, 1, things, way_xy, way_xy)
-    took_s = list[float]()
-    for _ in range(DRAWN):
-        began_s = time.thread_time()
-        encode_scene(scene, Stamp(1, "odom"))
-        took_s.append(time.thread_time() - began_s)
-    return 1e3 * median(took_s)
+    return own_ms(partial(encode_scene, scene, Stamp(1, "odom")))[0]
 
 
 def _told(found: Measured, pages: int) -> str:
