@@ -3,69 +3,39 @@ it: the same drive in turns without and with pages that look; and what the runti
 them."""
 
 import json
-import os
-import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import click
 import numpy as np
 
 from runtime.bench import synthetic
-from runtime.bench.measure import BenchError, Measured, Subject, free_port, measured, resident_mb
+from runtime.bench.beside import ServerCost, served
+from runtime.bench.measure import Measured, Subject, free_port, measured
 from runtime.bench.own_time import own_ms
 from runtime.config import load
 from runtime.core.types import Frontier
 from runtime.robot.drawn_messages import DrawnObject, Stamp
 from runtime.robot.drawn_scene import WAY_MOST, DrawnScene, encode_scene
 
-READY_S: Final = 60.0
-SETTLES_S: Final = 2.0  # until all pages have what there is
 GOAL: Final = "toilet"
 STAGES: Final = ("late", "tick", "frame")
 FRONTIERS, THINGS = 24, 80  # of a home that is well known
 
 
-class PageCost(NamedTuple):
-    """Of the page's server: its share of a core, and its memory."""
-
-    share: float
-    memory_mb: float
-
-
 @contextmanager
-def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[None]:
-    """So many pages look at the runtime on that bus; what that cost in the end. BenchError when the
-    server does not come up, or they do not look to the end."""
+def pages_open(pages: int, costs: list[ServerCost], endpoint: str) -> Iterator[None]:
+    """So many pages look at the runtime on that bus; what that cost in the end."""
     address = f"127.0.0.1:{free_port()}"
     bus = [f'bus.connect=["{endpoint}"]', 'bus.mode="client"']
     options = json.dumps({"listen": address, "settings": bus})
     view = [sys.executable, "-m", "runtime.commands.view_process", options]
     readers = [sys.executable, "-m", "runtime.bench.page_readers", address, str(pages)]
-    server = subprocess.Popen(view, stdout=subprocess.PIPE, text=True)
-    reading: subprocess.Popen[bytes] | None = None
-    try:
-        assert server.stdout is not None
-        if not server.stdout.readline():
-            raise BenchError("the page's server did not come up")
-        reading = subprocess.Popen(readers)
-        time.sleep(SETTLES_S)
-        began_s, before_s = time.monotonic(), _cpu_s(server.pid)
+    with served(view, readers, costs):
         yield
-        if reading.poll() is not None or server.poll() is not None:
-            raise BenchError("the pages or their server ended before the drive")
-        share = (_cpu_s(server.pid) - before_s) / (time.monotonic() - began_s)
-        costs.append(PageCost(share, resident_mb(server)))
-    finally:
-        for child in (reading, server):
-            if child is not None:
-                child.terminate()
-                child.wait(READY_S)
 
 
 @click.command("pages")
@@ -75,7 +45,7 @@ def pages_open(pages: int, costs: list[PageCost], endpoint: str) -> Iterator[Non
 def pages_command(pages: int, seconds: float, pairs: int) -> None:
     """Print the stages of control and of frames without and with pages, ms, what the page's
     server took, and what the runtime takes to draw a scene for it."""
-    config, costs = load(None), list[PageCost]()
+    config, costs = load(None), list[ServerCost]()
     topics, hz = config.bus.topics, config.realtime.control_hz
     beside = partial(pages_open, pages, costs)
 
@@ -118,12 +88,6 @@ def _told(found: Measured, pages: int) -> str:
         + (f"   {halts}" if stage == "late" else "")
         for stage, row in rows.items()
     )  # fmt: skip
-
-
-def _cpu_s(pid: int) -> float:
-    """What a process has used so far."""
-    words = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rpartition(")")[2].split()
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 if __name__ == "__main__":

@@ -2,14 +2,12 @@
 
 import asyncio
 import json
-import os
-import time
 
 from websockets.asyncio.server import ServerConnection, serve
 
 from runtime.bench.measure import Measured
 from runtime.bench.page_readers import read_pages
-from runtime.bench.pages import STAGES, _cpu_s, _told, scene_ms
+from runtime.bench.pages import STAGES, _told, scene_ms
 
 
 def test_a_run_is_told_by_stage_with_what_held_the_base():
@@ -21,11 +19,7 @@ def test_a_run_is_told_by_stage_with_what_held_the_base():
     assert lines[3].split()[2:] == ["0.00", "0.00", "0.00"]  # no frame came
 
 
-def test_what_a_process_has_used_is_its_own_time():
-    before_s = time.process_time()
-    used_s = _cpu_s(os.getpid())
-    tick_s = 2.0 / os.sysconf("SC_CLK_TCK")
-    assert before_s - tick_s <= used_s <= time.process_time() + tick_s
+def test_a_scene_takes_the_thread_that_draws_some_time():
     assert scene_ms() > 0.0
 
 
