@@ -18,7 +18,7 @@ def check_unknown(names: Iterable[str], known: Iterable[range] = (COUNTED, TAUGH
     every = tuple(known)
     for name in names:
         split, _, seed = name.partition("-")
-        if split == "train" and any(int(seed) in seeds for seeds in every):
+        if split == "train" and seed.isdecimal() and any(int(seed) in seeds for seeds in every):
             raise RfNavError(
                 f"{name}: what is judged has learned of this home; take seeds from which it has not"
             )

@@ -5,8 +5,9 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import Protocol
 
-from hil_sim.expert_bench.bank import Bank, load_bank
+from hil_sim.expert_bench.bank import HOMES, Bank, load_bank
 from hil_sim.expert_bench.judge import Electorate
+from hil_sim.expert_bench.learned_homes import check_unknown
 from hil_sim.expert_bench.photographs import load_photographs
 from hil_sim.expert_bench.plan_counts import count_plans
 from hil_sim.expert_bench.scene_bank import SceneRows, judge_scene, prior_insight
@@ -41,6 +42,7 @@ def measure(
 ) -> SceneFigures:
     """Everything; `beholders` by kind, `detector`: SHA-256 of whose features they take, `never`:
     names that none was taught. RfNavError when files cannot be used, or a model fails."""
+    check_unknown(sorted(path.stem for path in (plan.views / HOMES).glob("*.npz")))
     views = load_views(plan.views, plan.most, plan.seed)
     train = load_views(plan.counted, sighted=False) if plan.counted else None
     for folder, seen in ((plan.views, views), (plan.counted, train)):

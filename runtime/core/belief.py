@@ -45,7 +45,7 @@ class Expected:
 
 @dataclass(frozen=True)
 class Belief:
-    """The likeliest place first; what is `elsewhere` lies at none of them. All p and it are 1."""
+    """The likeliest place first; what is `elsewhere` lies at none of them. All come to 1."""
 
     places: tuple[Expected, ...]
     elsewhere: float

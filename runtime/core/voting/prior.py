@@ -100,9 +100,19 @@ def elect(
         for left_out in counts
     )
     rule, chosen = ("prior", order[:1]) if evidence else (silent, ())
-    planned = order if ahead.planned else ()
-    told = ballot, stamp_ns, why, without, planned, belief(ahead, counts), evidence
-    return Decision(order[0], rule, chosen, closest, *told)
+    return Decision(
+        order[0],
+        rule,
+        chosen,
+        closest,
+        ballot,
+        stamp_ns,
+        why,
+        without,
+        order=order if ahead.planned else (),
+        belief=belief(ahead, counts),
+        said=evidence,
+    )
 
 
 def belief(ahead: Ahead, evidence: Evidence) -> Belief:

@@ -84,6 +84,12 @@ def measured(plan: ScenePlan) -> tuple[SceneFigures, list[Electors]]:
     return found, opened
 
 
+def test_it_is_not_judged_by_what_it_was_taught(plan: ScenePlan) -> None:
+    write_views(plan.views / HOMES / "train-200003.npz", home_views())
+    with pytest.raises(RfNavError, match="train-200003: what is judged has learned of this home"):
+        measured(plan)
+
+
 def test_each_kind_is_asked_by_its_own_setting(plan: ScenePlan) -> None:
     found, opened = measured(plan)
     assert [e.settings[0] for e in opened] == [f'research.scene_layout="{k}"' for k in KINDS]
