@@ -227,8 +227,7 @@ class Vote:
     """(id, why) of each frontier of the set, sorted by id; () when the reason is of all at once."""
     reply: str = field(default="", compare=False, repr=False)
     """What a model that answers in words said, as it said it."""
-    nats: tuple[tuple[int, float], ...] = ()
-    """(id, evidence) alone, without what unknown areas say, sorted by id."""
+    nats: tuple[tuple[int, float], ...] = ()  # (id, evidence without unknown areas), sorted by id
 
     def reason_for(self, frontier: int) -> str:
         """What was said of this frontier, where reasons are given by frontier; else all of it."""
@@ -284,9 +283,10 @@ class Missing:
             return self.why.value
         return self.detail if self.why.is_told_by_detail else f"{self.why.value}: {self.detail}"
 
-    def told(self) -> dict[str, str]:
+    def told(self) -> dict[str, object]:
         """As it is journaled and published."""
-        return {"expert": self.expert, "cause": self.cause}
+        said: dict[str, object] = {"nats": self.nats} if self.nats else {}
+        return {"expert": self.expert, "cause": self.cause, **said}
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,12 @@ def test_a_whole_decision_has_a_json_form() -> None:
     assert json.loads(json.dumps(line))["ballot"]["missing"] == [{"expert": "sle", "cause": "late"}]
 
 
+def test_the_evidence_of_who_prefers_none_is_told() -> None:
+    leans = Missing("r2f", Absence.NO_PREFERENCE, nats=((1, -0.2), (2, 0.2)))
+    told = {"expert": "r2f", "cause": "no preference", "nats": [[1, -0.2], [2, 0.2]]}
+    assert json.loads(json.dumps(plain(Ballot((), (leans,), {}))))["missing"] == [told]
+
+
 def test_plain_values() -> None:
     assert plain(Leaf(np.array([[1.5, np.nan]]), np.inf)) == {"a": [[1.5, None]], "b": None}
     assert plain({1: (np.bool_(True), Path("x")), "s": {3, 1}}) == {"1": [True, "x"], "s": [1, 3]}
