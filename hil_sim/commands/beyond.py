@@ -1,7 +1,5 @@
 """`hil-sim beyond`: what robots see toward frontiers, and what truly lies behind them."""
 
-import dataclasses
-import json
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -9,10 +7,9 @@ from pathlib import Path
 import click
 
 from hil_sim.expert_bench.bank import SIDES, side_of
-from hil_sim.expert_bench.home_jobs import make_homes
+from hil_sim.expert_bench.home_jobs import claim, make_homes
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
-from runtime.errors import RfNavError
 
 HOMES, PLAN_FILE = "homes", "beyond.json"
 
@@ -48,9 +45,9 @@ def beyond_command(
     """
     if replicas and split != "train":
         raise click.UsageError("--replicas are of the split train alone: leave out one of the two")
-    _claim(out, BeyondPlan(seed, split, replicas))
-    names = home_names(homes, seed, split, replicas)
-    folder = out / HOMES
+    names, folder = home_names(homes, seed, split, replicas), out / HOMES
+    folder.mkdir(parents=True, exist_ok=True)
+    claim(out / PLAN_FILE, BeyondPlan(seed, split, replicas))
     todo = [name for name in names if not (folder / f"{name}.npz").exists()]
     make_homes(names, todo, workers, partial(make_home, folder))
     from hil_sim.expert_bench.views import read_views
@@ -59,23 +56,6 @@ def beyond_command(
     rows, frames = (sum(len(column) for column in columns) for columns in (
         [v.frame for v in homes_views], [v.room for v in homes_views]))  # fmt: skip
     click.echo(f"{len(names)} homes in {folder}: {rows} views in {frames} frames")
-
-
-def _claim(folder: Path, plan: BeyondPlan) -> None:
-    """Say which homes the folder is of, or check that it says the same. RfNavError when it says
-    another thing, or nothing that can be read."""
-    path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
-    if not path.is_file():
-        (folder / HOMES).mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(ours, indent=1) + "\n", encoding="utf-8")
-        return
-    try:
-        theirs = dataclasses.asdict(BeyondPlan(**json.loads(path.read_text(encoding="utf-8"))))
-    except (OSError, TypeError, ValueError) as error:
-        raise RfNavError(f"{path}: not a plan of homes ({error}); use another folder") from error
-    changed = sorted(key for key in ours if theirs[key] != ours[key])
-    if changed:
-        raise RfNavError(f"{path}: was made with other {', '.join(changed)}; use another folder")
 
 
 def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:

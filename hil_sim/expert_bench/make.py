@@ -1,8 +1,6 @@
 """Making a bank: one process a home, and finished homes are kept."""
 
-import dataclasses
 import gzip
-import json
 import os
 import pickle
 from dataclasses import replace
@@ -12,7 +10,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from hil_sim.expert_bench.bank import HOMES, PLAN_FILE, BankPlan, read_home, write_home
-from hil_sim.expert_bench.home_jobs import make_homes
+from hil_sim.expert_bench.home_jobs import claim, make_homes, plan_in
 from hil_sim.scenes.robothor.metadata import APARTMENTS
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import RfNavError
@@ -45,7 +43,9 @@ def make_bank(
 ) -> int:
     """Add the homes that are not in the folder yet; returns how many were made. RfNavError when
     the folder was begun with another plan."""
-    _claim(folder, plan)
+    for part in (HOMES, MAPS):
+        (folder / part).mkdir(parents=True, exist_ok=True)
+    claim(folder / PLAN_FILE, plan)
     todo = [name for name in names if not home_file(folder, name).exists()]
     make_homes(names, todo, workers, partial(make_home, folder, plan=plan, maps=maps))
     return len(todo)
@@ -108,25 +108,6 @@ def home_file(folder: Path, name: str) -> Path:
 def plan_of(folder: Path) -> BankPlan:
     """How a bank was made; RfNavError when the folder is none."""
     path = folder / PLAN_FILE
-    try:
-        return BankPlan(**json.loads(path.read_text(encoding="utf-8")))
-    except FileNotFoundError:
-        raise RfNavError(f"{path}: no such file; make a bank: hil-sim questions") from None
-    except (OSError, TypeError, ValueError) as error:
-        raise RfNavError(f"{path}: not a bank's plan ({error}); use another folder") from error
-
-
-def _claim(folder: Path, plan: BankPlan) -> None:
-    """Say how the folder's questions are made, or check that it says the same."""
-    path, ours = folder / PLAN_FILE, dataclasses.asdict(plan)
-    if path.is_file():
-        theirs = dataclasses.asdict(plan_of(folder))
-        changed = sorted(key for key in ours if theirs[key] != ours[key])
-        if changed:
-            raise RfNavError(
-                f"{path}: was made with other {', '.join(changed)}; use another folder"
-            )
-        return
-    for part in (HOMES, MAPS):
-        (folder / part).mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps(ours, indent=1) + "\n", encoding="utf-8")
+    if not path.is_file():
+        raise RfNavError(f"{path}: no such file; make a bank: hil-sim questions")
+    return plan_in(path, BankPlan)

@@ -84,7 +84,7 @@ def test_a_bank_is_not_mixed(bank: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("{", "not a bank's plan"), ('{"sed": 1}', "not a bank's plan"), (None, "no such file")],
+    [("{", "not a plan of homes"), ('{"sed": 1}', "not a plan of homes"), (None, "no such file")],
 )
 def test_a_folder_that_is_no_bank_is_refused(tmp_path: Path, text: str | None, said: str) -> None:
     if text is not None:
