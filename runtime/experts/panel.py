@@ -293,10 +293,12 @@ def _call(seat: _Seat, brief: Brief, by: Deadline) -> Vote | Missing:
 
 def checked(outcome: Vote | Missing, brief: Brief) -> Vote | Missing:
     """Keep what refers to the frontiers that were asked about. A vote for one that was not on the
-    brief is nonsense as a whole."""
+    brief is nonsense as a whole; evidence that is no number is none."""
+    known = {frontier.id for frontier in brief.frontiers}
+    nats = sorted((id, x) for id, x in outcome.nats if id in known and math.isfinite(x))
+    outcome = replace(outcome, nats=tuple(nats))
     if isinstance(outcome, Missing):
         return outcome
-    known = {frontier.id for frontier in brief.frontiers}
     strangers = sorted(set(outcome.frontiers) - known)
     if strangers:
         ids = ", ".join(str(number) for number in strangers)

@@ -1,5 +1,6 @@
 """Experts that fail, hang, talk nonsense or come back: the ballot says so and nothing stacks up."""
 
+import math
 import threading
 from collections.abc import Callable
 
@@ -7,7 +8,7 @@ from manual_clock import ManualClock
 
 from runtime.clock import Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, Vote
-from runtime.experts.panel import Panel
+from runtime.experts.panel import Panel, checked
 
 BRIEF = Brief("toilet", 0, tuple(FrontierBrief(i, float(i), (), ()) for i in (1, 2, 3)))
 PATIENCE_S = 20.0  # of the tests, never reached when they pass
@@ -111,6 +112,15 @@ def test_nonsense_is_dropped_with_the_cause() -> None:
         Missing("b", Absence.NONSENSE, "voted for no frontier"),
         Missing("c", Absence.ERROR, "returned str, not a vote"),
     )
+
+
+def test_evidence_is_of_the_frontiers_that_were_asked_about_and_a_number() -> None:
+    nats = ((2, 0.5), (77, 9.0), (1, math.nan), (3, -math.inf))
+    for said in (
+        Vote("a", (2,), (), "", nats=nats),
+        Missing("a", Absence.NO_PREFERENCE, nats=nats),
+    ):
+        assert checked(said, BRIEF).nats == ((2, 0.5),)
 
 
 def test_late_then_busy_then_back_and_the_late_vote_is_dropped() -> None:
