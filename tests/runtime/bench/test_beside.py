@@ -3,6 +3,7 @@
 import os
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -23,7 +24,7 @@ def test_what_it_cost_is_told_in_the_end():
     with served(SERVES, SERVES, costs):
         assert costs == []
     (cost,) = costs
-    assert 0.0 <= cost.share <= os.cpu_count()
+    assert cost.share >= 0.0
     assert cost.memory_mb > 1.0
 
 
@@ -32,21 +33,23 @@ def test_a_server_that_does_not_come_up_is_told_of():
         pytest.fail("nothing is up")
 
 
-def test_clients_that_end_before_the_drive_are_told_of():
+def test_clients_that_end_before_the_drive_are_told_of(tmp_path: Path):
     costs: list[ServerCost] = []
-    with pytest.raises(BenchError, match="ended before the drive"), served(SERVES, ENDS, costs):
-        _until_one_has_ended()
+    told = tmp_path / "pid"
+    says = f"import os; open('{told}.new', 'w').write(str(os.getpid()))"
+    ends = [sys.executable, "-c", f"{says}; os.rename('{told}.new', '{told}')"]
+    with pytest.raises(BenchError, match="ended before the drive"), served(SERVES, ends, costs):
+        _until_it_has_ended(told)
     assert costs == []
 
 
-def _until_one_has_ended() -> None:
-    """A child of this process, which nobody has asked for its status."""
+def _until_it_has_ended(told: Path) -> None:
+    """The child that leaves its number there; its status is left to who began it."""
     by_s = time.monotonic() + 30.0
-    while time.monotonic() < by_s:
-        if os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT):
-            return
+    while not told.exists():
+        assert time.monotonic() < by_s
         time.sleep(0.01)
-    pytest.fail("it does not end")
+    os.waitid(os.P_PID, int(told.read_text()), os.WEXITED | os.WNOWAIT)
 
 
 def test_what_a_process_has_used_is_its_own_time():
