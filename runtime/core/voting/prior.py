@@ -117,7 +117,8 @@ def elect(
 
 def belief(ahead: Ahead, evidence: Evidence) -> Belief:
     """Where the thing may be."""
-    return believed(ahead, pooled(evidence, ahead.ids), said=", ".join(evidence))
+    spoken = (expert for expert, nats in evidence.items() if any(nats.values()))
+    return believed(ahead, pooled(evidence, ahead.ids), said=", ".join(spoken))
 
 
 def _ordered(ahead: Ahead, evidence: Evidence) -> tuple[int, ...]:

@@ -232,3 +232,9 @@ def test_belief_follows_evidence():
     after = prior.belief(ahead, {"o2f": {1: 2.0, 2: -2.0}, "r2f": {1: 2.0, 2: -2.0}})
     assert [p.id for p in before.places] == [2, 1]
     assert [p.id for p in after.places] == [1, 2]
+
+
+def test_belief_names_who_has_said_anything():
+    said = {"o2f": {1: 0.5, 2: -0.5}, "r2f": {1: 0.0, 2: 0.0}}
+    told = prior.belief(star(masses=(1.0, 1.0)), said)
+    assert told.places[0].why == "1.0 m² unknown behind it, +0.3 nats by o2f"
