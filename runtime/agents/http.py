@@ -1,12 +1,10 @@
 """The protocol over HTTP, on this computer alone."""
 
-import socket
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
 
 import anyio
-import uvicorn
 from mcp.server.lowlevel import Server
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse
@@ -14,7 +12,8 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from runtime.errors import ConfigError
 from runtime.robot.endpoints import is_loopback
-from runtime.view.access import Access, access, http_settings
+from runtime.view.access import Access, access
+from runtime.view.listening import http_settings, serve
 
 PATH: Final = "/mcp"
 BODY_BYTES: Final = 64 << 10
@@ -62,8 +61,7 @@ class AgentGate:
             return 403, "this server has another name: use the address that it told"
         if origin is not None and not self._access.origin_allowed(origin, host):
             return 403, "no page of another origin may ask"
-        kind, _, token = headers.get("authorization", "").partition(" ")
-        if not self._access.token_right(token if kind.lower() == "bearer" else None):
+        if not self._access.bearer_right(headers.get("authorization", "")):
             return 401, "the token is another: Authorization: Bearer TOKEN"
         return 200, ""
 
@@ -85,17 +83,5 @@ def agent_settings() -> dict[str, Any]:
 
 
 def serve_http(server: Server[Any], allowed: Access, ready: Callable[[], None]) -> None:
-    """Until SIGTERM or Ctrl-C; ConfigError, one line, where the address cannot be had. `ready` is
-    called once it is."""
-    family = socket.AF_INET6 if ":" in allowed.host else socket.AF_INET
-    with socket.socket(family, socket.SOCK_STREAM) as listening:
-        try:
-            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            listening.bind((allowed.host, allowed.port))
-            listening.listen(CONNECTIONS_MOST)
-        except OSError as error:
-            told = f"--listen {allowed.host}:{allowed.port}"
-            raise ConfigError(f"{told}: cannot be listened on ({error.strerror})") from error
-        ready()
-        config = uvicorn.Config(agent_app(server, allowed), **agent_settings())
-        uvicorn.Server(config).run(sockets=[listening])
+    """See `listening.serve`."""
+    serve(agent_app(server, allowed), allowed, agent_settings(), ready)

@@ -6,7 +6,7 @@ import ssl
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from runtime.errors import ConfigError
 from runtime.robot.endpoints import is_loopback
@@ -70,6 +70,11 @@ class Access:
             return True
         told = given if isinstance(given, str) else ""
         return hmac.compare_digest(told.encode("utf-8", "replace"), self.token.encode())
+
+    def bearer_right(self, authorization: str) -> bool:
+        """The same of a request's header, "" where it has none."""
+        kind, _, token = authorization.partition(" ")
+        return self.token_right(token if kind.lower() == "bearer" else None)
 
 
 def access(
@@ -141,22 +146,3 @@ def _check(certificate: Path, key: Path) -> None:
         raise ConfigError(f"--certificate: {certificate}: does not go with {key}") from error
     except OSError as error:
         raise ConfigError(f"--certificate: {certificate}, {key}: {error.strerror}") from error
-
-
-def http_settings(connections: int, body_bytes: int) -> dict[str, Any]:
-    """How uvicorn serves whom a robot talks to: bounded and silent."""
-    return {
-        "loop": "asyncio",
-        "http": "h11",
-        "lifespan": "on",
-        "log_level": "warning",
-        "access_log": False,
-        "proxy_headers": False,
-        "server_header": False,
-        "date_header": False,
-        "limit_concurrency": connections,
-        "backlog": connections,
-        "timeout_keep_alive": 5,
-        "timeout_graceful_shutdown": 3,
-        "h11_max_incomplete_event_size": body_bytes,
-    }

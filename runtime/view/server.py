@@ -10,7 +10,6 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 from typing import Any, Final
 
-import uvicorn
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
@@ -21,11 +20,12 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket
 from uvicorn.protocols.websockets.websockets_sansio_impl import WebSocketsSansIOProtocol
 
-from runtime.errors import ConfigError, RfNavError
-from runtime.view.access import HEADERS, Access, http_settings
+from runtime.errors import RfNavError
+from runtime.view.access import HEADERS, Access
 from runtime.view.conversation import MESSAGE_BYTES, SUBPROTOCOL, Around, Conversation
 from runtime.view.feed import Feed
 from runtime.view.hub import Hub, HubAudience
+from runtime.view.listening import http_settings, serve
 
 PAGE: Final = Path(__file__).parent / "page"
 SUFFIXES: Final = ("", ".html", ".js", ".css", ".svg", ".png", ".ico", ".webmanifest", ".woff2")
@@ -126,8 +126,7 @@ def page_app(access: Access, feed: Feed, page: Path = PAGE) -> ASGIApp:
         await Conversation(websocket, around).run()
 
     async def stop(request: Request) -> Response:
-        kind, _, token = request.headers.get("authorization", "").partition(" ")
-        if not access.token_right(token if kind.lower() == "bearer" else None):
+        if not access.bearer_right(request.headers.get("authorization", "")):
             await asyncio.sleep(1.0)
             return JSONResponse({"error": "the token is another"}, 401)
         loop = asyncio.get_running_loop()
@@ -159,24 +158,5 @@ def page_settings(access: Access) -> dict[str, Any]:
 
 
 def serve_page(access: Access, feed: Feed, ready: Callable[[], None]) -> None:
-    """Until SIGTERM or Ctrl-C; ConfigError, one line, where the address cannot be had. `ready` is
-    called once it is."""
-    listening = _bound(access)
-    config = uvicorn.Config(page_app(access, feed), **page_settings(access))
-    ready()
-    with listening:
-        uvicorn.Server(config).run(sockets=[listening])
-
-
-def _bound(access: Access) -> socket.socket:
-    family = socket.AF_INET6 if ":" in access.host else socket.AF_INET
-    listening = socket.socket(family, socket.SOCK_STREAM)
-    try:
-        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        listening.bind((access.host, access.port))
-        listening.listen(CONNECTIONS_MOST)
-    except OSError as error:
-        listening.close()
-        told = f"--listen {access.host}:{access.port}"
-        raise ConfigError(f"{told}: cannot be listened on ({error.strerror})") from error
-    return listening
+    """See `listening.serve`."""
+    serve(page_app(access, feed), access, page_settings(access), ready)

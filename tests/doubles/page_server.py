@@ -74,10 +74,10 @@ def allowed(port: int, token: str = "") -> Access:
 
 
 @contextmanager
-def page_server(access: Access, feed: Any, page: Path) -> Iterator[None]:
-    """Until that is left."""
-    server = uvicorn.Server(uvicorn.Config(page_app(access, feed, page), **page_settings(access)))
-    thread = threading.Thread(target=server.run, daemon=True)
+def page_server(access: Access, feed: Any, page: Path, **more: Any) -> Iterator[uvicorn.Server]:
+    """Until that is left. `more`: settings of uvicorn."""
+    settings = page_settings(access) | more
+    server = uvicorn.Server(uvicorn.Config(page_app(access, feed, page), **settings))
     with socket.socket() as listening:
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind((access.host, access.port))
@@ -87,7 +87,7 @@ def page_server(access: Access, feed: Any, page: Path) -> Iterator[None]:
         while not server.started and time.monotonic() < until_s:
             time.sleep(0.01)
         try:
-            yield
+            yield server
         finally:
             server.should_exit = True
             thread.join(PATIENCE_S)

@@ -1,7 +1,9 @@
-"""A live feed, a service on a real bus and an audience, for the tests beside it."""
+"""A live feed, a service on a real bus, an audience and a certificate, for the tests beside it."""
 
+import subprocess
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 
 import pytest
 from live_page import Dozing, at_port
@@ -13,6 +15,19 @@ from runtime.commands.running import running
 from runtime.tracing.budgets import read_budgets
 from runtime.view import live
 from runtime.view.live import LiveFeed, LiveParts
+
+
+@pytest.fixture(scope="session")
+def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("pair")
+    certificate, key = folder / "certificate.pem", folder / "key.pem"
+    subprocess.run(
+        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+         "-nodes", "-days", "2", "-subj", "/CN=robot", "-keyout", key, "-out", certificate],
+        check=True, capture_output=True,
+    )  # fmt: skip
+    key.chmod(0o600)
+    return certificate, key
 
 
 @pytest.fixture

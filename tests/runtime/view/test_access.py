@@ -1,6 +1,5 @@
 """Who may look: nothing is open beyond this computer without a certificate and a token."""
 
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,19 +9,6 @@ from runtime.errors import ConfigError
 from runtime.view.access import CSP, access
 
 TOKEN = "0123456789abcdef"
-
-
-@pytest.fixture(scope="session")
-def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
-    folder = tmp_path_factory.mktemp("pair")
-    certificate, key = folder / "certificate.pem", folder / "key.pem"
-    subprocess.run(
-        ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-         "-nodes", "-days", "2", "-subj", "/CN=robot", "-keyout", key, "-out", certificate],
-        check=True, capture_output=True,
-    )  # fmt: skip
-    key.chmod(0o600)
-    return certificate, key
 
 
 @pytest.fixture
