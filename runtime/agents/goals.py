@@ -10,7 +10,8 @@ from typing import Any, Final
 from runtime.agents.link import RobotLink
 from runtime.agents.told import AgentAnswer, refused
 from runtime.agents.tools import IF_BUSY, AgentLimits
-from runtime.errors import BusError
+from runtime.errors import BusError, RfNavError
+from runtime.view.told import table
 
 TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model that is slow
 ANSWER_S: Final = 5.0
@@ -31,10 +32,12 @@ Progress = Callable[[float, float, str], Awaitable[None]]
 
 
 def goal_body(asked: Mapping[str, Any], limits: AgentLimits) -> dict[str, Any]:
-    """A query's body, within the limits. `asked`: arguments of find_object or go_to_place."""
+    """A query's body, within the limits. `asked`: arguments of find_object or go_to_place. The way
+    back, which the service sets no limit to, is no longer than the one before: each gets half."""
+    share = 0.5 if asked.get("then_return") else 1.0
     amounts = {
-        "time_s": asked.get("time_limit_s", limits.time_s),
-        "distance_m": asked.get("distance_limit_m", limits.distance_m),
+        "time_s": share * asked.get("time_limit_s", limits.time_s),
+        "distance_m": share * asked.get("distance_limit_m", limits.distance_m),
     }
     body: dict[str, Any] = {}
     if "place" in asked:
@@ -88,8 +91,12 @@ class AgentGoals:
             ids = _ids(answer)
             facts = {"accepted": True, "id": ids[0], "then": ids[1:], "queued": _queued(answer)}
             told = AgentAnswer({**facts, "limits": body["limits"]}, _words(answer))
-            wait_s = float(asked.get("wait_s", 0.0))
-            return await self.follow(ids[-1], wait_s, progress) if wait_s else told
+            if not (wait_s := float(asked.get("wait_s", 0.0))):
+                return told
+            try:
+                return await self.follow(ids[-1], wait_s, progress)
+            except RfNavError as error:  # it may go on all the same, and has an id
+                return AgentAnswer({**told.facts, "error": str(error)}, told.untrusted, error=True)
         except asyncio.CancelledError:
             for id in reversed(begun.give_up()):
                 self._hurried.submit(self._cancel, id)
@@ -140,7 +147,7 @@ def goal_told(answer: Mapping[str, Any]) -> AgentAnswer:
         return AgentAnswer({"ended": True, **facts}, _words(answer))
     if "error" in answer:
         return refused(str(answer["error"]))
-    newest = _table(answer, "feedback")
+    newest = table(answer, "feedback")
     facts = {name: newest[name] for name in UNDER_WAY if name in newest}
     return AgentAnswer(
         {"ended": False, "id": answer.get("id"), "before_it": answer.get("ahead", 0), **facts},
@@ -150,7 +157,7 @@ def goal_told(answer: Mapping[str, Any]) -> AgentAnswer:
 
 def so_far(answer: Mapping[str, Any]) -> str:
     """In a line of numbers and words of ours alone: a client may show it to a model."""
-    newest = _table(answer, "feedback")
+    newest = table(answer, "feedback")
     if ahead := answer.get("ahead"):
         return f"waits for {int(ahead)} before it"
     try:
@@ -176,8 +183,3 @@ def _queued(answer: Mapping[str, Any]) -> int:
 
 def _words(answer: Mapping[str, Any]) -> dict[str, Any]:
     return {name: answer[name] for name in WORDS if answer.get(name)}
-
-
-def _table(told: Mapping[str, Any], name: str) -> dict[str, Any]:
-    value = told.get(name)
-    return value if isinstance(value, dict) else {}

@@ -31,7 +31,7 @@ class _Opened:
     def __init__(self, connect: Connect) -> None:
         self.context = connect()
         self.robot = self.context.__enter__()
-        self.users, self.retired = 0, False
+        self.users = 0
 
     def close(self) -> None:
         self.context.__exit__(None, None, None)
@@ -63,9 +63,11 @@ class RobotLink:
             self._given_back(opened, failed)
 
     def close(self) -> None:
+        """Once nobody asks over it any more."""
         with self._lock:
             opened, self._opened = self._opened, None
-        if opened is not None and not opened.users:
+            over = opened is not None and not opened.users
+        if opened is not None and over:
             opened.close()
 
     def _taken(self) -> _Opened:

@@ -19,6 +19,7 @@ from runtime.agents.told import AgentAnswer, refused
 from runtime.agents.tools import THINGS_USUAL, AgentLimits
 from runtime.core.types import U8
 from runtime.robot.session import BusConfig
+from runtime.view.told import table
 
 AT_ONCE, HURRIED_AT_ONCE = 4, 2  # questions to the service
 MAP_PX: Final = 1024  # the longer side, at most
@@ -162,12 +163,12 @@ def status_told(status: Answer) -> AgentAnswer:
     """Of an answer on `rfnav/status`."""
     names = ("id", "paused", "elapsed_s", "driven_m", "decisions")
     facts = {name: status[name] for name in names if status.get(name) is not None}
-    standing, last = (_table(status, name) for name in ("runtime", "last"))
+    standing, last = (table(status, name) for name in ("runtime", "last"))
     queue = status.get("queue")
     facts |= {"state": standing.get("state"), "waiting": len(queue) if queue else 0}
-    battery = _table(status, "base").get("battery_percent")
+    battery = table(status, "base").get("battery_percent")
     facts |= {} if battery is None else {"battery_percent": battery}
-    cloud = _table(_table(status, "models"), "cloud")
+    cloud = table(table(status, "models"), "cloud")
     facts |= {"day_usd": cloud["day_usd"]} if "day_usd" in cloud else {}
     if last:
         facts["last"] = {name: last.get(name) for name in ("id", "result", "code", "at_xy")}
@@ -180,7 +181,7 @@ def status_told(status: Answer) -> AgentAnswer:
 
 def why_told(answer: Answer) -> AgentAnswer:
     """Of an answer on `rfnav/why`."""
-    decision, stop = (_table(answer, name) for name in ("decision", "stop"))
+    decision, stop = (table(answer, name) for name in ("decision", "stop"))
     facts = {"decision": decision.get("number"), "stop": stop.get("number")}
     told = {"decision": decision, "stop": stop}
     words = {name: one.get("in_words") for name, one in told.items() if one}
@@ -211,8 +212,3 @@ def things_told(answer: Answer, asked: Answer) -> AgentAnswer:
 def _thing(one: Answer) -> dict[str, Any]:
     names = ("name", "confidence", "xy", "size_m", "room")
     return {name: one.get(name) for name in names}
-
-
-def _table(told: Answer, name: str) -> dict[str, Any]:
-    value = told.get(name)
-    return value if isinstance(value, dict) else {}

@@ -2,10 +2,12 @@
 
 import base64
 import time
+import zlib
 from collections.abc import Callable
 from typing import Any, Final
 
 import anyio
+import cv2
 import mcp_types as types
 from mcp.server.lowlevel import Server
 from mcp.shared.exceptions import MCPError
@@ -21,7 +23,12 @@ NAME: Final = "rf-nav"
 CALLS_MOST, WAITS_MOST, CANCELS_MOST = 16, 8, 4  # at once, of all clients together
 A_SECOND, AT_ONCE = 10.0, 30.0  # calls
 TAKES_S: Final = 5.0  # in which a client must take what it is told of progress
-FAULTS: Final = (KeyError, TypeError, ValueError, AttributeError, IndexError)
+LOOK_S: Final = 0.5  # between two looks whether a client is still there
+GONE: Final = "nobody waits for the answer any more"
+FAULTS: Final = (
+    KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError, cv2.error,
+    zlib.error,
+)  # fmt: skip
 """What an answer of another shape than ours runs into."""
 INSTRUCTIONS: Final = (
     "A robot that finds things in a home. Ask for goals, not for movements: find_object, then "
@@ -94,11 +101,18 @@ class AgentServer:
         tool = self._tools.get(asked.name)
         if tool is None:
             raise MCPError(types.INVALID_PARAMS, f"there is no tool {asked.name[:WORD]!r}")
-        try:
-            told = await self._done(tool, asked.arguments, _progress(context))
-        except (RfNavError, ValueError) as error:
-            told = refused(str(error))
+        told = refused(GONE)
+        async with anyio.create_task_group() as group:
+            group.start_soon(_watched, context.request, group.cancel_scope)
+            told = await self._tried(tool, asked.arguments, _progress(context))
+            group.cancel_scope.cancel()
         return _result(told)
+
+    async def _tried(self, tool: AgentTool, given: Any, progress: Progress) -> AgentAnswer:
+        try:
+            return await self._done(tool, given, progress)
+        except (RfNavError, ValueError) as error:
+            return refused(str(error))
 
     async def _done(self, tool: AgentTool, given: Any, progress: Progress) -> AgentAnswer:
         arguments = read_arguments(tool, given)
@@ -110,6 +124,15 @@ class AgentServer:
             return refused(f"{tool.name}: the robot answered what is not understood ({what})")
         finally:
             self.turnstile.leave(taken)
+
+
+async def _watched(request: Any, call: anyio.CancelScope) -> None:
+    """Who hangs up gives his call up, of which the SDK takes no note in sessions over HTTP. On
+    stdio there is no request."""
+    if request is not None:
+        while not await request.is_disconnected():
+            await anyio.sleep(LOOK_S)
+        call.cancel()
 
 
 def _progress(context: Any) -> Progress:

@@ -36,8 +36,9 @@ class AgentAnswer:
         return (facts, f"{UNTRUSTED}\nthe image that follows") if self.image else (facts,)
 
     def structured(self) -> dict[str, Any]:
-        """The same for programs."""
-        beside = {"untrusted": plain(self.untrusted)} if self.untrusted else {}
+        """The same for programs, some of which show a model this alone."""
+        beside = {"warning": UNTRUSTED} if self.untrusted or self.image else {}
+        beside |= {"untrusted": plain(self.untrusted)} if self.untrusted else {}
         return {"facts": plain(self.facts), **beside}
 
 

@@ -10,6 +10,10 @@ IF_BUSY: Final = ("refuse", "queue", "preempt")
 NAME_CHARS: Final = 80
 THINGS_MOST, THINGS_USUAL = 200, 50
 Schema = Mapping[str, Any]
+RETURN: Final[Schema] = {
+    "type": "boolean", "default": False,
+    "description": "Go back then to where it began; half of the limits is kept for that.",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -80,14 +84,14 @@ def _goals(limits: AgentLimits) -> tuple[AgentTool, AgentTool]:
 
 def _goal_arguments(limits: AgentLimits) -> dict[str, Schema]:
     busy = "Where another goal is under way: this one is refused, waits, or takes its place."
+    back = {} if limits.area else {"then_return": RETURN}  # it may have begun outside
     return {
         "wait_s": _wait(),
         "if_busy": {"type": "string", "enum": list(IF_BUSY), "default": IF_BUSY[0],
                     "description": busy},
         "time_limit_s": _number(1.0, limits.time_s, "Most seconds that it may take."),
         "distance_limit_m": _number(0.1, limits.distance_m, "Most metres that it may drive."),
-        "then_return": {"type": "boolean", "default": False,
-                        "description": "Go back then to where it began."},
+        **back,
     }  # fmt: skip
 
 

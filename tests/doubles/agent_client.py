@@ -1,6 +1,8 @@
 """Our server for agents in a thread, on a free port, and the SDK's own client of it."""
 
 import asyncio
+import http.client
+import json
 import socket
 import threading
 import time
@@ -24,6 +26,7 @@ from runtime.commands.running import running
 from runtime.view.access import Access
 
 PATIENCE_S = 20.0
+ERAS = ("auto", "legacy")  # of the protocol: one POST each, and sessions
 ONE_A_LOOP = "_shutdown_watcher"  # sse_starlette begins it with the first stream
 
 
@@ -98,6 +101,29 @@ class Served:
                 return await does(client)
 
         return asyncio.run(work())
+
+
+class RawSession:
+    """A session spoken by hand, over one connection."""
+
+    def __init__(self, served: Served) -> None:
+        self.wire = http.client.HTTPConnection("127.0.0.1", served.port, timeout=PATIENCE_S)
+        self._headers = {
+            "Content-Type": "application/json",
+            "Accept": "application/json, text/event-stream",
+            "Mcp-Protocol-Version": "2025-06-18",
+        }
+        info = {"name": "raw", "version": "1"}
+        about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": info}
+        self.say("initialize", **about)
+        told = self.wire.getresponse()
+        self._headers["Mcp-Session-Id"] = told.headers["mcp-session-id"]
+        told.read()
+
+    def say(self, method: str, **params: Any) -> None:
+        """A request; `wire` has its answer."""
+        asked = {"jsonrpc": "2.0", "id": 1, "method": method, "params": params}
+        self.wire.request("POST", "/mcp", json.dumps(asked), self._headers)
 
 
 def facts(result: Any) -> dict[str, Any]:

@@ -31,6 +31,13 @@ def test_nobody_is_displaced_unless_that_is_said():
     assert goal_body(asked, OWNER)["afterwards"] == "return"
 
 
+def test_the_way_back_is_within_the_limits():
+    asked = {"thing": "mug", "then_return": True, "time_limit_s": 100}
+    assert goal_body(asked, OWNER)["limits"] == {
+        "time_s": 50.0, "distance_m": 20.0, "money_usd": 0.1,
+    }  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("answer", "line"),
     [

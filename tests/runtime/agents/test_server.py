@@ -3,14 +3,13 @@ on the bus, and what hostile clients come to."""
 
 import base64
 import json
-from collections.abc import Iterator
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from agent_client import Served, facts, words
-from agent_service import POSTER, AgentService
+from agent_client import ERAS, Served, facts, words
+from agent_service import KNOWN, POSTER, AgentService
 from mcp import Client
 from mcp.shared.exceptions import MCPError
 
@@ -19,19 +18,11 @@ from runtime.agents.told import UNTRUSTED
 from runtime.agents.tools import AgentLimits
 
 LIMITS = AgentLimits(time_s=300.0, distance_m=40.0, money_usd=0.1)
-ERAS = ("auto", "legacy")  # of the protocol: one POST each, and sessions
 
 
 @pytest.fixture
-def service() -> Iterator[AgentService]:
-    with AgentService().up() as service:
-        yield service
-
-
-@pytest.fixture
-def served(service: AgentService) -> Iterator[Served]:
-    with Served(service, LIMITS, "").up() as served:
-        yield served
+def limits() -> AgentLimits:
+    return LIMITS
 
 
 def called(served: Served, tool: str, mode: str = "auto", **asked: Any) -> Any:
@@ -137,6 +128,16 @@ def test_the_map_is_an_image(served: Served):
     assert told.content[2].mime_type == "image/png"
 
 
+@pytest.mark.parametrize("damage", [{"cells": "IGNORE"}, {"rows": "x"}, {"cells": "bm8gemxpYg=="}])
+def test_what_is_not_understood_is_told_in_words_of_ours(
+    served: Served, service: AgentService, damage: dict[str, Any]
+):
+    service.answers["map"] = {**KNOWN.told("map"), **damage}
+    told = called(served, "list_rooms")
+    assert told.is_error
+    assert facts(told)["error"].startswith("list_rooms: the robot answered what is not understood")
+
+
 def test_what_was_read_is_apart_and_harmless(served: Served):
     told = called(served, "status")
     trusted, untrusted = (part.text for part in told.content)
@@ -148,6 +149,7 @@ def test_what_was_read_is_apart_and_harmless(served: Served):
     assert len(said) < len(POSTER)
     assert said.isprintable()
     assert "IGNORE" not in json.dumps(facts(told))
+    assert told.structured_content["warning"] == UNTRUSTED
 
 
 # -- what no client can do -----------------------------------------------------------------------

@@ -2,30 +2,14 @@
 
 import asyncio
 import time
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from agent_client import Served, facts, until
+from agent_client import ERAS, RawSession, Served, facts, until
 from agent_service import AgentService
 from mcp import Client
 
 from runtime.agents.server import A_SECOND, AT_ONCE, CALLS_MOST, WAITS_MOST, Turnstile
-from runtime.agents.tools import AgentLimits
-
-ERAS = ("auto", "legacy")  # of the protocol: one POST each, and sessions
-
-
-@pytest.fixture
-def service() -> Iterator[AgentService]:
-    with AgentService().up() as service:
-        yield service
-
-
-@pytest.fixture
-def served(service: AgentService) -> Iterator[Served]:
-    with Served(service, AgentLimits(), "").up() as served:
-        yield served
 
 
 def settled(served: Served, tasks: int) -> None:
@@ -89,6 +73,19 @@ def test_a_search_whose_call_is_given_up_is_cancelled(
     settled(served, tasks)
 
 
+def test_a_search_whose_client_hangs_up_in_a_session_is_cancelled(
+    served: Served, service: AgentService
+):
+    session = RawSession(served)
+    tasks = served.tasks()
+    session.say("tools/call", name="find_object", arguments={"thing": "mug", "wait_s": 600})
+    until(lambda: "result" in service.kinds())
+    session.wire.close()
+    until(lambda: "cancel" in service.kinds())
+    until(lambda: not service.under_way)
+    settled(served, tasks)
+
+
 def test_a_goal_that_is_taken_after_its_call_was_given_up_is_cancelled(
     served: Served, service: AgentService
 ):
@@ -140,6 +137,17 @@ def test_a_service_that_is_busy_is_asked_again(served: Served, service: AgentSer
     assert facts(ended)["result"] == "found"
     service.answers["result"] = {"accepted": False, "error": "busy: 4 requests wait"}
     assert served.run(lambda client: client.call_tool("status", {"id": id})).is_error
+
+
+def test_a_goal_whose_wait_fails_is_told_with_its_id(served: Served, service: AgentService):
+    service.answers["result"] = {"accepted": False, "error": "busy: 4 requests wait"}
+    asked = {"thing": "mug", "wait_s": 0.1}
+    told = served.run(lambda client: client.call_tool("find_object", asked))
+    assert told.is_error
+    assert (facts(told)["id"], facts(told)["error"]) == (
+        service.under_way,
+        "busy: 4 requests wait",
+    )
 
 
 def test_two_clients_have_one_robot(served: Served, service: AgentService):

@@ -26,12 +26,6 @@ START = {
 }  # fmt: skip
 
 
-@pytest.fixture
-def service() -> Iterator[AgentService]:
-    with AgentService().up() as service:
-        yield service
-
-
 def command(service: AgentService) -> list[str]:
     return ["-m", "runtime", "mcp", "--set", f"bus.listen=['{service.end}']"]
 

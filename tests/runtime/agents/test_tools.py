@@ -20,8 +20,12 @@ def test_bounds_are_the_owners():
     assert [takes[name]["maximum"] for name in names] == [60.0, 5.0, 0.0]
 
 
-def test_the_camera_and_rooms_are_offered_where_they_may_be():
+def test_the_camera_rooms_and_a_way_back_are_offered_where_they_may_be():
     assert "look" in agent_tools(AgentLimits(look=True))
     assert "look" not in agent_tools(AgentLimits())
     assert "room" in agent_tools(AgentLimits())["find_object"].takes
-    assert "room" not in agent_tools(AgentLimits(area={"room": "hall"}))["find_object"].takes
+    bound = agent_tools(AgentLimits(area={"room": "hall"}))
+    assert "room" not in bound["find_object"].takes
+    for tool in ("find_object", "go_to_place"):
+        assert "then_return" not in bound[tool].takes  # it may have begun elsewhere
+        assert "then_return" in agent_tools(AgentLimits())[tool].takes
