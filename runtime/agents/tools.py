@@ -55,31 +55,30 @@ def agent_tools(limits: AgentLimits) -> dict[str, AgentTool]:
     return {tool.name: tool for tool in tools}
 
 
-def _goals(limits: AgentLimits) -> tuple[AgentTool, AgentTool]:
+def _goals(limits: AgentLimits) -> tuple[AgentTool, ...]:
     goal = _goal_arguments(limits)
     spends = {"money_limit_usd": _number(0.0, _money(limits), "Most that clouds may cost, USD.")}
     room = {} if limits.area else {"room": _text("Look only in rooms of this type.")}
-    return (
-        AgentTool(
-            "find_object",
-            "Look for a thing",
-            "Have the robot look for a thing in the home and drive to it. Answers at once with the "
-            "goal's id, unless wait_s is given; then call status with a wait_s until it has ended. "
-            'Several in turn: "a mug, then a chair". To give this call up cancels the goal.',
-            {"thing": _text('What to look for, e.g. "a red mug".'), **goal, **spends, **room},
-            ("thing",),
-            reads=False,
-        ),
-        AgentTool(
-            "go_to_place",
-            "Go to a place",
-            "Have the robot drive to a place that has a name; list_rooms has the names. Waits and "
-            "is given up as find_object.",
-            {"place": _text("The place's name."), **goal},
-            ("place",),
-            reads=False,
-        ),
+    find = AgentTool(
+        "find_object",
+        "Look for a thing",
+        "Have the robot look for a thing in the home and drive to it. Answers at once with the "
+        "goal's id, unless wait_s is given; then call status with a wait_s until it has ended. "
+        'Several in turn: "a mug, then a chair". To give this call up cancels the goal.',
+        {"thing": _text('What to look for, e.g. "a red mug".'), **goal, **spends, **room},
+        ("thing",),
+        reads=False,
     )
+    go = AgentTool(
+        "go_to_place",
+        "Go to a place",
+        "Have the robot drive to a place that has a name; list_rooms has the names. Waits and "
+        "is given up as find_object.",
+        {"place": _text("The place's name."), **goal},
+        ("place",),
+        reads=False,
+    )
+    return (find,) if "room" in limits.area else (find, go)  # of which type is the place's?
 
 
 def _goal_arguments(limits: AgentLimits) -> dict[str, Schema]:

@@ -36,8 +36,8 @@ PROCESS = "runtime.commands.mcp_process"
               help="Metres that a goal may take at most.")  # fmt: skip
 @click.option("--limit-money", "money_usd", type=click.FloatRange(0, MOST["money_usd"]),
               metavar="USD", help="What a goal may cost in a cloud at most.")  # fmt: skip
-@click.option("--area-room", metavar="ROOM", help="Only in rooms of that type.")
-@click.option("--area-place", metavar="PLACE", help="Only about that place.")
+@click.option("--area-room", metavar="ROOM", help="Only into rooms of that type, and to no place.")
+@click.option("--area-place", metavar="PLACE", help="Only within 3 m of that place.")
 @click.option("--look", is_flag=True, help="Clients may see what the camera sees.")
 @service_options
 def mcp_command(**given: Any) -> None:

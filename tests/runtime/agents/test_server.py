@@ -195,13 +195,12 @@ def test_a_camera_is_looked_through_only_where_that_is_allowed(service: AgentSer
 
 
 def test_an_area_of_the_owner_binds_all_goals(service: AgentService):
-    with Served(service, AgentLimits(area={"room": "kitchen"}), "").up() as served:
+    table = {"place": "table"}
+    with Served(service, AgentLimits(area=table), "").up() as served:
         assert called(served, "find_object", thing="mug", room="hall").is_error
         called(served, "find_object", thing="mug")
         called(served, "go_to_place", place="dock", if_busy="preempt")
-    assert [body["area"] for kind, body in service.asked if kind == "goal"] == [
-        {"room": "kitchen"}, {"room": "kitchen"},
-    ]  # fmt: skip
+    assert [body["area"] for kind, body in service.asked if kind == "goal"] == [table, table]
 
 
 def test_an_unknown_tool_is_said(served: Served):
