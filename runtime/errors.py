@@ -25,6 +25,10 @@ class BusError(RfNavError):
     """The Zenoh session could not be opened or used."""
 
 
+class SilentError(BusError):
+    """Who was asked over it is there, and has not answered in time."""
+
+
 class InternalError(RfNavError):
     """A mistake of our own that ended a loop; the base was brought to rest first."""
 

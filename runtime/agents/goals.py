@@ -130,6 +130,9 @@ class AgentGoals:
         return answer
 
     def _begin(self, body: dict[str, Any], begun: _Begun) -> dict[str, Any]:
+        ready = self._link.ask("status", {}, ANSWER_S)
+        if ready.get("accepted") is False:  # else it would begin when nobody waits for it any more
+            raise BusError(str(ready.get("error") or "busy"))
         answer = self._link.ask("goal", body, TAKEN_S)
         if answer.get("accepted") and not begun.began(_ids(answer)):
             for id in reversed(_ids(answer)):  # or the next would begin

@@ -11,12 +11,16 @@ from typing import Any, Final, TextIO
 import click
 
 from runtime.commands.running import Running, running
+from runtime.commands.status_screen import printable
 from runtime.config import load
-from runtime.errors import BusError
+from runtime.errors import BusError, SilentError
 
 TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model that is slow
 EVERY_S: Final = 0.5
 AWAY_S: Final = 90.0  # so long a service that is started anew is waited for
+LOADED_S: Final = 300.0  # and one whose models load
+SILENT: Final = "rfnav run is there, and answers nothing yet: its models load, or it is busy"
+TAKEN_YET: Final = "it may be taken yet: rfnav cancel ends all goals"
 START, REST_OF_LINE = "\r", "\x1b[K"
 STOPPED: Final = "Ctrl-C in rfnav find"
 
@@ -124,15 +128,15 @@ def _ask_for(
     body |= {"afterwards": "return"} if returns else {}
     body |= {"afterwards": {"place": return_to}} if return_to else {}
     with running(load(path, settings).bus) as runtime:
+        _await_answers(runtime, as_json)
         answer = _taken(runtime, body)
         if not answer.get("accepted"):
-            click.echo(
-                json.dumps(answer) if as_json else f"rfnav: {answer['error']}", err=not as_json
-            )
+            why = json.dumps(answer) if as_json else printable(f"rfnav: {answer['error']}")
+            click.echo(why, err=not as_json)
             sys.exit(2)
         goals = [answer, *answer.get("then", ())]
         for goal in () if as_json else goals:
-            click.echo(f"{goal['id']}: {goal['how']}")
+            click.echo(printable(f"{goal['id']}: {goal['how']}"))
         results = [] if no_wait else _waited(runtime, [str(g["id"]) for g in goals], as_json)
     if as_json:
         told = answer if no_wait else {**answer, "results": results}
@@ -140,12 +144,33 @@ def _ask_for(
     sys.exit(0 if all(told["code"] == 0 for told in results) else 1)
 
 
+def _await_answers(runtime: Running, quiet: bool) -> None:
+    """Return once it answers at all: what is asked of it before that waits there, and would be
+    begun when nobody is here any more. BusError after a while, or where nobody is there."""
+    progress, by_s = SoFar(sys.stderr, quiet), time.monotonic() + LOADED_S
+    while True:
+        try:
+            told = runtime.ask("status", {})
+            if told.get("accepted") is not False:
+                progress.clear()
+                return
+            why = BusError(f"{runtime.where}: {told['error']}")  # as many wait as may
+        except SilentError as error:
+            why = error
+        if time.monotonic() > by_s:
+            raise why
+        progress.say(SILENT)
+        time.sleep(EVERY_S)
+
+
 def _taken(runtime: Running, body: Mapping[str, Any]) -> dict[str, Any]:
     """The answer. Until it comes the goal has no id that it could be cancelled by."""
     try:
         return runtime.ask("goal", body, TAKEN_S)
+    except SilentError as error:
+        raise BusError(f"{error}; {TAKEN_YET}") from error
     except KeyboardInterrupt:
-        click.echo("rfnav: it may be taken yet: rfnav cancel ends all goals", err=True)
+        click.echo(f"rfnav: {TAKEN_YET}", err=True)
         sys.exit(130)
 
 
@@ -158,7 +183,7 @@ def _waited(runtime: Running, ids: Sequence[str], quiet: bool) -> list[dict[str,
             progress.clear()
             results.append(told)
             if not quiet:
-                click.echo(told["sentence"])
+                click.echo(printable(told["sentence"]))
     except KeyboardInterrupt:
         progress.clear()
         for id in reversed(ids[len(results) :]):  # or the next would begin
@@ -214,7 +239,7 @@ class SoFar:
         if self._quiet or not what or (what == self._said and not self._in_place):
             return
         self._said = what
-        line = f"{what} ({so_far})" if so_far else what
+        line = printable(f"{what} ({so_far})" if so_far else what)
         if self._in_place:
             self._out.write(
                 f"{START}{line[: shutil.get_terminal_size().columns - 1]}{REST_OF_LINE}"

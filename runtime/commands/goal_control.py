@@ -10,6 +10,7 @@ import click
 
 from runtime.commands.options import json_option, service_options
 from runtime.commands.running import running
+from runtime.commands.status_screen import printable
 from runtime.config import load
 from runtime.errors import SensorError
 from runtime.robot.json_text import parse_json
@@ -79,9 +80,9 @@ def _tell(answer: dict[str, Any], in_words: str, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(answer, ensure_ascii=False))
     elif "error" in answer:
-        click.echo(f"rfnav: {answer['error']}", err=True)
+        click.echo(printable(f"rfnav: {answer['error']}"), err=True)
     else:
-        click.echo(in_words)
+        click.echo(printable(in_words))
     sys.exit(1 if "error" in answer else 0)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import zenoh
 
-from runtime.errors import BusError
+from runtime.errors import BusError, SilentError
 from runtime.robot.json_text import parse_json
 from runtime.robot.session import BusConfig, open_session
 
@@ -25,15 +25,22 @@ class Running:
     where: str
 
     def ask(
-        self, kind: str, body: Mapping[str, object], within_s: float = ANSWER_S
+        self, kind: str, body: Mapping[str, object], within_s: float | None = None
     ) -> dict[str, Any]:
-        """The answer to a query on `rfnav/KIND`; BusError, one line, when nobody gives one."""
+        """The answer to a query on `rfnav/KIND`; BusError, one line, when nobody gives one, and
+        SilentError where somebody is there who could."""
         key = self.config.key(f"rfnav/{kind}")
+        within_s = ANSWER_S if within_s is None else within_s
         try:
-            given = self.session.get(key, payload=json.dumps(body), timeout=within_s)
-            answers = [answer.ok for answer in given if answer.ok is not None]
+            given = list(self.session.get(key, payload=json.dumps(body), timeout=within_s))
         except zenoh.ZError as error:
             raise BusError(f"{self.where}: {key}: cannot be asked") from error
+        answers = [answer.ok for answer in given if answer.ok is not None]
+        if given and not answers:  # Zenoh says so of who has promised answers
+            raise SilentError(
+                f"{self.where}: rfnav run is there, and has not answered on {key} within "
+                f"{within_s:g} s: its models still load, or it is busy"
+            )
         if not answers:
             raise BusError(f"{self.where}: nobody answers on {key}: is rfnav run up?")
         return parse_json(answers[0].payload.to_bytes(), key, ANSWER_BYTES)

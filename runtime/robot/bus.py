@@ -72,7 +72,7 @@ class Bus:
         self._record, self._tap = record, tap
         self._clock, self._lockstep = clock, lockstep
         self._changed = threading.Condition()
-        self._requests = Requests(self._changed, config.key, self._answered)
+        self._requests = Requests(self._changed, config.key, self._answered, clock.now_s)
         around = config, clock, self._changed, lockstep, camera, record, senses
         self._streams = SensorStreams(*around, self._vigilance, odometry)
         self.on_urgent: Callable[[], None] = lambda: None  # called when motion must end at once

@@ -1,7 +1,9 @@
 """Queries to the runtime: those that wait, within bounds, and the one that is being answered."""
 
 import json
+import math
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,12 +22,14 @@ ENDS: Final = "rfnav ends"
 
 @dataclass(frozen=True)
 class QueryKind:
-    """`waiting`: how many of it wait at most. `strict`: one that is no JSON is refused; of others
-    it is taken as empty. `steers`: what the robot does depends on it, and so does a replay."""
+    """`waiting`: how many of it wait at most, and `wait_s`: how long, while models load for
+    instance. `strict`: one that is no JSON is refused; of others it is taken as empty. `steers`:
+    what the robot does depends on it, and so does a replay."""
 
     waiting: int = 16
     strict: bool = True
     steers: bool = False
+    wait_s: float = math.inf
 
 
 # On `rfnav/KIND`. What overtakes comes first: a cancel is never behind a goal. A cancel cancels and
@@ -36,7 +40,7 @@ QUERIES: Final = {
     "status": QueryKind(strict=False),
     "result": QueryKind(),
     "resume": QueryKind(steers=True),
-    "goal": QueryKind(waiting=4, steers=True),
+    "goal": QueryKind(waiting=4, steers=True, wait_s=50.0),  # ours ask for 60 s, then they go
     "why": QueryKind(),
     "places": QueryKind(),
     "things": QueryKind(),
@@ -89,6 +93,7 @@ class _Waiting:
     key: str
     query: Any
     answered: Callable[[], None]
+    came_s: float
 
     def read(self) -> Request:
         """SensorError for one that must be JSON and is none."""
@@ -114,14 +119,17 @@ class Requests:
         changed: threading.Condition,
         key: Callable[[str], str],
         answered: Callable[[str], None] = lambda kind: None,
+        now_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._changed, self._key, self._answered = changed, key, answered
+        self._now_s = now_s
         self._waiting: dict[str, deque[_Waiting]] = {kind: deque() for kind in QUERIES}
         self._closed = False
 
     def file(self, kind: str, topic: str, query: Any) -> None:
         """Have a query wait; one too many is answered at once."""
-        waiting = _Waiting(kind, self._key(topic), query, partial(self._answered, kind))
+        answered = partial(self._answered, kind)
+        waiting = _Waiting(kind, self._key(topic), query, answered, self._now_s())
         why, most = "", QUERIES[kind].waiting
         with self._changed:
             if self._closed:
@@ -148,6 +156,10 @@ class Requests:
                     return None
                 waiting = self._waiting[kind].popleft()
                 before = list(self._waiting["goal"])
+            late_s = self._now_s() - waiting.came_s
+            if late_s > QUERIES[kind].wait_s:
+                waiting.refuse(f"it has waited for {late_s:.0f} s: ask again")
+                continue
             try:
                 request = waiting.read()
             except SensorError as error:

@@ -100,6 +100,8 @@ class LiveFeed:
         if what == "decision":
             return self._history.decision(body.get("number") if isinstance(body, dict) else None)
         query = asked(what, body)
+        if what == "goal" and self._loads():  # or it would begin when nobody looks any more
+            raise BusError("its models still load: ask for it when the robot is ready")
         if what == "stop":
             self._sticks.drop()
         try:
@@ -111,6 +113,9 @@ class LiveFeed:
         with self._changed:
             self._changed.notify_all()
         return answer
+
+    def _loads(self) -> bool:
+        return told.table(self._hearing.newest.state, "runtime").get("state") == "starting"
 
     def _answer(self, what: str, query: Content, within_s: float) -> dict[str, Any]:
         service = self._service

@@ -55,6 +55,10 @@ class AgentService:
             self.taking.set()
             del declared
 
+    def goals(self) -> list[dict[str, Any]]:
+        """Those that were asked for."""
+        return [body for kind, body in self.asked if kind == "goal"]
+
     def kinds(self) -> list[str]:
         return [kind for kind, _ in self.asked]
 

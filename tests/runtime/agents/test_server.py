@@ -69,10 +69,10 @@ def test_a_search_is_begun_followed_and_found(served: Served, service: AgentServ
         )
 
     begun, ended = served.run(search, mode)
-    assert service.asked[0] == ("goal", {
+    assert service.goals() == [{
         "goal": "mug", "if_busy": "refuse",
         "limits": {"time_s": 300.0, "distance_m": 40.0, "money_usd": 0.1},
-    })  # fmt: skip
+    }]  # fmt: skip
     assert facts(ended)["result"] == "found"
     assert facts(ended)["id"] == facts(begun)["id"]
     assert facts(ended)["at_xy"] == [1.0, 0.8]
@@ -90,7 +90,7 @@ def test_a_wait_that_is_over_says_how_it_stands(served: Served, service: AgentSe
 def test_a_place_is_gone_to(served: Served, service: AgentService):
     assert facts(called(served, "go_to_place", place="dock", time_limit_s=60))["accepted"]
     limits = {"time_s": 60, "distance_m": 40.0}
-    assert service.asked == [("goal", {"go_to": "dock", "if_busy": "refuse", "limits": limits})]
+    assert service.goals() == [{"go_to": "dock", "if_busy": "refuse", "limits": limits}]
 
 
 def test_another_goal_is_refused_unless_it_may_wait(served: Served, service: AgentService):
@@ -99,6 +99,16 @@ def test_another_goal_is_refused_unless_it_may_wait(served: Served, service: Age
     assert told.is_error
     assert facts(told) == {"refused": True, "code": 4721}
     assert facts(called(served, "find_object", thing="bed", if_busy="queue"))["accepted"]
+
+
+def test_a_service_that_answers_nothing_yet_is_asked_for_no_goal(
+    served: Served, service: AgentService
+):
+    service.answers["status"] = {"accepted": False, "error": "busy: 16 status requests wait"}
+    told = called(served, "find_object", thing="mug")
+    assert told.is_error
+    assert facts(told)["error"] == "busy: 16 status requests wait"
+    assert service.goals() == []
 
 
 def test_status_cancel_and_why(served: Served, service: AgentService):
@@ -200,7 +210,7 @@ def test_an_area_of_the_owner_binds_all_goals(service: AgentService):
         assert called(served, "find_object", thing="mug", room="hall").is_error
         called(served, "find_object", thing="mug")
         called(served, "go_to_place", place="dock", if_busy="preempt")
-    assert [body["area"] for kind, body in service.asked if kind == "goal"] == [table, table]
+    assert [body["area"] for body in service.goals()] == [table, table]
 
 
 def test_an_unknown_tool_is_said(served: Served):

@@ -10,7 +10,7 @@ from click.testing import CliRunner, Result
 
 from hil_sim.driving.link import free_port
 from runtime.__main__ import cli
-from runtime.commands import find
+from runtime.commands import find, running
 from runtime.commands.find import STOPPED, SoFar
 from runtime.robot.session import BusConfig, open_session
 
@@ -24,11 +24,13 @@ FOUND = {"id": "a1", "result": "found", "code": 0, "sentence": "a mug was found"
 
 
 class Service:
-    """`answers`: by kind, one after the other, of which the last is given again and again."""
+    """`answers`: by kind, one after the other, None for one that never comes; the last of them is
+    given again and again."""
 
     def __init__(self) -> None:
         self.end = f"tcp/127.0.0.1:{free_port()}"
-        self.answers: dict[str, list[dict[str, Any]]] = {}
+        self.answers: dict[str, list[dict[str, Any] | None]] = {}
+        self.unanswered: list[Any] = []
         self.heard: list[tuple[str, dict[str, Any]]] = []
 
     def find(self, *words: str, command: str = "find") -> Result:
@@ -43,6 +45,7 @@ def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[Service]:
     monkeypatch.setattr(find, "EVERY_S", 0.0)
     made = Service()
     made.answers = {"goal": [TAKEN], "result": [UNDER_WAY, UNDER_WAY, FOUND], "cancel": [{}]}
+    made.answers["status"] = [{"goal": None}]
     with open_session(BusConfig(listen=(made.end,))) as session:
 
         def answering(kind: str) -> Callable[[Any], None]:
@@ -50,13 +53,17 @@ def service(monkeypatch: pytest.MonkeyPatch) -> Iterator[Service]:
                 made.heard.append((kind, json.loads(query.payload.to_string())))
                 answers = made.answers[kind]
                 answer = answers.pop(0) if len(answers) > 1 else answers[0]
-                query.reply(query.key_expr, json.dumps(answer))
+                if answer is None:
+                    made.unanswered.append(query)
+                else:
+                    query.reply(query.key_expr, json.dumps(answer))
 
             return reply
 
         for kind in made.answers:
             session.declare_queryable(f"rfnav/{kind}", answering(kind))
         yield made
+        made.unanswered.clear()
 
 
 def test_how_it_was_understood_how_it_goes_and_what_came_of_it(service: Service):
@@ -150,13 +157,62 @@ def test_ctrl_c_cancels_what_was_asked_for_the_last_first(
     assert done.stderr.endswith("b2: cancelled\na1: cancelled\n")
 
 
+def test_a_service_whose_models_load_is_asked_for_nothing_until_it_answers(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(running, "ANSWER_S", 0.05)
+    full = {"accepted": False, "error": "busy: 16 status requests wait already"}
+    service.answers["status"] = [None, None, full, {"goal": None}]
+    done = service.find("a mug", "--no-wait")
+    assert (done.exit_code, done.stderr) == (0, f"{find.SILENT}\n")
+    assert [kind for kind, _ in service.heard] == [*["status"] * 4, "goal"]
+
+
+@pytest.mark.parametrize(
+    ("answer", "why"),
+    [(None, "rfnav run is there, and has not answered on rfnav/status"),
+     ({"accepted": False, "error": "busy: 16 wait"}, "busy: 16 wait")],
+)  # fmt: skip
+def test_one_that_never_answers_is_not_waited_for_for_ever(
+    service: Service, monkeypatch: pytest.MonkeyPatch, answer: dict[str, Any] | None, why: str
+):
+    monkeypatch.setattr(running, "ANSWER_S", 0.05)
+    monkeypatch.setattr(find, "LOADED_S", 0.0)
+    service.answers["status"] = [answer]
+    done = service.find("a mug")
+    assert why in str(done.exception)
+    assert service.asked("goal") == []
+
+
+def test_a_goal_that_is_not_answered_in_time_may_be_taken_yet(
+    service: Service, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(find, "TAKEN_S", 0.05)
+    service.answers["goal"] = [None]
+    done = service.find("a mug")
+    assert str(done.exception).endswith(f"or it is busy; {find.TAKEN_YET}")
+
+
+def test_what_a_terminal_would_obey_is_not_printed(service: Service):
+    service.answers["goal"] = [TAKEN | {"how": "\x1b[2Ja mug"}]
+    feedback = {**UNDER_WAY, "feedback": {**FEEDBACK, "reason": "\x9b2J said a model"}}
+    service.answers["result"] = [feedback, {**FOUND, "sentence": "\x07found"}]
+    done = service.find("a mug")
+    assert done.stdout == "a1:  [2Ja mug\n found\n"
+    assert done.stderr.startswith(" 2J said a model (")
+
+
 def test_ctrl_c_before_it_is_taken_says_that_it_may_be(
     service: Service, monkeypatch: pytest.MonkeyPatch
 ):
-    def interrupted(*_: object) -> None:
-        raise KeyboardInterrupt
+    asks = find.Running.ask
 
-    monkeypatch.setattr("runtime.commands.running.Running.ask", interrupted)
+    def interrupted(runtime: Any, kind: str, *how: Any) -> dict[str, Any]:
+        if kind == "goal":
+            raise KeyboardInterrupt
+        return asks(runtime, kind, *how)
+
+    monkeypatch.setattr(find.Running, "ask", interrupted)
     done = service.find("a mug")
     assert done.exit_code == 130
     assert done.stderr == "rfnav: it may be taken yet: rfnav cancel ends all goals\n"

@@ -8,7 +8,7 @@ import zenoh
 
 from hil_sim.driving.link import free_port
 from runtime.commands.running import running
-from runtime.errors import BusError, SensorError
+from runtime.errors import BusError, SensorError, SilentError
 from runtime.robot.session import BusConfig, open_session
 
 
@@ -47,6 +47,15 @@ def test_where_nobody_answers_that_is_said(config: BusConfig, bus: zenoh.Session
     told = r"tcp/127.0.0.1:\d+: nobody answers on rosie/rfnav/why: is rfnav run up\?"
     with running(config) as runtime, pytest.raises(BusError, match=told):
         runtime.ask("why", {})
+
+
+def test_where_somebody_is_silent_that_is_said(config: BusConfig, bus: zenoh.Session):
+    unanswered: list[zenoh.Query] = []
+    bus.declare_queryable("rosie/rfnav/why", unanswered.append)
+    told = r"rfnav run is there, and has not answered on rosie/rfnav/why within 0.1 s"
+    with running(config) as runtime, pytest.raises(SilentError, match=told):
+        runtime.ask("why", {}, 0.1)
+    unanswered.clear()
 
 
 def test_where_nobody_listens_that_is_said(config: BusConfig):

@@ -2,6 +2,8 @@
 
 import json
 import threading
+import time
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -29,8 +31,8 @@ class Asker:
         self.dropped = True
 
 
-def waiting() -> Requests:
-    return Requests(threading.Condition(), lambda topic: f"robot/{topic}")
+def waiting(now_s: Callable[[], float] = time.monotonic) -> Requests:
+    return Requests(threading.Condition(), lambda topic: f"robot/{topic}", now_s=now_s)
 
 
 def file(requests: Requests, kind: str, payload: bytes | None = b"{}") -> Asker:
@@ -77,6 +79,18 @@ def test_a_cancel_of_one_goal_takes_no_other_along():
     assert taken(requests).body == {"id": "a1"}
     assert taken(requests).body == {"goal": "bed"}
     assert goal.answers == []
+
+
+def test_a_goal_that_has_waited_long_is_begun_for_nobody():
+    at_s = [7.0]
+    requests = waiting(lambda: at_s[0])
+    late, status = file(requests, "goal", b'{"goal":"bed"}'), file(requests, "status")
+    at_s[0] += QUERIES["goal"].wait_s + 1.0
+    file(requests, "goal", b'{"goal":"sofa"}')
+    assert taken(requests).kind == "status"
+    assert taken(requests).body == {"goal": "sofa"}
+    assert [answer["error"] for answer in late.answers] == ["it has waited for 51 s: ask again"]
+    assert status.answers == []
 
 
 def test_a_flood_is_answered_busy_and_a_cancel_comes_through_it():

@@ -118,6 +118,18 @@ def test_what_is_asked_goes_to_the_service_and_no_more_than_a_page_may(
         feed.ask("goal", {"goal": "mug"})
 
 
+def test_while_models_load_no_goal_is_asked_for(
+    feed: LiveFeed, service: PageService, audience: PageAudience
+):
+    looked_at(feed, service)
+    service.tell("rfnav/state", {**STATE, "runtime": {"state": "starting", "cause": ""}})
+    audience.wait("state", lambda s: s["runtime"]["state"] == "starting")
+    with pytest.raises(BusError, match="its models still load"):
+        feed.ask("goal", {"goal": "mug"})
+    assert "goal" not in [kind for kind, _ in service.asked]
+    assert feed.ask("stop", {}) == {"stopped": True}
+
+
 def test_a_stop_goes_through_though_nobody_looks(feed: LiveFeed, service: PageService):
     assert feed.ask("stop", {}) == {"stopped": True}
     assert [kind for kind, _ in service.asked] == ["stop"]
