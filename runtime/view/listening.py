@@ -86,7 +86,7 @@ def http_settings(connections: int, body_bytes: int) -> dict[str, Any]:
         "loop": f"{__name__}:{TimedTls.__name__}",
         "http": TimedHttp,
         "lifespan": "on",
-        "log_level": "warning",
+        "log_level": "error",  # what strangers do wrong is told to them, and fills no log
         "access_log": False,
         "proxy_headers": False,
         "server_header": False,

@@ -1,13 +1,17 @@
-"""A live feed, a service on a real bus, an audience and a certificate, for the tests beside it."""
+"""A live feed, a service on a real bus, an audience, a certificate and a page in a browser, for the
+tests beside it."""
 
 import subprocess
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
+import page_home as home
 import pytest
+from chromium import chromium, page_at
 from live_page import Dozing, at_port
 from page_audience import PageAudience
+from page_double import PageDouble, serving
 from page_server import free_port
 from page_service import PageService
 
@@ -65,3 +69,19 @@ def feed(
     feed.start(audience)
     yield feed
     feed.close()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[object]:
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture
+def told(browser) -> Iterator[tuple[PageDouble, object]]:
+    """A server, and a page at it that was told all of a search."""
+    with serving() as double, page_at(browser, double.url) as page:
+        home.tell_all(double)
+        page.wait_for_selector("#now[data-any]")
+        page.wait_for_selector("#map-empty", state="hidden")
+        yield double, page

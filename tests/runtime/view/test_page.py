@@ -1,30 +1,13 @@
 """The operator's page in a real Chromium: what it shows of what it is told, and what it asks."""
 
 import re
-from collections.abc import Iterator
 
 import page_home as home
-import pytest
-from chromium import chromium, needs_chromium, page_at, until
-from page_double import PageDouble, serving
+from chromium import needs_chromium, page_at, until
+from page_double import serving
 
 pytestmark = list(needs_chromium)
 SPOILT = '<img src=x onerror="document.title=1">'
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[object]:
-    with chromium() as opened:
-        yield opened
-
-
-@pytest.fixture
-def told(browser) -> Iterator[tuple[PageDouble, object]]:
-    """A server, and a page at it that was told all of a search."""
-    with serving() as double, page_at(browser, double.url) as page:
-        home.tell_all(double)
-        page.wait_for_selector("#now[data-any]")
-        yield double, page
 
 
 def text(page, selector: str, has: str) -> str:

@@ -1,32 +1,15 @@
 """The operator's page in a real Chromium: stopping, driving by hand, drawing on the map."""
 
 import re
-from collections.abc import Iterator
 
 import page_home as home
 import pytest
-from chromium import chromium, needs_chromium, page_at, until
-from page_double import PageDouble, serving
+from chromium import needs_chromium, page_at, until
+from page_double import serving
 
 pytestmark = list(needs_chromium)
 PAD = """navigator.getGamepads = () => [{axes: [0, -1], buttons: Array.from({length: 17},
 (_, i) => ({pressed: i === 5 && window.held}))}]"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[object]:
-    with chromium() as opened:
-        yield opened
-
-
-@pytest.fixture
-def told(browser) -> Iterator[tuple[PageDouble, object]]:
-    with serving() as double, page_at(browser, double.url) as page:
-        home.tell_all(double)
-        page.wait_for_selector("#now[data-any]")
-        page.wait_for_selector("#map-empty", state="hidden")
-        yield double, page
-
 
 FAR_PX = 300.0, 700.0  # two points of the page over the map, both ways
 

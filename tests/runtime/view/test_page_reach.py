@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import page_home as home
 import pytest
-from chromium import TELEPHONE, chromium, needs_chromium, page_at, until
+from chromium import TELEPHONE, needs_chromium, page_at, until
 from page_double import PageDouble, serving
 
 pytestmark = list(needs_chromium)
@@ -46,12 +46,6 @@ NAMELESS = """() => [...document.querySelectorAll(
     return !(e.ariaLabel || e.textContent.trim() || e.labels?.length
       || (by && document.getElementById(by)?.textContent.trim())); })
   .map(e => e.outerHTML.slice(0, 120))"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[object]:
-    with chromium() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")
