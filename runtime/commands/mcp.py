@@ -1,15 +1,13 @@
 """`rfnav mcp`: goals and what is known, for language-model agents."""
 
-import json
-import os
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import click
 
 from runtime.commands.options import service_options
+from runtime.commands.own_process import become, check_packages
 from runtime.errors import ConfigError
 from runtime.service.limits import MOST
 
@@ -47,15 +45,10 @@ def mcp_command(**given: Any) -> None:
 
     A client starts it and speaks to it on stdin, or it listens on this computer (http).
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
-        raise ConfigError(f"rfnav mcp: needs {', '.join(missing)}: pip install 'rf-nav[agents]'")
+    check_packages("mcp", NEEDED, "agents")
     if given["transport"] == "stdio" and sys.stdin.isatty():
         raise ConfigError(
             "rfnav mcp: a client starts it and speaks to it on stdin (docs/agents.md); "
             "--transport http listens for one"
         )
-    told = {name: str(v) if isinstance(v, Path) else v for name, v in given.items()}
-    # In place of this process, which has loaded what the other commands need.
-    sys.stdout.flush()
-    os.execv(sys.executable, [sys.executable, "-m", PROCESS, json.dumps(told)])
+    become(PROCESS, given)

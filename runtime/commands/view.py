@@ -1,15 +1,11 @@
 """`rfnav view`: the operator's page, served by a process of its own."""
 
-import json
-import os
-import sys
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import click
 
-from runtime.errors import ConfigError
+from runtime.commands.own_process import become, check_packages
 
 NEEDED = ("starlette", "uvicorn", "websockets")
 PROCESS = "runtime.commands.view_process"
@@ -42,10 +38,5 @@ def view_command(**given: Any) -> None:
     On this computer alone, unless it is given a certificate and a token. The service need not be
     up: the page says so, and goes on when it is.
     """
-    missing = [name for name in NEEDED if find_spec(name) is None]
-    if missing:
-        raise ConfigError(f"rfnav view: needs {', '.join(missing)}: pip install 'rf-nav[view]'")
-    told = {name: str(v) if isinstance(v, Path) else v for name, v in given.items()}
-    # In place of this process, which has loaded what the other commands need, 50 MB of it.
-    sys.stdout.flush()
-    os.execv(sys.executable, [sys.executable, "-m", PROCESS, json.dumps(told)])
+    check_packages("view", NEEDED, "view")
+    become(PROCESS, given)

@@ -1,7 +1,6 @@
 """`rfnav mcp`: what it takes, and what it says where it cannot be."""
 
-import json
-import sys
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -20,14 +19,14 @@ def test_the_extra_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_its_process_takes_its_place_with_the_options(monkeypatch: pytest.MonkeyPatch):
-    began: list[list[str]] = []
-    monkeypatch.setattr(module.os, "execv", lambda _, words: began.append(words))
+    began: list[tuple[str, dict[str, Any]]] = []
+    monkeypatch.setattr(module, "become", lambda *what: began.append(what))
     words = ["mcp", "--transport", "http", "--limit-time", "60", "--look", "--set", "a=1"]
     assert CliRunner().invoke(cli, words).exit_code == 0
-    assert began[0][:3] == [sys.executable, "-m", "runtime.commands.mcp_process"]
-    told = json.loads(began[0][3])
+    process, told = began[0]
+    assert process == "runtime.commands.mcp_process"
     assert (told["transport"], told["time_s"], told["look"]) == ("http", 60.0, True)
-    assert told["settings"] == ["a=1"]
+    assert told["settings"] == ("a=1",)
 
 
 @pytest.mark.parametrize(
