@@ -27,6 +27,7 @@ SIDES = ("on the left", "in the middle", "on the right")  # of a picture
 RANGE_STEP_M = 0.5
 ABSTAIN = "abstain"
 
+_MARKERS = str.maketrans(dict.fromkeys("<>[]{}|｜", " "))  # what templates make their marks of
 _TASK = {
     "o2f": "Judge only by the objects that were seen near each frontier.",
     "r2f": "Judge only by the type of room that each frontier seems to lead to.",
@@ -298,8 +299,9 @@ def data_url(jpeg: bytes) -> str:
 
 
 def _word(name: str) -> str:
-    """A name from the map as it may stand in a prompt: one short line."""
-    return _line(name, NAME_CHARS)
+    """A name from the map as it may stand in a prompt: one short line, in which no chat template
+    sees the end of a turn, or the place of a picture."""
+    return _line(name.translate(_MARKERS), NAME_CHARS)
 
 
 def _line(text: object, limit: int) -> str:
