@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from runtime.clock import SystemClock
+from runtime.commands.status_screen import printable
 from runtime.errors import RecordingError
 from runtime.perception.loaded_models import LoadedModels
 from runtime.recording.reader import Recording
@@ -51,7 +52,7 @@ def replay_command(
     and every command must come out to the last bit."""
     if info:
         for line in contents(Recording(file)):
-            click.echo(line)
+            click.echo(printable(line))
         return
     script = Script.open(file)
     if goal is not None:
@@ -68,10 +69,10 @@ def replay_command(
             again = ModelsAgain(stack.enter_context(loaded))
         replayed = replay(script, path, settings, again)
     for line in told(script, replayed, DIFFS if diff else 1):
-        click.echo(line)
+        click.echo(printable(line))
     if again is not None:
-        click.echo(again.detections.in_words("detections"))
-        click.echo(again.votes.in_words("votes"))
+        click.echo(printable(again.detections.in_words("detections")))
+        click.echo(printable(again.votes.in_words("votes")))
     sys.exit(0 if replayed.equal and (again is None or again.alike) else 1)
 
 
@@ -80,9 +81,9 @@ def _ask(script: Script, goal: str, path: Path | None, settings: tuple[str, ...]
     config = script.config(path, (*settings, "panel.experts=[]"))
     with LoadedModels(config, SystemClock()) as models:
         how, found = asked(script, goal, models, config)
-    click.echo(how)
+    click.echo(printable(how))
     for finding in found:
-        click.echo(finding.in_words())
+        click.echo(printable(finding.in_words()))
     if not found:
         click.echo(f"nothing that it would have gone to as {goal}")
     return any(finding.believed_s is not None for finding in found)

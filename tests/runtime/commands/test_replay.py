@@ -50,6 +50,17 @@ def test_info_says_what_takes_how_much_room(recorded: Path):
     assert any(line.endswith("/camera/depth/image_raw  sensor_msgs/msg/Image") for line in topics)
 
 
+def test_what_a_terminal_would_obey_is_not_printed(recorded: Path, tmp_path: Path):
+    path = tmp_path / "strange.mcap"
+    file = McapFile(path, {"loop": "\x1b[2J", "began": "then", "colour": "\x9b31m"})
+    for m in messages(recorded):
+        file.write(f"{m.topic}\x07", m.schema, m.log_time_ns, m.publish_time_ns, m.payload)
+    file.close()
+    told = run(path, "--info").output
+    assert all(line.isprintable() for line in told.splitlines())
+    assert "[2J" in told
+
+
 def test_what_is_no_recording_is_an_error(tmp_path: Path):
     (tmp_path / "a.mcap").write_bytes(b"")
     done = run(tmp_path / "a.mcap")
