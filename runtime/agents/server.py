@@ -2,7 +2,6 @@
 
 import base64
 import time
-import zlib
 from collections.abc import Callable
 from typing import Any, Final
 
@@ -27,7 +26,6 @@ LOOK_S: Final = 0.5  # between two looks whether a client is still there
 GONE: Final = "nobody waits for the answer any more"
 FAULTS: Final = (
     KeyError, TypeError, ValueError, AttributeError, IndexError, ArithmeticError, cv2.error,
-    zlib.error,
 )  # fmt: skip
 """What an answer of another shape than ours runs into."""
 INSTRUCTIONS: Final = (

@@ -1,9 +1,7 @@
 """What the service knows of the home as a picture: of its answers on `rfnav/map`, `rfnav/things`,
 `rfnav/zones` and `rfnav/places`."""
 
-import base64
 import math
-import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -11,17 +9,16 @@ from typing import Any, Final
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from runtime.core.types import U8
 from runtime.errors import SensorError
+from runtime.service.told_map import MOST_CELLS, unpacked
 
 Colour = tuple[int, int, int]  # blue, green, red
 Point = tuple[int, int]
 Told = Mapping[str, Any]
 
 SIDE_PX: Final = 1400  # the longer side of the map, at least about
-MOST_CELLS: Final = 1 << 25
 SMALLEST_PX, LARGEST_PX = 1, 10  # of a cell
 KEY_PX, MARGIN_PX = 44, 8
 SURE: Final = 0.5  # of a thing that is named; what is less sure is a dot alone
@@ -147,7 +144,7 @@ class _Sheet:
 
 
 def _floor(sheet: _Sheet, told: Told) -> None:
-    cells, rooms = (_grid(told, name) for name in ("cells", "rooms"))
+    cells, rooms = (unpacked(told, name) for name in ("cells", "rooms"))
     colours = np.full((*cells.shape, 3), UNKNOWN, np.uint8)
     colours[cells == 1] = FREE
     for index in np.unique(rooms[rooms != NO_ROOM]):
@@ -170,7 +167,7 @@ def _name_things(sheet: _Sheet, told: Told, things: Iterable[Told]) -> None:
 
 def _name_rooms(sheet: _Sheet, told: Told) -> None:
     """In the midst of the largest part that is told to be of a type."""
-    rooms, cells = _grid(told, "rooms"), _grid(told, "cells")
+    rooms, cells = unpacked(told, "rooms"), unpacked(told, "cells")
     for index, name in enumerate(told["room_names"]):
         mask = ((rooms == index) & (cells == 1)).astype(np.uint8)
         if mask.sum() < ROOM_CELLS:
@@ -201,12 +198,3 @@ def _key(sheet: _Sheet) -> U8:
     cv2.line(strip, (right - metre, low), (right, low), INK, 2)
     cv2.putText(strip, "1 m", (right - metre, low - 8), FONT, 0.45, INK, 1, cv2.LINE_AA)
     return strip
-
-
-def _grid(told: Told, name: str) -> NDArray[np.uint8]:
-    """(rows, cols), row 0 at the smallest y."""
-    rows, cols = told["rows"], told["cols"]
-    raw = zlib.decompressobj().decompress(base64.b64decode(told[name]), rows * cols + 1)
-    if len(raw) != rows * cols:
-        raise SensorError(f"rfnav/map: {name}: {len(raw)} cells in place of {rows * cols}")
-    return np.frombuffer(raw, np.uint8).reshape(rows, cols)

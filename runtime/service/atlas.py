@@ -1,9 +1,7 @@
 """What is known of a home at one moment, as `rfnav/map`, `rfnav/things` and `rfnav/where` tell it:
 a copy that nobody changes any more, and what those who ask are answered of it."""
 
-import base64
 import math
-import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -17,6 +15,7 @@ from runtime.core.objects.instances import Instance, shares, size_m
 from runtime.core.types import F32, F64, U8, Decision, Frontier, Pose
 from runtime.core.world import World
 from runtime.perception.goal_words import ARTICLE, LONGEST, spelling
+from runtime.service.told_map import packed
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 NO_ROOM: Final = 255
@@ -27,7 +26,6 @@ POINTS: Final = 500  # of a path; a longer one is told coarser
 CELLS: Final = 60  # of a frontier, likewise
 FRONTIERS: Final = 200
 EXPECTED: Final = 8
-LEVEL: Final = 1  # of zlib
 ASK: Final = {"things": "{}", "where": '{"name": NAME}', "map": "{}"}
 Told = dict[str, object]
 
@@ -168,8 +166,8 @@ class Atlas:
             "origin_xy": self._placed(corner),
             "rows": grid.rows,
             "cols": grid.cols,
-            "cells": _packed(cells),
-            "rooms": _packed(self._room_at),
+            "cells": packed(cells),
+            "rooms": packed(self._room_at),
             "room_names": list(self.room_names),
             "goal": self.goal,
             "pose": [x_m, y_m, round(self.pose.yaw_rad, 3)],
@@ -210,7 +208,7 @@ def nothing_told(kind: str, name: str, frame: str) -> Told:
         return told | {"things": [], "left_off": 0}
     if kind == "where":
         return told | {"name": name, "called": name, "found": [], "expected": []}
-    none = _packed(np.zeros((0, 0), np.uint8))
+    none = packed(np.zeros((0, 0), np.uint8))
     return told | {
         "resolution_m": RESOLUTION_M, "origin_xy": [0.0, 0.0], "rows": 0, "cols": 0, "cells": none,
         "rooms": none, "room_names": [], "goal": None, "pose": None, "path_xy": [],
@@ -271,7 +269,3 @@ def _votes_for(decision: Decision, place: Expected) -> list[str]:
 def _seen(thing: Instance, cell_m: float) -> KnownThing:
     about = shares(thing), len(thing.views)
     return KnownThing(thing.id, thing.xy, size_m(thing, cell_m), thing.confidence, *about)
-
-
-def _packed(cells: U8) -> str:
-    return base64.b64encode(zlib.compress(cells.tobytes(), LEVEL)).decode("ascii")

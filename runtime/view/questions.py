@@ -1,18 +1,15 @@
 """What the service is asked for pages, again and again while somebody looks: what it does not
 publish. In one thread, for an answer may take seconds."""
 
-import base64
 import time
-import zlib
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Final, Protocol
 
-import numpy as np
-
 from runtime.errors import BusError, SensorError
+from runtime.service.told_map import unpacked
 from runtime.tracing.budgets import Budgets
 from runtime.view import told
 from runtime.view.feed import Audience, Content
@@ -140,13 +137,9 @@ class PageQuestions:
 
     def _take_rooms(self, answer: Content) -> None:
         names = [str(name) for name in answer.get("room_names") or ()][:MOST_ROOMS]
-        rows, cols = int(answer["rows"]), int(answer["cols"])
-        if rows == cols == 0:
+        if answer["rows"] == 0:
             return  # nothing is known yet
-        if not (rows > 0 < cols and rows * cols <= MAP_CELLS):
-            raise ValueError(f"a map of {rows} by {cols} cells")
-        packed = zlib.decompressobj().decompress(base64.b64decode(answer["rooms"]), rows * cols)
-        rooms = np.frombuffer(packed, np.uint8).reshape(rows, cols)
+        rooms = unpacked(answer, "rooms", MAP_CELLS)
         x0_m, y0_m = answer["origin_xy"]
         grid = TileGrid(rooms, float(answer["resolution_m"]), float(x0_m), float(y0_m))
         self._tiles.put(ROOMS, grid)
