@@ -133,6 +133,8 @@ class AgentGoals:
         ready = self._link.ask("status", {}, ANSWER_S)
         if ready.get("accepted") is False:  # else it would begin when nobody waits for it any more
             raise BusError(str(ready.get("error") or "busy"))
+        if not begun.began(()):
+            return {}
         answer = self._link.ask("goal", body, TAKEN_S)
         if answer.get("accepted") and not begun.began(_ids(answer)):
             for id in reversed(_ids(answer)):  # or the next would begin

@@ -1,8 +1,14 @@
 """The goals of agents: what is asked of the service, and what is told of its answers."""
 
+import asyncio
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import Any
+
 import pytest
 
-from runtime.agents.goals import goal_body, goal_told, so_far
+from runtime.agents.goals import AgentGoals, goal_body, goal_told, so_far
 from runtime.agents.tools import AgentLimits
 
 OWNER = AgentLimits(time_s=300.0, distance_m=40.0, money_usd=0.1)
@@ -60,3 +66,29 @@ def test_a_result_has_its_words_apart():
     assert dict(told.facts) == {"ended": True, "id": "1", "result": "found", "code": 0}
     assert told.untrusted == {"sentence": "POSTER"}
     assert goal_told({"error": "no goal 2"}).error
+
+
+def test_a_goal_whose_call_was_given_up_before_is_not_asked_for():
+    asked, heard, goes_on = list[str](), threading.Event(), threading.Event()
+
+    class Link:
+        def ask(self, kind: str, body: Any, within_s: float) -> dict[str, Any]:
+            asked.append(kind)
+            heard.set()
+            assert goes_on.wait(20.0)
+            return {"runtime": {"state": "ready"}}
+
+    async def progress(*_: object) -> None:
+        raise AssertionError
+
+    async def give_up(goals: AgentGoals) -> None:
+        call = asyncio.create_task(goals.ask({"thing": "mug"}, progress))
+        await asyncio.to_thread(heard.wait, 20.0)
+        call.cancel()
+        with suppress(asyncio.CancelledError):
+            await call
+        goes_on.set()
+
+    with ThreadPoolExecutor() as usual, ThreadPoolExecutor() as hurried:
+        asyncio.run(give_up(AgentGoals(Link(), OWNER, usual, hurried)))  # type: ignore[arg-type]
+    assert asked == ["status"]
