@@ -3,6 +3,7 @@ one."""
 
 import http.client
 import json
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from agent_service import AgentService
 from runtime.agents.http import BODY_BYTES, agent_access
 from runtime.agents.tools import AgentLimits
 from runtime.errors import ConfigError
+from runtime.view.listening import TimedHttp
 
 TOKEN = "0123456789abcdef0123"
 PING = {"jsonrpc": "2.0", "id": 1, "method": "ping"}
@@ -86,6 +88,12 @@ def test_bodies_are_bounded(served: Served):
     assert posted(served, json.dumps(call).encode()) == 413
     assert posted(served, b"[" * 50_000) == 400
     assert posted(served, initialize()) == 200
+
+
+def test_who_says_nothing_is_let_go(served: Served, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(TimedHttp, "asked_s", 0.05)
+    with socket.create_connection(("127.0.0.1", served.port), PATIENCE_S) as wire:
+        assert wire.recv(1) == b""
 
 
 def test_only_this_computer_is_listened_on():

@@ -10,6 +10,7 @@ from agent_service import AgentService
 from mcp import Client
 
 from runtime.agents.server import A_SECOND, AT_ONCE, CALLS_MOST, WAITS_MOST, Turnstile
+from runtime.agents.tools import AgentLimits
 
 
 def settled(served: Served, tasks: int) -> None:
@@ -84,6 +85,16 @@ def test_a_search_whose_client_hangs_up_in_a_session_is_cancelled(
     until(lambda: "cancel" in service.kinds())
     until(lambda: not service.under_way)
     settled(served, tasks)
+
+
+def test_a_server_that_ends_has_cancelled_what_was_waited_for(service: AgentService):
+    with Served(service, AgentLimits(), "").up() as served:
+        session = RawSession(served)
+        session.say("tools/call", name="find_object", arguments={"thing": "mug", "wait_s": 600})
+        until(lambda: "result" in service.kinds())
+    session.wire.close()
+    assert "cancel" in service.kinds()
+    assert not service.under_way
 
 
 def test_a_goal_that_is_taken_after_its_call_was_given_up_is_cancelled(

@@ -140,6 +140,16 @@ def test_a_client_that_goes_away_half_way_has_its_search_cancelled(
 
 
 @pytest.mark.slow
+def test_who_ends_it_by_a_signal_has_its_search_cancelled(wire: Wire, service: AgentService):
+    wire.call(1, "find_object", thing="mug", wait_s=600)
+    until_patiently(lambda: "result" in service.kinds())
+    wire.process.terminate()
+    assert wire.process.wait(60.0) == 0
+    until(lambda: "cancel" in service.kinds())
+    assert not service.under_way
+
+
+@pytest.mark.slow
 def test_a_client_that_closes_its_ears_is_left(wire: Wire, service: AgentService):
     assert wire.process.stdin is not None
     wire.call(1, "find_object", thing="mug", wait_s=600)
