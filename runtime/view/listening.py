@@ -70,13 +70,14 @@ class TimedHttp(H11Protocol):
 
 
 class TimedTls(asyncio.SelectorEventLoop):
-    """A loop whose servers do not wait long for TLS, of which uvicorn has no setting."""
+    """A loop whose servers do not wait long for TLS to begin, or to end, of which uvicorn has no
+    setting."""
 
     agreed_s: ClassVar[float] = ASKED_S
 
     async def create_server(self, *given: Any, **how: Any) -> asyncio.Server:
         if how.get("ssl") is not None:
-            how["ssl_handshake_timeout"] = self.agreed_s
+            how["ssl_handshake_timeout"] = how["ssl_shutdown_timeout"] = self.agreed_s
         return await super().create_server(*given, **how)
 
 
