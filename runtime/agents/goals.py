@@ -11,11 +11,13 @@ from runtime.agents.link import RobotLink
 from runtime.agents.told import AgentAnswer, refused
 from runtime.agents.tools import IF_BUSY, AgentLimits
 from runtime.errors import BusError, RfNavError
+from runtime.log import say
 from runtime.view.told import table
 
 TAKEN_S: Final = 60.0  # a goal's words may have to be understood by a model that is slow
 ANSWER_S: Final = 5.0
 EVERY_S: Final = 1.0
+CANCELS: Final = 2  # attempts, the second over a link of its own
 AWAY_S: Final = 60.0  # so long a service that is started anew is waited for
 GIVEN_UP: Final = "the agent gave up the call that asked for it"
 ENDED: Final = (
@@ -142,7 +144,15 @@ class AgentGoals:
         return answer
 
     def _cancel(self, id: str) -> None:
-        self._link.ask("cancel", {"id": id, "reason": GIVEN_UP}, TAKEN_S)
+        """Nobody waits for what comes of it: that it could not be done is said."""
+        why = ""
+        for _ in range(CANCELS):
+            try:
+                self._link.ask("cancel", {"id": id, "reason": GIVEN_UP}, TAKEN_S)
+                return
+            except RfNavError as error:
+                why = str(error)
+        say(f"mcp: goal {id}, which was given up, is not cancelled: {why}")
 
 
 def goal_told(answer: Mapping[str, Any]) -> AgentAnswer:

@@ -10,6 +10,7 @@ import pytest
 
 from runtime.agents.goals import AgentGoals, goal_body, goal_told, so_far
 from runtime.agents.tools import AgentLimits
+from runtime.errors import BusError
 
 OWNER = AgentLimits(time_s=300.0, distance_m=40.0, money_usd=0.1)
 
@@ -68,27 +69,55 @@ def test_a_result_has_its_words_apart():
     assert goal_told({"error": "no goal 2"}).error
 
 
-def test_a_goal_whose_call_was_given_up_before_is_not_asked_for():
-    asked, heard, goes_on = list[str](), threading.Event(), threading.Event()
+class Link:
+    """Holds what a test wants held until it goes on; `fails`: so many cancels."""
 
-    class Link:
-        def ask(self, kind: str, body: Any, within_s: float) -> dict[str, Any]:
-            asked.append(kind)
-            heard.set()
-            assert goes_on.wait(20.0)
-            return {"runtime": {"state": "ready"}}
+    def __init__(self, holds: str, fails: int = 0) -> None:
+        self.asked, self._holds, self._fails = list[str](), holds, fails
+        self.heard, self.goes_on = threading.Event(), threading.Event()
+
+    def ask(self, kind: str, body: Any, within_s: float) -> dict[str, Any]:
+        self.asked.append(kind)
+        if kind == "cancel" and self.asked.count(kind) <= self._fails:
+            raise BusError("nobody answers")
+        if kind == self._holds:
+            self.heard.set()
+            assert self.goes_on.wait(20.0)
+        return {"accepted": True, "id": "a1", "result": None}
+
+
+def given_up(link: Link) -> list[str]:
+    """What is asked when a call is given up while the link holds something."""
 
     async def progress(*_: object) -> None:
         raise AssertionError
 
     async def give_up(goals: AgentGoals) -> None:
-        call = asyncio.create_task(goals.ask({"thing": "mug"}, progress))
-        await asyncio.to_thread(heard.wait, 20.0)
+        call = asyncio.create_task(goals.ask({"thing": "mug", "wait_s": 60}, progress))
+        await asyncio.to_thread(link.heard.wait, 20.0)
         call.cancel()
         with suppress(asyncio.CancelledError):
             await call
-        goes_on.set()
+        link.goes_on.set()
 
     with ThreadPoolExecutor() as usual, ThreadPoolExecutor() as hurried:
-        asyncio.run(give_up(AgentGoals(Link(), OWNER, usual, hurried)))  # type: ignore[arg-type]
-    assert asked == ["status"]
+        asyncio.run(give_up(AgentGoals(link, OWNER, usual, hurried)))  # type: ignore[arg-type]
+    return link.asked
+
+
+def test_a_goal_whose_call_was_given_up_before_is_not_asked_for():
+    assert given_up(Link("status")) == ["status"]
+
+
+@pytest.mark.parametrize("holds", ["goal", "result"])
+def test_one_that_is_given_up_is_cancelled_though_the_link_was_lost(
+    holds: str, capsys: pytest.CaptureFixture[str]
+):
+    assert given_up(Link(holds, fails=1)).count("cancel") == 2
+    assert capsys.readouterr().err == ""
+
+
+def test_that_it_could_not_be_cancelled_is_said(capsys: pytest.CaptureFixture[str]):
+    assert given_up(Link("result", fails=9)).count("cancel") == 2
+    told = "rfnav: mcp: goal a1, which was given up, is not cancelled: nobody answers\n"
+    assert capsys.readouterr().err == told
