@@ -97,7 +97,8 @@ class ReplayFeed:
         moments = self._drive.moments
         with self._changed:
             if order.get("kind") == "seek":
-                wanted_ns = int(told.number(order.get("t_s")) * 1e9)
+                first_s, last_s = moments.first_ns / 1e9, moments.last_ns / 1e9
+                wanted_ns = int(max(first_s, min(last_s, told.number(order.get("t_s")))) * 1e9)
                 self._seek_ns = max(moments.first_ns, min(moments.last_ns, wanted_ns))
                 self._moved = True
             elif order.get("kind") == "play":
