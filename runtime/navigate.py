@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from runtime.core import destination, homeward, progress
-from runtime.core.approach import approach_target, out_of_reach
+from runtime.core.approach import approach_target, out_of_reach, settle_for
 from runtime.core.destination import Destination
 from runtime.core.exploration import explore, try_resort, with_frontiers
 from runtime.core.hinted import look_where_said
@@ -262,7 +262,8 @@ def _finish(world: World, cfg: NavigateConfig) -> Command:
             return closer
     resort = explored.resort.next(looks)
     if resort is None:
-        return look_again(world, cfg, wait=True) or _nothing_left(world)
+        waits = look_again(world, cfg, wait=True)
+        return waits or settle_for(world, cfg) or _nothing_left(world)
     return try_resort(world, resort, cfg)
 
 

@@ -1,6 +1,7 @@
 """Going to the target: from candidates to one that is faced, and believed or rejected."""
 
 import functools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from runtime.core.objects import candidates, standpoints
 from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.verdict import (
+    INSPECT_LOG_ODDS,
     Reached,
     Verdict,
     confirmed,
@@ -58,12 +60,47 @@ def approach_target(
             thing.id in world.held_up or (outcome is Verdict.REJECT and supported(thing, goal))
         ):
             world.held_up.setdefault(thing.id, []).append(world.pose)
+        if reached is Reached.FACED and outcome is Verdict.REJECT:
+            _doubt(world, thing)
         settle(thing, goal, outcome, world.pose)
         world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
             what, found = f"found {_named(thing, goal)}", SearchState.FOUND
             return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)
     return None
+
+
+def settle_for(world: World, cfg: NavigateConfig) -> Command | None:
+    """When nothing else is left to try: go back before what was likest the goal of all that was
+    looked at from near and not believed, and end there as found, saying so. None where nothing
+    was."""
+    while (thing := _likest(world)) is not None:
+        _, before = world.doubted[thing.id]
+        stands = standpoints.close_to(world.terrain, world.reach, before.xy)
+        reached, command = _toward(world, _Candidate(thing, stands, False), cfg)
+        if command is not None:
+            return command
+        odds, _ = world.doubted.pop(thing.id)
+        if reached is Reached.FACED:
+            what = f"{world.goal} {thing.id} (p {1 / (1 + math.exp(-odds)):.2f})"
+            why = f"found {what}, the likest of all that was seen"
+            return Command(Action.STOP, Mode.STOP, thing.xy, why, ended=SearchState.FOUND)
+    return None
+
+
+def _doubt(world: World, thing: Instance) -> None:
+    """Remember what is rejected, if enough spoke for it, and the nearest of its looks."""
+    looks = [*thing.looks, world.pose]
+    now = thing.odds_of(world.goal), min(looks, key=lambda pose: math.dist(pose.xy, thing.xy))
+    if now[0] >= INSPECT_LOG_ODDS:
+        before = world.doubted.get(thing.id, now)
+        world.doubted[thing.id] = now if now[0] > before[0] else before
+
+
+def _likest(world: World) -> Instance | None:
+    things = (world.semantic.instances.get(id) for id in world.doubted)
+    there = [thing for thing in things if thing is not None and thing.seen_through < LOOKS]
+    return max(there, key=lambda thing: (world.doubted[thing.id][0], -thing.id), default=None)
 
 
 def out_of_reach(world: World) -> Instance | None:
@@ -116,7 +153,7 @@ def _stands(world: World, thing: Instance) -> Mask:
     """From where it can be faced; what the way was lost to, from any side but where it was come no
     nearer to."""
     place, tried = _place(world, thing), world.held_up.get(thing.id)
-    seen_from_m = world.seen_from_m(thing.high_m)
+    seen_from_m = world.seen_from_m(thing)
     stands = standpoints.standpoints(*place, world.goal, seen_from_m)
     if tried is None or stands.any():
         return stands

@@ -99,14 +99,19 @@ class Rays:
     azimuths: F32
 
 
-def seen_from_m(intrinsics: Intrinsics, mount: Mount, high_m: float) -> float:
-    """How far before the base a thing of that height must stand for its top to be in the image, m;
-    inf when the camera looks over it wherever it is."""
+def seen_from_m(intrinsics: Intrinsics, mount: Mount, low_m: float, high_m: float) -> float:
+    """How far before the base a thing that reaches from `low_m` up to `high_m` must be for its top
+    to be in the image, or its middle where all of it is above the camera, m; inf when the camera
+    looks past it wherever it is."""
     down = math.atan2(intrinsics.height - intrinsics.cy, intrinsics.fy) + mount.pitch_rad
-    over_m = mount.z_m - high_m
-    if over_m <= 0:
+    up = math.atan2(intrinsics.cy, intrinsics.fy) - mount.pitch_rad
+    if high_m < mount.z_m:
+        edge, off_m = down, mount.z_m - high_m
+    elif low_m > mount.z_m:
+        edge, off_m = up, 0.5 * (low_m + high_m) - mount.z_m
+    else:
         return 0.0
-    return mount.x_m + over_m / math.tan(down) if down > 0 else math.inf
+    return mount.x_m + off_m / math.tan(edge) if edge > 0 else math.inf
 
 
 @lru_cache(maxsize=8)

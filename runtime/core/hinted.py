@@ -57,7 +57,7 @@ def _next_thing(world: World) -> Instance | None:
 def _visit(world: World, thing: Instance, cfg: NavigateConfig) -> Command | None:
     """The step to before it, or the turn to it; None when it is faced or cannot be."""
     policy, aim = local_policy(cfg), Aim(AimKind.NEAR, thing.id)
-    seen_from_m = world.seen_from_m(thing.high_m)
+    seen_from_m = world.seen_from_m(thing)
     place = world.map, world.terrain, world.reach, thing, thing.name
     stands = standpoints.standpoints(*place, seen_from_m)
     if not stands.any():

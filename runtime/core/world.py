@@ -20,6 +20,7 @@ from runtime.core.mapping.keyframes import Keyframe
 from runtime.core.mapping.patches import Closer
 from runtime.core.mapping.windows import padded, widened
 from runtime.core.motion.courses import STILL, Along, Course
+from runtime.core.objects.instances import Instance
 from runtime.core.objects.semantic_map import SemanticMap
 from runtime.core.resorts import Resort
 from runtime.core.types import (
@@ -208,6 +209,9 @@ class World:
     sought: set[int] = field(default_factory=set)  # believed to be the goal, with a way there
     held_up: dict[int, list[Pose]] = field(default_factory=dict)
     """Believed to be the goal, and the way there was lost; from where it was come no nearer to."""
+    doubted: dict[int, tuple[float, Pose]] = field(default_factory=dict)
+    """Looked at from near and not believed to be the goal: what spoke for it then, log-odds, and
+    from where it was looked at from nearest."""
 
     @classmethod
     def begin(
@@ -255,9 +259,9 @@ class World:
         assert self.seen is not None
         return self.seen[1]
 
-    def seen_from_m(self, high_m: float) -> float:
-        """How far away a thing of that height is in the image."""
-        return seen_from_m(*self.lens, high_m) if self.lens else 0.0
+    def seen_from_m(self, thing: Instance) -> float:
+        """How far away a thing is in the image, by its height."""
+        return seen_from_m(*self.lens, thing.low_m, thing.high_m) if self.lens else 0.0
 
     def may_reach(self, pose: Pose, margin_m: float) -> bool:
         """Whether the grid could be grown so that a pose keeps `margin_m` to each side."""

@@ -20,6 +20,7 @@ REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
 ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easily
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
+BACK_M = 0.15  # from where it was looked at before, to be there again
 TRIED_RAD = math.radians(45.0)  # of a side on which it was come no nearer to
 
 
@@ -66,6 +67,12 @@ def any_side(
     clear = _clear_of(grid, terrain, candidates, instance)
     best = float(distance[clear].min(initial=math.inf))
     return clear & (distance <= max(STOP_M, best + 0.08, least_m + 0.08))
+
+
+def close_to(terrain: Terrain, reach: Field, xy: F64) -> Mask:
+    """(r, c) of the terrain: the reachable cells round a place (2,) m where the robot has stood."""
+    near = _distance_to(terrain, xy[None]) <= BACK_M
+    return np.asarray(near & np.isfinite(reach.arrival_m), bool)
 
 
 def other_sides(

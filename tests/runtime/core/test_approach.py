@@ -9,13 +9,13 @@ from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
 from runtime.core import approach
-from runtime.core.approach import TRIES, approach_target, out_of_reach
+from runtime.core.approach import TRIES, approach_target, out_of_reach, settle_for
 from runtime.core.distances.planner import look_around
 from runtime.core.local_policy import GIVE_UP_AFTER_S
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.objects.verdict import Reached, from_two_sides
+from runtime.core.objects.verdict import INSPECT_LOG_ODDS, Reached, from_two_sides
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Ballot, Pose, SearchState
 from runtime.core.world import World
@@ -204,6 +204,39 @@ def test_what_was_doubted_on_an_open_way_is_not_told_as_out_of_reach():
     open_to(world)
     assert approach_target(world, CFG, -3.0) is None
     assert navigate._nothing_left(world).ended is SearchState.NOT_FOUND
+
+
+def test_what_was_likest_is_settled_for_where_it_was_looked_at_from_nearest():
+    world, _ = before_a_table()
+    sofa, nearer = world.semantic.instances[1], Pose(POSE.x_m + 0.1, POSE.y_m, POSE.yaw_rad)
+    sofa.looks += [Pose(-0.2, 0.1, 0.0), nearer]
+    sofa.evidence["sofa"] = Evidence(INSPECT_LOG_ODDS + 0.05, backing=[POSE], near_m=1.0)
+    assert approach_target(world, NavigateConfig()) is None  # not believed after a second look
+    assert world.doubted == {1: (INSPECT_LOG_ODDS + 0.05, nearer)}
+    world.doubted[2] = 9.0, POSE  # joined to another since
+    world.pose = Pose(-0.6, 0.8, 0.0)
+    world.seen = look_around(world.map, world.pose, RADIUS_M)
+    back = settle_for(world, NavigateConfig())
+    assert back is not None
+    assert (back.mode, back.ended) == ("target", None)
+    world.pose = world.looked_from = nearer
+    world.seen = look_around(world.map, world.pose, RADIUS_M)
+    there = settle_for(world, NavigateConfig())
+    assert there is not None
+    assert there.ended is SearchState.FOUND
+    assert there.reason == "found sofa 1 (p 0.70), the likest of all that was seen"
+
+
+def test_nothing_is_settled_for_that_little_spoke_for_or_that_is_gone():
+    world, _ = before_a_table()
+    sofa = world.semantic.instances[1]
+    sofa.looks += [POSE, POSE]
+    sofa.evidence["sofa"] = Evidence(INSPECT_LOG_ODDS - 0.05, backing=[POSE], near_m=1.0)
+    assert approach_target(world, NavigateConfig(), 0.0) is None
+    assert settle_for(world, NavigateConfig()) is None
+    world.doubted[1] = 1.0, POSE
+    sofa.seen_through = LOOKS
+    assert settle_for(world, NavigateConfig()) is None
 
 
 class Silent:

@@ -134,10 +134,13 @@ def test_a_part_of_a_grid_has_the_numbers_of_the_whole(x: float, y: float, row: 
 def test_how_far_away_a_thing_is_in_the_image():
     lens = Intrinsics(fx=240.0, fy=240.0, cx=320.0, cy=240.0, width=640, height=480)
     ahead = replace(MOUNT, x_m=0.1, z_m=0.9)  # its lowest ray falls by 45 degrees
-    assert seen_from_m(lens, ahead, 0.4) == pytest.approx(0.6)
-    assert seen_from_m(lens, ahead, 0.9) == seen_from_m(lens, ahead, 1.5) == 0.0
-    assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.4) < 0.5
-    assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.4) == math.inf
+    assert seen_from_m(lens, ahead, 0.0, 0.4) == pytest.approx(0.6)
+    assert seen_from_m(lens, ahead, 0.0, 0.9) == seen_from_m(lens, ahead, 0.5, 1.5) == 0.0
+    assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.0, 0.4) < 0.5
+    assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.0, 0.4) == math.inf
+    assert seen_from_m(lens, ahead, 1.3, 1.5) == pytest.approx(0.6)
+    assert seen_from_m(lens, replace(ahead, pitch_rad=-0.3), 1.3, 1.5) < 0.5
+    assert seen_from_m(lens, replace(ahead, pitch_rad=1.0), 1.3, 1.5) == math.inf
 
 
 @given(POSES, POSES)

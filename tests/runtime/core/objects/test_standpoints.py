@@ -13,10 +13,13 @@ from runtime.core.distances.planner import look_around
 from runtime.core.geometry import seen_from_m
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.standpoints import (
+    BACK_M,
+    LOW_M,
     REACH_M,
     STOP_M,
     TRIED_RAD,
     any_side,
+    close_to,
     look_from,
     other_sides,
     standpoints,
@@ -64,12 +67,35 @@ def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
     ball = bed(Pose(0.0, 0.0, 0.0))
     lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
     for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
-        seen_from = seen_from_m(lens, MOUNT, high_m)
+        seen_from = seen_from_m(lens, MOUNT, 0.0, high_m)
         stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
         away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
         gaps = np.hypot(*away.T)
         assert nearest_m - 0.03 < gaps.min()
         assert 0.65 < gaps.max() < farthest_m + 0.03
+
+
+def test_what_is_high_up_is_stood_before_where_the_camera_still_sees_it():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    ball = bed(Pose(0.0, 0.0, 0.0))
+    lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
+    low_m = MOUNT.z_m + 0.43
+    seen_from = seen_from_m(lens, MOUNT, low_m, low_m + 0.24)
+    assert seen_from == pytest.approx(MOUNT.x_m + 0.55 * 388.0 / 240.0)
+    stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
+    away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
+    assert np.hypot(*away.T).min() > min(seen_from, LOW_M) - 0.03
+
+
+def test_where_it_has_stood_it_can_stand_again():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    cells = np.argwhere(close_to(terrain, reach, np.array([0.5, 0.5])))
+    assert len(cells)
+    away = terrain.frame.centres(cells.astype(np.int32)) - np.array([0.5, 0.5])
+    assert np.hypot(*away.T).max() < BACK_M + 0.08
+    assert not close_to(terrain, reach, np.array(SPOT)).any()  # a bed stands there by now
 
 
 @given(st.floats(math.pi - 1.2, math.pi + 1.2))
