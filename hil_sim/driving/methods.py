@@ -21,6 +21,7 @@ CLOSEST = 'research.consensus_fallback="closest"'
 STRICT = 'research.consensus_mode="strict"'
 LENIENT = 'research.consensus_mode="lenient"'
 AHEAD = 'research.consensus_fallback="ahead"'
+GEOMETRY = STRICT, 'research.consensus_fallback="geometry"'
 LANGUAGE = 'research.word_evidence="language"'
 PRIOR = 'research.consensus_mode="prior"', AHEAD
 
@@ -93,11 +94,11 @@ def _source(source: str) -> tuple[str, str]:
 
 SINGLE: dict[str, Method] = {
     "rfnav": Method(),
-    "sets": Method((STRICT,)),
+    "sets": Method(GEOMETRY),
     "paper": Method((STRICT, CLOSEST, LANGUAGE)),
     "closest": Method((_experts(), CLOSEST)),
-    "geometry": Method((_experts(),)),
-    "geometry-ahead": Method((_experts(), AHEAD)),
+    "geometry": Method((_experts(), *GEOMETRY)),
+    "geometry-ahead": Method((_experts(), STRICT, AHEAD)),
     "prior": Method(PRIOR),
     "prior-one-step": Method((PRIOR[0], 'research.consensus_fallback="geometry"')),
     "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST, LANGUAGE)),

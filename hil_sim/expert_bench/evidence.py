@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hil_sim.driving.methods import CLOSEST, STRICT
+from hil_sim.driving.methods import CLOSEST, GEOMETRY, STRICT
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.scene_bank import way_correlation, without_prior
 from hil_sim.expert_bench.statistics import Values
@@ -28,7 +28,7 @@ LANGUAGE, COUNTS, BOTH, GUESSED = "language", "counts", "both", "guessed"
 """What words go by; guessed: by counts, as if the goal had never been counted."""
 COSINE, HEAD = "embedding", "head"
 """What views go by."""
-RULES = {"paper": (STRICT, CLOSEST), "sets": (STRICT,)}
+RULES = {"paper": (STRICT, CLOSEST), "sets": GEOMETRY}
 """The paper's rule, with what is fallen back on: the closest, and information gain."""
 ALONE = 'research.consensus_mode="lenient"'
 

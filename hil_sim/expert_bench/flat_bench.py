@@ -24,14 +24,14 @@ GOALS: Final = (
     "stove", "mug", "apple", "bowl", "alarm clock", "microwave", "washing machine",
 )  # fmt: skip
 METHODS: Final = {
-    "closest": ConsensusConfig(fallback="closest"),
-    "geometry": ConsensusConfig(),
-    "ahead": ConsensusConfig(fallback="ahead"),
-    "paper": ConsensusConfig(fallback="closest"),
-    "consensus": ConsensusConfig(),
-    "consensus, gain": ConsensusConfig(rank="gain", fallback="ahead"),
+    "closest": ConsensusConfig(mode="strict", fallback="closest"),
+    "geometry": ConsensusConfig(mode="strict", fallback="geometry"),
+    "ahead": ConsensusConfig(mode="strict", fallback="ahead"),
+    "paper": ConsensusConfig(mode="strict", fallback="closest"),
+    "consensus": ConsensusConfig(mode="strict", fallback="geometry"),
+    "consensus, gain": ConsensusConfig(mode="strict", rank="gain", fallback="ahead"),
     "prior": ConsensusConfig(mode="prior", fallback="ahead"),
-    "prior, one step": ConsensusConfig(mode="prior"),
+    "prior, one step": ConsensusConfig(mode="prior", fallback="geometry"),
 }
 """How each elects; SILENT ones ask nobody."""
 SILENT: Final = ("closest", "geometry", "ahead")

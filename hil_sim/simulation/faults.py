@@ -57,6 +57,8 @@ class Kind:
 
 BUDGET = ("research.budget_in_lockstep=true",)
 """Else a decision in lockstep waits for whatever hangs."""
+ASKED = "research.word_evidence=language"
+"""Else what was counted answers, and a language model is asked for little."""
 KINDS: dict[str, Kind] = {
     "camera-freeze": Kind(
         "the same colour and depth image again and again, with new stamps",
@@ -110,9 +112,11 @@ KINDS: dict[str, Kind] = {
         "the floor opens in the robot's way, 2.2 m ahead, where there is room", lasts=math.inf
     ),
     "llm-hang": Kind(
-        "the language model never answers", timed=False, model="hang", settings=BUDGET
+        "the language model never answers", timed=False, model="hang", settings=(*BUDGET, ASKED)
     ),
-    "llm-nonsense": Kind("the language model answers nonsense", timed=False, model="nonsense"),
+    "llm-nonsense": Kind(
+        "the language model answers nonsense", timed=False, model="nonsense", settings=(ASKED,)
+    ),
     "cloud-down": Kind(
         "there is a cloud model to ask, but it refuses or never answers",
         timed=False, model="cloud-down", settings=BUDGET,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
 import numpy as np
@@ -54,7 +54,9 @@ class ModelsTried:
 
 
 def try_models(load: Load, config: Config, clock: Clock, rgb: U8 | None) -> ModelsTried:
-    """Load them, show the detectors an image, and have the experts vote once."""
+    """Load them, show the detectors an image, and have the experts vote once, by their language
+    model, too: it is asked for what was never counted."""
+    config = replace(config, experts=replace(config.experts, words="both"))
     image, prompts_s, began_s = rgb if rgb is not None else _grain(), list[float](), clock.now_s()
     try:
         with load(config, prompts_s.append) as models:

@@ -32,17 +32,18 @@ class ConsensusConfig:
         research="consensus_rank",
     )  # fmt: skip
     mode: ConsensusMode = key(
-        "strict",
-        '"strict": two must agree; "lenient": a lone vote counts; "prior": all evidence says, with '
-        "the unknown, where the thing may be, and `consensus_fallback` goes by that; "
+        "prior",
+        '"prior": all evidence says, with the unknown, where the thing may be, and '
+        '`consensus_fallback` goes by that; "strict": two must agree; "lenient": a lone vote '
+        "counts; "
         '"weighted": evidence against way, by the weights; "best": what one is surest of; '
         '"majority-K": the most frequent of K samples of the first vote.',
         research="consensus_mode",
     )
     fallback: Fallback = key(
-        "geometry",
-        'What decides when nobody agrees: "geometry" is information gain against distance, '
-        '"ahead" the order of frontiers that finds soonest in the mean, "closest" is the paper\'s.',
+        "ahead",
+        'What decides when nobody agrees: "ahead" is the order of frontiers that finds soonest in '
+        'the mean, "geometry" information gain against distance, "closest" is the paper\'s.',
         research="consensus_fallback",
     )
     weights: tuple[tuple[str, float], ...] = key(

@@ -52,9 +52,9 @@ class ExpertConfig:
         research="scene_layout",
     )
     words: WordEvidence = key(
-        "language",
-        'What tells O2F and R2F where things are: a "language" model, or "counts" of what stands '
-        'where in homes; "both": the mean of what a model that scores words and counts say.',
+        "counts",
+        'What tells O2F and R2F where things are: "counts" of what stands where in homes, or a '
+        '"language" model; "both": the mean of what counts and a model that scores words say.',
         research="word_evidence",
     )
     doubt: float = key(

@@ -234,7 +234,9 @@ def test_a_model_at_fault_is_another_command() -> None:
     command, settings = model_fault(parse_faults(["llm-hang"]))
     assert command is not None
     assert command[1:] == ["-m", "hil_sim.driving.faulty_runtime", "hang", "run", *HARNESS]
-    assert settings == ("research.budget_in_lockstep=true",)
+    asked = "research.word_evidence=language"
+    assert settings == ("research.budget_in_lockstep=true", asked)
+    assert model_fault(parse_faults(["llm-nonsense"]))[1] == (asked,)
     assert model_fault(parse_faults(["llm-nonsense"]), ())[0][-2:] == ["run", "--harness"]  # type: ignore[index]
     command, settings = model_fault(parse_faults(["cloud-down"]))
     assert command is not None

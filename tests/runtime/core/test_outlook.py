@@ -100,7 +100,8 @@ def test_where_the_order_is_planned_it_tells_how_frontiers_lie_to_one_another():
     assert told.ahead.between_m.shape == (n, n)
     areas = {f.id: f.unknown_m2 for f in told.frontiers}
     assert dict(zip(told.ahead.ids, told.ahead.unknown_m2, strict=True)) == areas
-    plain = navigate.outlook(world, "test", CFG).brief
+    unplanned = navigate.NavigateConfig(consensus=ConsensusConfig(fallback="geometry"))
+    plain = navigate.outlook(world, "test", unplanned).brief
     assert plain.ahead is not None
     assert plain.ahead.between_m.size == 0
     assert plain.order == plain.ahead.ids
@@ -151,7 +152,7 @@ def test_surfaces_that_were_not_seen_finely_are_places_too():
 
 def test_a_belief_goes_with_a_decision_that_plans_nothing():
     world, _ = looked_around(5)
-    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(mode="strict"))
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig("nearest", "strict", "geometry"))
     snap = navigate.snapshot(world, "test", cfg)
     last = snap.brief.order[-1]
     decided = navigate.decide(snap, Pointing(last), None, cfg)

@@ -241,7 +241,7 @@ def test_the_robot_drives_while_the_vote_is_out_and_then_follows_it(
         robot.until(lambda: robot.decisions or ended)
         robot.ask("cancel")
     assert not ended
-    assert robot.decisions[0]["rule"] == "all"
+    assert robot.decisions[0]["rule"] == "prior"
     assert set(threads) == {"decisions"}  # what experts are told is not for the loop to work out
 
 

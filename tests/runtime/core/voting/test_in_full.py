@@ -124,7 +124,8 @@ def test_every_rule_is_told(votes: tuple[Vote, ...], cfg: dict, rule: str):
 
 
 def test_the_fallback_by_geometry_says_what_it_weighs():
-    decision = elect(Ballot(), BRIEF.frontiers, ConsensusConfig(mode="strict"), 0, "", (9, 7, 3))
+    rule = ConsensusConfig(mode="strict", fallback="geometry")
+    decision = elect(Ballot(), BRIEF.frontiers, rule, 0, "", (9, 7, 3))
     lines = in_full(ToldDecision(1, "mug", decision, BRIEF, {}, 3))
     assert lines[:2] == (
         'Decision 1 of the search for "mug".', "It was due: nobody noted why.",

@@ -18,7 +18,7 @@ from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, WEIGHTS, counte
 
 NATS = st.dictionaries(st.integers(1, 4), st.floats(-9.0, 9.0), min_size=1)
 PRIOR = ConsensusConfig(mode="prior", fallback="ahead")
-ONE_STEP = ConsensusConfig(mode="prior")
+ONE_STEP = ConsensusConfig(mode="prior", fallback="geometry")
 
 
 def star(masses=(1.0, 1.0, 1.0, 1.0), far_m=(2.0, 2.0, 2.0, 2.0), **more) -> Ahead:
