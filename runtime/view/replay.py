@@ -325,16 +325,14 @@ class ReplayFeed:
         self._tell("state", {**beside, **told.state_of(shown, feedback, {})})
 
     def _tell_scene(self) -> None:
-        then = self._then
+        then, marks = self._then, self._then.marks
         path, _ = self._drive.way_until(self._at_ns)
         away = dict(then.command.get("frontiers") or ())
         frontiers = [
             {**one, "distance_m": away.get(one["id"]), "elected": one["id"] == then.frontier}
-            for one in then.marks.get("frontiers", ())
+            for one in marks.get("frontiers", ())
         ]
-        things = [
-            {**one, "goal": one["name"] == then.goal_name} for one in then.marks.get("things", ())
-        ]
+        things = [{**one, "goal": one["name"] == then.goal_name} for one in marks.get("things", ())]
         step = max(1, -(-len(path) // 500))
         drawn = {"plan": then.plan, "path": path[::-step][::-1], "area": None, "rooms": []}
         told_scene = {"goal": then.goal_name, "frontiers": frontiers, "things": things, **drawn}

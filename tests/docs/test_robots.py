@@ -169,8 +169,15 @@ def test_a_goal_is_asked_for_as_the_page_says(page: str) -> None:
         asked.append(json.loads(query.payload.to_string()))
         query.reply(query.key_expr, '{"accepted": true, "id": "a1", "how": "as it is"}')
 
+    def there(query: zenoh.Query) -> None:
+        query.reply(query.key_expr, "{}")
+
     setting = f"bus.connect=['{endpoint}']"
-    with zenoh.open(config) as robot, robot.declare_queryable("rfnav/goal", answer):
+    with (
+        zenoh.open(config) as robot,
+        robot.declare_queryable("rfnav/goal", answer),
+        robot.declare_queryable("rfnav/status", there),
+    ):
         done = CliRunner().invoke(cli, [*words, "--no-wait", "--set", setting])
     assert [one["goal"] for one in asked] == [words[1]]
     assert (done.output, done.exit_code) == ("a1: as it is\n", 0)
