@@ -24,6 +24,7 @@ AHEAD = 'research.consensus_fallback="ahead"'
 GEOMETRY = STRICT, 'research.consensus_fallback="geometry"'
 LANGUAGE = 'research.word_evidence="language"'
 PRIOR = 'research.consensus_mode="prior"', AHEAD
+ONE_STEP = PRIOR[0], GEOMETRY[1]
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,7 @@ SINGLE: dict[str, Method] = {
     "geometry": Method((_experts(), *GEOMETRY)),
     "geometry-ahead": Method((_experts(), STRICT, AHEAD)),
     "prior": Method(PRIOR),
-    "prior-one-step": Method((PRIOR[0], 'research.consensus_fallback="geometry"')),
+    "prior-one-step": Method(ONE_STEP),
     "single-llm": Method((_experts("both"), 'research.consensus_mode="best"', CLOSEST, LANGUAGE)),
     "majority-k3": _majority(3),
     "majority-k5": _majority(5),

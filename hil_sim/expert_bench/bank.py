@@ -21,6 +21,7 @@ from cattrs.gen import make_dict_structure_fn, make_dict_unstructure_fn, overrid
 from cattrs.preconf.json import make_converter
 
 from hil_sim.scenes.open import is_replica
+from runtime.core.belief import Ahead
 from runtime.core.types import F16, Brief, Frontier, FrontierBrief, NearbyObject, Sight
 from runtime.errors import RfNavError
 
@@ -103,6 +104,20 @@ class BenchQuestion:
         return tuple(
             Frontier(f.id, np.array([place[f.id]], np.float64), place[f.id], f.distance_m)
             for f in self.moment.briefs[CLEAN].frontiers
+        )
+
+    def ahead(self) -> Ahead:
+        """What evidence is weighed with, without ways between frontiers, of which a bank has none:
+        one step is elected by it."""
+        told = self.moment.briefs[CLEAN].frontiers
+        place = dict(zip(self.moment.ids, self.moment.goal_xy, strict=True))
+        areas = tuple(f.unknown_m2 for f in told)
+        return Ahead(
+            tuple(f.id for f in told),
+            tuple(place[f.id] for f in told),
+            areas,
+            np.array(areas),
+            np.array([f.distance_m for f in told]),
         )
 
 

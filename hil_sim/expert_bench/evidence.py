@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hil_sim.driving.methods import CLOSEST, GEOMETRY, STRICT
+from hil_sim.driving.methods import CLOSEST, GEOMETRY, ONE_STEP, STRICT
 from hil_sim.expert_bench.bank import CLEAN, Bank, BenchQuestion
 from hil_sim.expert_bench.scene_bank import way_correlation, without_prior
 from hil_sim.expert_bench.statistics import Values
@@ -28,8 +28,9 @@ LANGUAGE, COUNTS, BOTH, GUESSED = "language", "counts", "both", "guessed"
 """What words go by; guessed: by counts, as if the goal had never been counted."""
 COSINE, HEAD = "embedding", "head"
 """What views go by."""
-RULES = {"paper": (STRICT, CLOSEST), "sets": GEOMETRY}
-"""The paper's rule, with what is fallen back on: the closest, and information gain."""
+RULES = {"paper": (STRICT, CLOSEST), "sets": GEOMETRY, "prior": ONE_STEP}
+"""The paper's rule, with what is fallen back on: the closest, and information gain; and evidence
+weighed with unknown area and way."""
 ALONE = 'research.consensus_mode="lenient"'
 
 Voter = tuple[str, str]
@@ -119,8 +120,9 @@ class _Scales:
         way, own = self._insight(kind)
         alone = (ALONE,) if len(kind.voters) == 1 else ()
         rules = {
-            name: self._decided(load(None, (*self._settings, *rule, *alone)), ballots)
+            name: self._decided(load(None, (*self._settings, *rule, *added)), ballots)
             for name, rule in RULES.items()
+            for added in [alone if rule is not ONE_STEP else ()]
         }
         return KindRow(np.array(voted), way, own, rules)
 
@@ -160,8 +162,11 @@ class _Scales:
             question, frontiers = self._questions[n], self._frontiers[n]
             order = question.moment.order if cfg.fallback == "geometry" else ()
             stamp_ns = question.moment.briefs[CLEAN].stamp_ns
-            made = consensus.elect(_ballot(cast), frontiers, cfg, stamp_ns, order=order)
-            fallen = consensus.elect(Ballot(), frontiers, cfg, stamp_ns, order=order)
+            by = question.ahead() if cfg.mode == "prior" else None
+            made, fallen = (
+                consensus.elect(ballot, frontiers, cfg, stamp_ns, "", order, by)
+                for ballot in (_ballot(cast), Ballot())
+            )
             assert made.frontier is not None  # a question has two that can be reached
             assert fallen.frontier is not None
             lost, else_lost = (question.regrets_m[id] for id in (made.frontier, fallen.frontier))

@@ -20,7 +20,8 @@ READING = (
     "agree. Way: rank correlation of the evidence with a short way on, with the prior of unknown "
     "area; own: without it. Decides: of all questions; there, metres lost less what is fallen back "
     "on loses on the same questions; in all: the same over all questions. `paper`: the closest "
-    "frontier is fallen back on; `sets`: information gain is. Brackets are 95 % bootstrap "
+    "frontier is fallen back on; `sets`: information gain is; `prior`: evidence is weighed with "
+    "unknown area and way, in one step; without any these decide. Brackets are 95 % bootstrap "
     "intervals, whole layouts resampled; bold where the interval leaves out 0."
 )
 

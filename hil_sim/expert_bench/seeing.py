@@ -7,6 +7,7 @@ from typing import Self
 
 import numpy as np
 
+from hil_sim.driving.methods import GEOMETRY
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.ground_truth.true_labels import true_labels
 from hil_sim.scenes.format import Scene
@@ -44,7 +45,7 @@ class BenchDetector:
             "panel.experts=[]",
             "models.threads=1",
             'models.detectors=["rfnav-det"]',  # rooms and views are its words
-            'research.consensus_fallback="geometry"',
+            *GEOMETRY,
             labels,
         )
         return load(None, (*sets, *HM3D.settings))

@@ -10,7 +10,7 @@ from manual_clock import ManualClock
 
 from hil_sim.expert_bench import evidence_report
 from hil_sim.expert_bench.bank import CLEAN, Bank, BankHome, BenchQuestion, questions_of
-from hil_sim.expert_bench.evidence import ROWS, KindRow, weigh
+from hil_sim.expert_bench.evidence import ROWS, RULES, KindRow, weigh
 from hil_sim.expert_bench.voting import Votes
 from runtime.clock import Deadline
 from runtime.config import Config
@@ -94,6 +94,19 @@ def test_one_voter_decides_and_is_held_against_what_is_fallen_back_on() -> None:
     assert rows["o2f, language"].rules["sets"].gained_m.tolist() == [4.0] * 3
 
 
+def test_evidence_is_weighed_with_unknown_area_and_way() -> None:
+    def sure(expert: str, by: str, every: bool) -> Vote | Missing:
+        nats = tuple((id, 4.0 * (id == 2)) for id in (1, 2, 3))
+        return replace(vote(expert, [2]), nats=nats)
+
+    weighs = weighed(sure)["o2f and r2f, counts"].rules["prior"]
+    assert weighs.decided.tolist() == [1.0] * 3
+    assert weighs.regret_m.tolist() == [2.0] * 3, "of equal areas the second, as both say so"
+    assert weighs.fallback_m.tolist() == [6.0] * 3, "else the nearest"
+    alone = weighed(everything)["o2f, counts"].rules["prior"]
+    assert alone.regret_m.tolist() == [6.0] * 3, "one alone does not outweigh 2 m of way"
+
+
 def test_who_has_no_set_decides_nothing_and_gains_nothing() -> None:
     row = weighed(everything)["sle, head"]
     assert row.voted.tolist() == [0.0] * 3
@@ -129,7 +142,7 @@ def test_tables_have_a_row_for_each_kind_under_each_rule() -> None:
     text = evidence_report.section(bank(), rows, "fit", ["a=b"], 0)
     assert text.startswith("## Evidence, side `fit`: 3 questions, 3 homes of 3 layouts, with `a=b`")
     for kind in ROWS:
-        assert text.count(f"\n| {kind.name} |") == 3
+        assert text.count(f"\n| {kind.name} |") == 1 + len(RULES)
     assert "| **-6.00 [-6.00, -6.00]** |" in text
     data = evidence_report.figures(bank(), rows, 0)
     assert data["rows"]["o2f, counts"]["rules"]["paper"]["minus_fallback_m"]["mean"] == -6.0
