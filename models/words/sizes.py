@@ -1,5 +1,6 @@
 """How large things look and where they stand, by name: what a search for them has to see."""
 
+import math
 import statistics
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -12,14 +13,17 @@ from models.toml_text import read_toml
 PATH: Final = Path(__file__).parent / "sizes.toml"
 UNKNOWN_M: Final = 0.25
 ON_FLOOR: Final = 0.2
+SPREAD: Final = 1.5  # times how large it looks: so far may a thing reach from its middle
 
 
 @dataclass(frozen=True)
 class ThingSize:
-    """The root of the area of a thing's box, m, and which share of such things is on the floor."""
+    """The root of the area of a thing's box, m, which share of such things is on the floor, and how
+    far one may reach from its middle, m, inf where nobody knows."""
 
     size_m: float = UNKNOWN_M
     on_floor: float = ON_FLOOR
+    reaches_m: float = math.inf
 
 
 @cache
@@ -38,4 +42,5 @@ def size_of(name: str, others: Iterable[str] = ()) -> ThingSize:
     return ThingSize(
         statistics.median(known) if known else UNKNOWN_M,
         statistics.median(stand) if stand else ON_FLOOR,
+        SPREAD * max(known) if known else math.inf,
     )

@@ -153,11 +153,11 @@ def _stands(world: World, thing: Instance) -> Mask:
     """From where it can be faced; what the way was lost to, from any side but where it was come no
     nearer to."""
     place, tried = _place(world, thing), world.held_up.get(thing.id)
-    seen_from_m = world.seen_from_m(thing)
-    stands = standpoints.standpoints(*place, world.goal, seen_from_m)
+    close = world.seen_from_m(thing), world.explored.closer.wanted.reaches_m
+    stands = standpoints.standpoints(*place, world.goal, *close)
     if tried is None or stands.any():
         return stands
-    return standpoints.any_side(*place, tried, seen_from_m)
+    return standpoints.any_side(*place, tried, *close)
 
 
 def _place(world: World, thing: Instance) -> tuple[NavigationMap, Terrain, Field, Instance]:

@@ -80,7 +80,7 @@ def sized(goal: Goal) -> Goal:
     """With how large such a thing looks, and whether it stands on the floor, as far as that is
     known of it or of its kinds."""
     size = size_of(goal.name, (names for names in goal.names if names != goal.name))
-    return replace(goal, wanted=GoalSize(size.size_m, size.on_floor))
+    return replace(goal, wanted=GoalSize(size.size_m, size.on_floor, reaches_m=size.reaches_m))
 
 
 def hear_each(text: str, words: Words, embed: Embed) -> tuple[Goal, ...]:

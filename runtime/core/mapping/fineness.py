@@ -6,6 +6,7 @@ What of that is likely to have been missed follows from how large the thing is a
 detector finds what is so many pixels large.
 """
 
+import math
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Final
@@ -53,11 +54,13 @@ class Recall:
 @dataclass(frozen=True)
 class GoalSize:
     """What is looked for: how large it looks, the root of its box's area in m; what share of such
-    things stands on the floor; how well the detector sees things of a size."""
+    things stands on the floor; how well the detector sees things of a size; how far one may reach
+    from its middle, m."""
 
     size_m: float = SIZE_M
     on_floor: float = 0.2
     recall: Recall = field(default_factory=Recall)
+    reaches_m: float = math.inf
 
 
 @dataclass

@@ -31,12 +31,14 @@ def standpoints(
     instance: Instance,
     goal: str,
     seen_from_m: float = 0.0,
+    reaches_m: float = math.inf,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
     nearer than `seen_from_m`, where it is in the image (or than LOW_M, for what lies on the
     floor). If furniture keeps it further away, the nearest reachable cells; none beyond
-    REACH_M."""
-    distance = _distance_to(terrain, instance.cells_xy)
+    REACH_M. `reaches_m`: how far one may reach from its middle; what else was taken for it does not
+    count."""
+    distance = _distance_to(terrain, _middle(instance, reaches_m))
     least_m = min(seen_from_m, LOW_M)
     candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
@@ -54,11 +56,12 @@ def any_side(
     instance: Instance,
     tried: Sequence[Pose],
     seen_from_m: float = 0.0,
+    reaches_m: float = math.inf,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the target can be faced up close as it is
     by `standpoints`, whatever side that is, but not one where it was `tried` in vain. Nothing may
     hide it from there."""
-    distance = _distance_to(terrain, instance.cells_xy)
+    distance = _distance_to(terrain, _middle(instance, reaches_m))
     least_m = min(seen_from_m, LOW_M)
     candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
     candidates &= ~_seen_side(terrain, instance, tried, TRIED_RAD)
@@ -151,6 +154,13 @@ def _clear_of(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Inst
     found = np.zeros_like(cells)
     found[rows, cols] = clear
     return found
+
+
+def _middle(instance: Instance, reaches_m: float) -> F64:
+    """(N, 2) m, the cells of it that are so near its middle; all where none are."""
+    cells: F64 = instance.cells_xy
+    within = np.hypot(*(cells - np.array(instance.xy)).T) <= reaches_m
+    return cells[within] if within.any() else cells
 
 
 def _distance_to(terrain: Terrain, cells_xy: F64) -> np.ndarray:

@@ -88,6 +88,24 @@ def test_what_is_high_up_is_stood_before_where_the_camera_still_sees_it():
     assert np.hypot(*away.T).min() > min(seen_from, LOW_M) - 0.03
 
 
+def test_what_else_was_taken_for_a_small_thing_is_not_stood_before():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    mug = bed(at(math.pi, 1.5))
+    aside = SPOT + np.stack([np.zeros(21), np.linspace(-0.5, 0.5, 21)], 1)  # a table's edge
+    mug.cells_xy = aside
+    for find in (
+        lambda reaches_m: standpoints(grid, terrain, reach, mug, "bed", 0.0, reaches_m),
+        lambda reaches_m: any_side(grid, terrain, reach, mug, (), 0.0, reaches_m),
+    ):
+        for reaches_m, farthest_m in ((math.inf, 1.3), (0.18, STOP_M + 0.18 + 0.08)):
+            stands = terrain.frame.centres(np.argwhere(find(reaches_m)).astype(np.int32))
+            away = np.hypot(*(stands - SPOT).T).max()
+            assert farthest_m - 0.25 < away < farthest_m
+    mug.xy = (SPOT[0] + 5.0, SPOT[1])  # of none of its cells
+    assert standpoints(grid, terrain, reach, mug, "bed", 0.0, 0.18).any()
+
+
 def test_where_it_has_stood_it_can_stand_again():
     grid, pose = open_floor()
     terrain, reach = look_around(grid, pose, 0.18)
