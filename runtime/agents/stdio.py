@@ -3,6 +3,7 @@ where the client is gone or takes nothing any more."""
 
 import asyncio
 import os
+import signal
 import sys
 from collections.abc import AsyncIterator
 from typing import Any, Final, cast
@@ -21,7 +22,7 @@ TOO_LONG: Final = "too long\n"  # is no JSON: refused as that
 
 
 async def serve_stdio(server: Server[Any]) -> None:
-    """Until the client hangs up. ConfigError where nobody can speak."""
+    """Until the client hangs up, SIGTERM or SIGINT. ConfigError where nobody can speak."""
     wire_in, wire_out = _claimed(0, "rb"), _claimed(1, "wb")
     _divert()
     loop = asyncio.get_running_loop()
@@ -34,9 +35,13 @@ async def serve_stdio(server: Server[Any]) -> None:
     lines = cast("anyio.AsyncFile[str]", InputLines(reader))
     out = cast("anyio.AsyncFile[str]", OutputLines(asyncio.StreamWriter(
         transport, cast(Any, flow), None, loop)))  # fmt: skip
+    ending = anyio.CancelScope()
+    for number in (signal.SIGTERM, signal.SIGINT):
+        loop.add_signal_handler(number, ending.cancel)
     try:
-        async with stdio_server(lines, out) as (heard, said):
-            await server.run(heard, said, server.create_initialization_options())
+        with ending:
+            async with stdio_server(lines, out) as (heard, said):
+                await server.run(heard, said, server.create_initialization_options())
     except* (TimeoutError, ConnectionError):
         say("mcp: the client takes nothing any more")
 

@@ -33,7 +33,7 @@ ASK_S = 30.0
 LEAD_S = 3.0  # that sensors are heard before the goal
 ENDS_S = 20.0
 GO_ON = ("goal.keep_map=true",)  # there is no first look around then: it is decided at once
-WORDS = ("research.word_evidence=language",)  # the dearest there is
+WORDS = "research.word_evidence=language"  # the dearest there is
 GOAL_S = 14.0  # after which the next is asked for, where there are several,
 POLL_S = 0.5  # or as soon as the experts were idle for half of such a time
 MB = 1024.0  # kB
@@ -143,10 +143,10 @@ class _Robot:
     def search(self, goals: Sequence[str], played: Future[float]) -> float:
         """Ask for the goals in turn until a drive was played; what that came to."""
         if len(goals) == 1:
-            self.ask(GOAL, {"goal": goals[0], "settings": [*WORDS]})
+            self.ask(GOAL, {"goal": goals[0]})
             return played.result()
         for goal in cycle(goals):
-            self.ask(GOAL, {"goal": goal, "settings": [*WORDS, *GO_ON]})
+            self.ask(GOAL, {"goal": goal, "settings": [*GO_ON]})
             by_s, scored_s = time.monotonic() + GOAL_S, -math.inf
             while time.monotonic() < by_s:
                 try:
@@ -220,7 +220,9 @@ def _spawned(subject: Subject, endpoint: str, folder: Path) -> subprocess.Popen[
     """What it says goes to a file, as nobody reads a pipe while it runs and a full one stops it;
     what its searches leave goes there, too."""
     bus = ("--set", f"bus.connect=['{endpoint}']", "--set", "bus.mode=peer")
-    command = [sys.executable, "-m", "runtime", "run", *subject.arguments, *bus]
+    # Code of before may know no other evidence, and no such key.
+    words = ("--set", WORDS) if subject.root is None else ()
+    command = [sys.executable, "-m", "runtime", "run", *words, *subject.arguments, *bus]
     more = {"XDG_STATE_HOME": str(folder)}
     more |= {"PYTHONPATH": str(subject.root)} if subject.root else {}
     with (folder / SAID).open("w", encoding="utf-8") as file:

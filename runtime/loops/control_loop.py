@@ -52,7 +52,7 @@ class ControlLoop:
         record: Record = unrecorded,
         beat: Callable[[bool], str] = lambda moving: "",
     ) -> None:
-        self._beat, self._hurried, self._started, self._ending = beat, False, False, False
+        self._beat, self._hurried, self._started = beat, False, False
         self._unguarded = self._fault = ""
         self._changes, self._caution = Changes(), FREE
         self._record, self._plans, self._rests = record, 0, 0
@@ -74,6 +74,7 @@ class ControlLoop:
         self._condition, self._hand = WELL, ""  # of a hand also that has let go since it was asked
         self._late_s: deque[float] = deque(maxlen=4000)
         self._error: BaseException | None = None
+        self._ending = False
         self._thread = threading.Thread(target=self._run, name="control", daemon=True)
 
     # -- for the thread that plans -----------------------------------------------------------------

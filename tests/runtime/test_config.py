@@ -98,5 +98,5 @@ def test_evidence_is_not_left_out_in_silence():
     prior, closest = 'research.consensus_mode="prior"', 'research.consensus_fallback="closest"'
     with pytest.raises(ConfigError, match=r'must be "geometry" or "ahead"'):
         load(None, [prior, closest])
-    assert load(None, [prior]).navigate.consensus.fallback == "geometry"
+    assert load(None, [prior]).navigate.consensus.fallback == "ahead"
     assert load(None, [prior, closest, "panel.experts=[]"]).panel.experts == ()

@@ -219,6 +219,7 @@ def test_large_models_reason_and_see(tmp_path: Path) -> None:
     config = configured(
         tmp_path,
         "models.language_style='reason'",
+        "research.word_evidence=language",
         f"models.language='{text}'",
         f"models.vision='{text}'",
         f"models.vision_projector='{write_mmproj(tmp_path / 'mmproj.gguf')}'",
