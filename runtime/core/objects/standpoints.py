@@ -20,6 +20,7 @@ REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
 ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easily
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
+NEAREST_M = 0.08  # farther than the nearest place is as near
 BACK_M = 0.15  # from where it was looked at before, to be there again
 TRIED_RAD = math.radians(45.0)  # of a side on which it was come no nearer to
 
@@ -39,14 +40,11 @@ def standpoints(
     REACH_M. `reaches_m`: how far one may reach from its middle; what else was taken for it does not
     count."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
-    least_m = min(seen_from_m, LOW_M)
-    candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
+    candidates = _within_reach(reach, distance, seen_from_m)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
     if not candidates.any():
         return candidates
-    best = float(distance[candidates].min())
-    candidates &= distance <= max(STOP_M, best + 0.08, least_m + 0.08)
-    return _in_sight(grid, terrain, candidates, instance)
+    return _in_sight(grid, terrain, _nearest(candidates, distance, seen_from_m), instance)
 
 
 def any_side(
@@ -62,14 +60,11 @@ def any_side(
     by `standpoints`, whatever side that is, but not one where it was `tried` in vain. Nothing may
     hide it from there."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
-    least_m = min(seen_from_m, LOW_M)
-    candidates = np.isfinite(reach.arrival_m) & (distance <= REACH_M) & (distance >= least_m)
+    candidates = _within_reach(reach, distance, seen_from_m)
     candidates &= ~_seen_side(terrain, instance, tried, TRIED_RAD)
     if not candidates.any():
         return candidates
-    clear = _clear_of(grid, terrain, candidates, instance)
-    best = float(distance[clear].min(initial=math.inf))
-    return clear & (distance <= max(STOP_M, best + 0.08, least_m + 0.08))
+    return _nearest(_clear_of(grid, terrain, candidates, instance), distance, seen_from_m)
 
 
 def close_to(terrain: Terrain, reach: Field, xy: F64) -> Mask:
@@ -154,6 +149,20 @@ def _clear_of(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Inst
     found = np.zeros_like(cells)
     found[rows, cols] = clear
     return found
+
+
+def _within_reach(reach: Field, distance: F64, seen_from_m: float) -> Mask:
+    """(r, c) reachable cells so far from a thing, m, that an approach may end there."""
+    near = (distance <= REACH_M) & (distance >= min(seen_from_m, LOW_M))
+    return np.asarray(near & np.isfinite(reach.arrival_m), bool)
+
+
+def _nearest(cells: Mask, distance: F64, seen_from_m: float) -> Mask:
+    """(r, c) of the cells those where a thing is stood before; where furniture keeps the robot
+    further away, the nearest."""
+    best = float(distance[cells].min(initial=math.inf))
+    most_m = max(STOP_M, best + NEAREST_M, min(seen_from_m, LOW_M) + NEAREST_M)
+    return np.asarray(cells & (distance <= most_m), bool)
 
 
 def _middle(instance: Instance, reaches_m: float) -> F64:

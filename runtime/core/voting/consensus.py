@@ -35,8 +35,7 @@ class ConsensusConfig:
         "prior",
         '"prior": all evidence says, with the unknown, where the thing may be, and '
         '`consensus_fallback` goes by that; "strict": two must agree; "lenient": a lone vote '
-        "counts; "
-        '"weighted": evidence against way, by the weights; "best": what one is surest of; '
+        'counts; "weighted": evidence against way, by the weights; "best": what one is surest of; '
         '"majority-K": the most frequent of K samples of the first vote.',
         research="consensus_mode",
     )

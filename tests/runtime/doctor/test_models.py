@@ -93,7 +93,14 @@ def loader(models: Slow) -> Callable:
 def test_they_are_loaded_look_and_vote():
     clock = ManualClock()
     models = Slow(clock, o2f=farthest, r2f=broken)
-    tried = try_models(loader(models), Config(), clock, np.zeros((48, 64, 3), np.uint8))
+    given: list[Config] = []
+
+    def load(config: Config, book: Callable[[float], None]):
+        given.append(config)
+        return loaded(models)
+
+    tried = try_models(load, Config(), clock, np.zeros((48, 64, 3), np.uint8))
+    assert given[0].experts.words == "both"  # or no prompt would be timed
     assert tried.load_s == pytest.approx(4.0)
     assert tried.looks_s == pytest.approx([0.2] * LOOKS)
     assert models.shown == [(48, 64, 3)] * (LOOKS + 1)

@@ -4,14 +4,14 @@ import http.client
 import socket
 import ssl
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from live_page import until
 from page_client import PageClient
 from page_server import HeldFeed, allowed, free_port, page_server
 from websockets.exceptions import InvalidMessage
@@ -42,13 +42,6 @@ def port(feed: HeldFeed, page: Path) -> Iterator[int]:
     port = free_port()
     with page_server(allowed(port), feed, page):
         yield port
-
-
-def until(what: Callable[[], Any]) -> None:
-    by_s = time.monotonic() + PATIENCE_S
-    while not what():
-        assert time.monotonic() < by_s
-        time.sleep(0.01)
 
 
 def left_alone(port: int, said: bytes = b"", tls: ssl.SSLContext | None = None) -> bytes:

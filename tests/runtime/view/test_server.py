@@ -4,15 +4,15 @@ import http.client
 import json
 import socket
 import struct
-import time
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from live_page import until
 from page_client import PageClient
 from page_server import HeldFeed, allowed, free_port, page_server
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -42,13 +42,6 @@ def port(feed: HeldFeed, page: Path) -> Iterator[int]:
     with page_server(allowed(port), feed, page):
         yield port
     assert feed.closed
-
-
-def until(what: Callable[[], Any]) -> None:
-    by_s = time.monotonic() + PATIENCE_S
-    while not what():
-        assert time.monotonic() < by_s
-        time.sleep(0.01)
 
 
 def fetched(port: int, way: str, method: str = "GET", **headers: str) -> http.client.HTTPResponse:
