@@ -12,10 +12,12 @@ from runtime.core import approach
 from runtime.core.approach import TRIES, approach_target, out_of_reach, settle_for
 from runtime.core.distances.planner import look_around
 from runtime.core.local_policy import GIVE_UP_AFTER_S
+from runtime.core.mapping.fineness import GoalSize
 from runtime.core.motion.courses import ControlConfig
 from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import INSPECT_LOG_ODDS, Reached, from_two_sides
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Ballot, Pose, SearchState
 from runtime.core.world import World
@@ -225,6 +227,26 @@ def test_what_was_likest_is_settled_for_where_it_was_looked_at_from_nearest():
     assert there is not None
     assert there.ended is SearchState.FOUND
     assert there.reason == "found sofa 1 (p 0.70), the likest of all that was seen"
+
+
+def test_a_search_without_anything_left_settles_for_what_was_likest(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr(navigate, "look_again", lambda *_, **__: None)  # no way was closed
+    world, _ = before_a_table()
+    world.explored.resort = Resort.FAINT
+    world.semantic.instances[1].evidence["sofa"] = Evidence(-9.0)
+    assert navigate._finish(world, CFG).ended is SearchState.NOT_FOUND
+    world.doubted[1] = 1.0, POSE
+    assert navigate._finish(world, CFG).ended is SearchState.FOUND
+
+
+def test_what_was_taken_for_a_part_of_a_small_goal_is_not_stood_before():
+    world, _ = before_a_table()
+    assert approach._stands(world, world.semantic.instances[1])[world.terrain.frame.cell(*POSE.xy)]
+    world.explored.closer.wanted = GoalSize(reaches_m=0.3)  # the table before it is no part of it
+    stands = approach._stands(world, world.semantic.instances[1])
+    assert not stands[world.terrain.frame.cell(*POSE.xy)]
 
 
 def test_nothing_is_settled_for_that_little_spoke_for_or_that_is_gone():
