@@ -14,6 +14,7 @@ from runtime.core.types import Action, Detections, Intrinsics, Mount, Observatio
 INTRINSICS = Intrinsics(97.06, 97.06, 80.0, 60.0, 160, 120)
 MOUNT = Mount()
 CELL = 0.02
+KEPT = 100  # images of which it is known what they showed
 NO_DETECTIONS = Detections(
     np.zeros((0, 4), np.float32),
     np.zeros(0, np.float32),
@@ -35,6 +36,7 @@ class Apartment:
     stamp_ns: int = 0
     path_m: float = 0.0
     collisions: int = 0
+    shown: dict[int, Observation] = field(default_factory=dict)  # by the number in the image
 
     @classmethod
     def of(cls, plan: str, pose: Pose, scale_m: float = 0.25) -> "Apartment":
@@ -51,31 +53,41 @@ class Apartment:
         return cls(fine, pose)
 
     def observe(self) -> Observation:
-        """Depth and pose; the colour image is black."""
+        """Depth and pose; the colour image is black but for one pixel, which numbers it."""
         self.stamp_ns += 100_000_000
-        table = rays(INTRINSICS, MOUNT, 1)
-        depth = self._depth(table)
+        pose = self.pose  # a robot in real time goes on meanwhile
+        depth = self._depth(rays(INTRINSICS, MOUNT, 1), pose)
         rgb = np.zeros((*depth.shape, 3), np.uint8)
-        return Observation(self.stamp_ns, rgb, depth, self.pose, INTRINSICS)
+        number = (self.stamp_ns // 100_000_000) % (1 << 24)
+        rgb[0, 0] = [number & 255, number >> 8 & 255, number >> 16]
+        obs = Observation(self.stamp_ns, rgb, depth, pose, INTRINSICS)
+        self.shown[number] = obs
+        self.shown.pop(number - KEPT, None)
+        return obs
 
-    def _depth(self, table: Rays) -> np.ndarray:
+    def of_image(self, rgb: np.ndarray) -> Observation:
+        """What was observed when that image was taken; without its number, what is now."""
+        red, green, blue = (int(value) for value in rgb[0, 0])
+        return self.shown.get(red | green << 8 | blue << 16) or self.observe()
+
+    def _depth(self, table: Rays, pose: Pose) -> np.ndarray:
         w = table.up.shape[1]
         floor = np.where(table.up < -1e-6, -MOUNT.z_m / np.minimum(table.up, -1e-6), np.inf)
         depth = floor
         for column in range(w):
             azimuth = math.atan2(table.left[0, column], table.forward[0, column])
-            for distance, height in self._hits(self.pose.yaw_rad + azimuth):
+            for distance, height in self._hits(pose, pose.yaw_rad + azimuth):
                 z = distance * math.cos(azimuth)
                 ray_height = MOUNT.z_m + z * table.up[:, column]
                 hit = (ray_height <= height) & (z < depth[:, column])
                 depth[:, column] = np.where(hit, z, depth[:, column])
         return np.where((depth > 0.3) & (depth < 5.0), depth, 0).astype(np.float32)
 
-    def _hits(self, heading: float) -> list[tuple[float, float]]:
+    def _hits(self, pose: Pose, heading: float) -> list[tuple[float, float]]:
         """(distance, height) of the surfaces along a heading, rising heights only."""
         t = np.arange(0.02, 5.5, CELL)
-        cols = ((self.pose.x_m + t * math.cos(heading)) / CELL).astype(int)
-        rows = ((self.pose.y_m + t * math.sin(heading)) / CELL).astype(int)
+        cols = ((pose.x_m + t * math.cos(heading)) / CELL).astype(int)
+        rows = ((pose.y_m + t * math.sin(heading)) / CELL).astype(int)
         inside = (rows >= 0) & (cols >= 0)
         inside &= (rows < self.heights.shape[0]) & (cols < self.heights.shape[1])
         heights = np.where(
@@ -91,13 +103,13 @@ class Apartment:
         return [(float(t[i]), float(top[i])) for i in rise]
 
     def detect(self, names: tuple[str, ...], obs: Observation, score: float = 0.8) -> Detections:
-        """A perfect detector of `things` within 4 m that nothing hides."""
+        """A perfect detector of `things` within 4 m that nothing hides, from the pose of `obs`."""
         boxes, labels = [], []
         for name, (x, y, r) in sorted(self.things.items()):
             if name not in names:
                 continue
-            dx, dy = x - self.pose.x_m, y - self.pose.y_m
-            c, s = math.cos(self.pose.yaw_rad), math.sin(self.pose.yaw_rad)
+            dx, dy = x - obs.pose.x_m, y - obs.pose.y_m
+            c, s = math.cos(obs.pose.yaw_rad), math.sin(obs.pose.yaw_rad)
             forward, left = c * dx + s * dy, -s * dx + c * dy
             if not 0.6 < forward < 4.0:
                 continue
@@ -112,7 +124,7 @@ class Apartment:
             labels.append(names.index(name))
         rooms = np.zeros(self.room_count, np.float32)
         for (x0, y0, x1, y1), kind in self.rooms:
-            if x0 <= self.pose.x_m < x1 and y0 <= self.pose.y_m < y1:
+            if x0 <= obs.pose.x_m < x1 and y0 <= obs.pose.y_m < y1:
                 rooms[kind] = 1.0
         n = len(boxes)
         return Detections(

@@ -56,7 +56,7 @@ class FakeModels:
     def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
         if not self.home.things:
             return NO_DETECTIONS
-        return self.home.detect(tuple(self.home.things), self.home.observe())
+        return self.home.detect(tuple(self.home.things), self.home.of_image(rgb))
 
     def notice(self, goal: str, names: tuple[str, ...]) -> None:
         pass
@@ -96,7 +96,7 @@ class Wordy(FakeModels):
         return (embeddings @ BEANBAG)[:, None] * [[alike.get(n, 0.01) for n in self.names]]
 
     def detect(self, rgb: np.ndarray, window: object = None) -> Detections:
-        seen = self.home.detect(("beanbag",), self.home.observe())
+        seen = self.home.detect(("beanbag",), self.home.of_image(rgb))
         name = "beanbag" if "beanbag" in self.names else "sofa"
         rows = np.repeat(BEANBAG[None], len(seen.scores), axis=0)
         return replace(seen, labels=seen.labels * 0 + self.names.index(name), embeddings=rows)
