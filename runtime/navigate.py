@@ -36,7 +36,7 @@ from runtime.core.types import (
     Observation,
     SearchState,
 )
-from runtime.core.voting import brief, consensus
+from runtime.core.voting import brief, consensus, prior
 from runtime.core.voting.brief import SemanticCopy
 from runtime.core.world import Command, Mode, Snapshot, StandingDecision, World
 
@@ -172,8 +172,10 @@ def decide(
 
 
 def adopt(world: World, decision: Decision) -> None:
-    """Make the decision the standing one."""
-    body = world.body
+    """Make the decision the standing one. What the experts said of other frontiers that are still
+    there is remembered with it."""
+    body, living = world.body, world.explored.memory.cells_xy
+    decision = prior.remembering(decision, world.standing.decision, living)
     world.standing = StandingDecision(decision, body.step, body.elapsed_s, _evidence(world))
 
 

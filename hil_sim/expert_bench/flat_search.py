@@ -19,6 +19,7 @@ from runtime.core.kernels import mapping, marching, walking
 from runtime.core.mapping.frontiers import WALL_GAP_CELLS, FrontierMemory, identify
 from runtime.core.outlook import WORTH_M2
 from runtime.core.types import F32, F64, I32, Decision, Frontier, Mask, Pose
+from runtime.core.voting import prior
 from runtime.core.voting.brief import UNKNOWN_DEPTH_M
 
 LEAST_WAY_M = 2.0  # from a start to success
@@ -134,7 +135,8 @@ def drive(home: FlatHome, task: FlatTask, decide: Decide) -> FlatResult:
         if not frontiers:
             break
         decisions += 1
-        search.decision = decide(search, frontiers, unknown_m2)
+        made = decide(search, frontiers, unknown_m2)
+        search.decision = prior.remembering(made, search.decision, search.memory.cells_xy)
         _go(search, next(f for f in frontiers if f.id == search.decision.frontier))
     (row, col), n = search.at, ENDS_CELLS
     way = home.way_m(task.goal)[max(0, row - n) : row + n + 1, max(0, col - n) : col + n + 1]

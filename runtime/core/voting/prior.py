@@ -3,6 +3,7 @@ what unknown areas say, and the best is elected by both."""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import Final
 
 from runtime.core.belief import Ahead, Belief, Evidence, believed
@@ -30,6 +31,21 @@ def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
         for expert, nats in _said(ballot, ahead).items()
         for before in [ahead.before.get(expert, {})]
     }
+
+
+def remembering(decision: Decision, before: Decision | None, living: Collection[int]) -> Decision:
+    """The decision with what was said up to the one `before` of frontiers that it was not made on:
+    nobody was asked about them. Of frontiers that are not among the `living` nothing is kept."""
+    earlier = before.said if before else {}
+    said = {
+        expert: {
+            id: nats
+            for id, nats in {**earlier.get(expert, {}), **decision.said.get(expert, {})}.items()
+            if id in living
+        }
+        for expert in sorted({*earlier, *decision.said})
+    }
+    return replace(decision, said=said)
 
 
 def counted(ballot: Ballot, ahead: Ahead, evidence: Evidence) -> Evidence:

@@ -1,6 +1,7 @@
 """Searches on a plan of three rooms: they begin fairly, explore, and end where the goal is seen."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -64,6 +65,22 @@ def test_what_may_be_gone_to_can_be_reached_and_has_something_behind_it():
     assert any(a & b for a, b in pairwise(ids))  # ids last
     search = asked[-1][0]
     assert search.known[HOME.free].mean() > 0.5
+
+
+def test_what_was_said_of_frontiers_is_remembered_while_they_are_there():
+    before = []
+
+    def said_once(search, frontiers, unknown_m2):
+        standing, ids = search.decision, set(search.memory.cells_xy)
+        if standing is not None:
+            before.append((set(standing.said["o2f"]), ids))
+        said = {} if standing else {"o2f": dict.fromkeys(ids, 1.0)}
+        return replace(nearest(search, frontiers, unknown_m2), said=said)
+
+    drive(HOME, TASK, said_once)
+    assert before[1][0]
+    assert all(now == old & there for (old, there), (now, _) in pairwise(before))
+    assert len(before[-1][0]) < len(before[0][0])  # some are gone
 
 
 def test_a_home_without_the_goal_is_looked_through_and_given_up():

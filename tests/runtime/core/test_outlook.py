@@ -124,6 +124,31 @@ def test_a_decision_by_evidence_is_made_of_the_world_as_it_is():
     assert again.brief.ahead.before == decided.said
 
 
+def test_what_was_said_of_a_frontier_outlives_a_decision_that_it_is_no_part_of():
+    world, _ = looked_around(5)
+    cfg = navigate.NavigateConfig(consensus=ConsensusConfig(mode="prior", fallback="ahead"))
+    snap = navigate.snapshot(world, "test", cfg)
+    decided = navigate.decide(snap, Pointing(snap.brief.order[1]), None, cfg)
+    navigate.adopt(world, decided)
+    reachable, world.frontiers = world.frontiers, ()
+    cut_off = navigate.decide(navigate.snapshot(world, "test", cfg), Silent(), None, cfg)
+    assert (cut_off.rule, cut_off.said) == ("none", {})
+    navigate.adopt(world, cut_off)
+    world.frontiers = reachable
+    again = navigate.snapshot(world, "test", cfg)
+    assert again.brief.ahead is not None
+    assert again.brief.ahead.before == decided.said
+
+
+def test_what_was_said_of_a_frontier_that_is_gone_is_forgotten():
+    world, _ = looked_around(5)
+    there = next(f.id for f in world.frontiers)
+    said = {"o2f": {there: 1.0, there + 1000: -1.0}}
+    navigate.adopt(world, Decision(there, "prior", (there,), there, Ballot(), 0, "", said=said))
+    assert world.standing.decision is not None
+    assert world.standing.decision.said == {"o2f": {there: 1.0}}
+
+
 class Silent:
     def ask(self, brief: Brief, by: None) -> Ballot:
         return Ballot()

@@ -14,7 +14,17 @@ from runtime.core.voting import prior
 from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
 from runtime.core.voting.explain import in_words
 from runtime.core.voting.information_gain import DISCOUNT_PER_M
-from runtime.core.voting.prior import LONE, NAMED, NEWEST, PULL, WEIGHTS, counted, heard, pooled
+from runtime.core.voting.prior import (
+    LONE,
+    NAMED,
+    NEWEST,
+    PULL,
+    WEIGHTS,
+    counted,
+    heard,
+    pooled,
+    remembering,
+)
 
 NATS = st.dictionaries(st.integers(1, 4), st.floats(-9.0, 9.0), min_size=1)
 PRIOR = ConsensusConfig(mode="prior", fallback="ahead")
@@ -125,6 +135,27 @@ def test_who_is_late_goes_on_counting_less_and_less():
     late = Ballot(missing=(Missing("o2f", Absence.LATE),))
     left = 1 - NEWEST
     assert heard(late, ahead)["o2f"] == pytest.approx({1: left, 2: -left})
+
+
+def test_what_a_decision_is_not_made_on_is_remembered_while_it_is_there():
+    """Frontier 3 is not asked about in the second decision, and is in the third."""
+    first = elected(ballot(o2f={1: -1.0, 2: 0.0, 3: 1.0}), star(masses=(1.0, 1.0, 1.0)))
+    assert first.said["o2f"][3] == 1.0
+    two = star(masses=(1.0, 1.0), before=first.said)
+    second = elected(ballot(o2f={1: 0.5, 2: -0.5}), two)
+    assert 3 not in second.said["o2f"]
+    stands = remembering(second, first, (1, 2, 3, 4))
+    assert stands.said == {"o2f": second.said["o2f"] | {3: 1.0}}
+    assert replace(stands, said=second.said) == second
+    third = elected(Ballot(), star(masses=(1.0, 1.0, 1.0), before=stands.said))
+    assert third.said["o2f"][3] == pytest.approx(1 - NEWEST)
+
+
+def test_what_was_said_of_a_frontier_that_is_gone_is_forgotten():
+    first = elected(ballot(o2f={1: -1.0, 2: 1.0}, sle={1: 0.5, 2: -0.5}), star(masses=(1.0, 1.0)))
+    nothing = elect(Ballot(), [], PRIOR)
+    assert remembering(nothing, first, (2,)).said == {"o2f": {2: 1.0}, "sle": {2: -0.5}}
+    assert remembering(first, None, (1,)).said == {"o2f": {1: -1.0}, "sle": {1: 0.5}}
 
 
 def test_an_expert_without_a_preference_leans_all_the_same():
