@@ -140,6 +140,10 @@ class _Field:
         most = self.distance_m[self.fallback] + detour_m
         return replace(self, distance_m={i: d for i, d in self.distance_m.items() if d <= most})
 
+    def bounded(self, votes: Iterable[Vote], cfg: ConsensusConfig) -> "_Field":
+        """Those that can win by these votes."""
+        return self.without(_vetoed(votes, cfg)).within(cfg.detour_m)
+
     def ranked(self, ids: Collection[int], rank: str) -> list[int]:
         """The best of `ids` first, as `research.consensus_rank` has it."""
         if rank == "gain":
@@ -171,7 +175,7 @@ def elect(
     if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
     if cfg.mode == "prior" and ahead is not None:
-        return prior.elect(ballot, ahead, field.closest, stamp_ns, why, cfg.fallback)
+        return _by_evidence(ballot, field, ahead, cfg, stamp_ns, why)
     winner, rule, chosen = _outcome(ballot.votes, field, cfg, stamp_ns)
     if not chosen and order:
         rule = cfg.fallback
@@ -190,11 +194,23 @@ def elect(
     return replace(told, order=planned, belief=belief, said=said)
 
 
+def _by_evidence(
+    ballot: Ballot, field: _Field, ahead: Ahead, cfg: ConsensusConfig, stamp_ns: int, why: str
+) -> Decision:
+    """Mode "prior": within the same bounds as sets."""
+
+    def electable(votes: Sequence[Vote]) -> Collection[int]:
+        return field.bounded(votes, cfg).distance_m
+
+    closest, silent = field.closest, cfg.fallback
+    return prior.elect(ballot, ahead, closest, stamp_ns, why, silent, electable)
+
+
 def _outcome(
     votes: Sequence[Vote], field: _Field, cfg: ConsensusConfig, stamp_ns: int
 ) -> tuple[int, str, frozenset[int]]:
     """The elected frontier, the rule, the chosen set."""
-    field = field.without(_vetoed(votes, cfg)).within(cfg.detour_m)
+    field = field.bounded(votes, cfg)
     far = field.distance_m
     if cfg.counts_sets:
         rule, chosen = agree(field.sets(votes), cfg.mode == "lenient")

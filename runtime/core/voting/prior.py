@@ -2,7 +2,7 @@
 what unknown areas say, and the best is elected by both."""
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -16,6 +16,8 @@ WEIGHTS: Final[Mapping[str, float]] = {"r2f": 2.0}  # of a nat of one's; of the 
 NAMED = 1.0  # nats of a frontier that is named by an expert that tells no numbers
 LONE = 0.6  # of what an expert alone says of a frontier, beyond what any other backs
 NEWEST = 0.4  # of an expert's evidence for a frontier, what it says now against what it said
+Electable = Callable[[Sequence[Vote]], Collection[int]]
+"""Votes -> the frontiers that may win by them, one or more, the nearest first."""
 
 
 def heard(ballot: Ballot, ahead: Ahead) -> Evidence:
@@ -104,17 +106,30 @@ def _supported(nats: Sequence[float]) -> float:
 
 
 def elect(
-    ballot: Ballot, ahead: Ahead, closest: int, stamp_ns: int, why: str, silent: str
+    ballot: Ballot,
+    ahead: Ahead,
+    closest: int,
+    stamp_ns: int,
+    why: str,
+    silent: str,
+    electable: Electable | None = None,
 ) -> Decision:
     """The first by what the unknown and all experts say: of a planned order, where the ways between
-    frontiers are known. `silent`: the rule where nobody says anything."""
+    frontiers are known. `silent`: the rule where nobody says anything. `electable`: all are where
+    it is not given."""
     evidence = heard(ballot, ahead)
     counts = counted(ballot, ahead, evidence)
-    order = _ordered(ahead, counts)
-    without = tuple(
-        (left_out, _ordered(ahead, {e: nats for e, nats in counts.items() if e != left_out})[0])
-        for left_out in counts
-    )
+
+    def order_without(left_out: str = "") -> tuple[int, ...]:
+        order = _ordered(ahead, {e: nats for e, nats in counts.items() if e != left_out})
+        if electable is None:
+            return order
+        may = electable([vote for vote in ballot.votes if vote.expert != left_out])
+        first = [*(id for id in order if id in may), *may][0]
+        return first, *(id for id in order if id != first)
+
+    order = order_without()
+    without = tuple((left_out, order_without(left_out)[0]) for left_out in counts)
     rule, chosen = ("prior", order[:1]) if evidence else (silent, ())
     return Decision(
         order[0],

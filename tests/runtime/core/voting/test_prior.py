@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from runtime.core.belief import Ahead
 from runtime.core.types import Absence, Ballot, Missing, Vote
-from runtime.core.voting import prior
+from runtime.core.voting import prior, search_order
 from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
 from runtime.core.voting.explain import in_words
 from runtime.core.voting.information_gain import DISCOUNT_PER_M
@@ -53,9 +53,9 @@ class _Reachable:
         self.id, self.distance_m = id, distance_m
 
 
-def elected(votes: Ballot, ahead: Ahead, cfg: ConsensusConfig = PRIOR):
+def elected(votes: Ballot, ahead: Ahead, cfg: ConsensusConfig = PRIOR, order=()):
     frontiers = [_Reachable(i, float(m)) for i, m in zip(ahead.ids, ahead.first_m, strict=True)]
-    return elect(votes, frontiers, cfg, 7, "due", ahead.ids, ahead)
+    return elect(votes, frontiers, cfg, 7, "due", order or ahead.ids, ahead)
 
 
 def apart(masses=(1.0, 1.0, 1.0, 1.0), far_m=(2.0, 2.0, 2.0, 2.0), **more) -> Ahead:
@@ -225,6 +225,56 @@ def test_without_an_order_it_is_told_who_was_heard_and_what_each_changed():
     )
     silent = elected(Ballot(), ahead, ONE_STEP)
     assert (silent.rule, silent.frontier, silent.chosen) == ("geometry", 1, ())
+
+
+@given(
+    st.lists(st.floats(0.1, 9.0), min_size=4, max_size=4), st.floats(0.0, 8.0), NATS, st.booleans()
+)
+def test_no_evidence_costs_more_than_the_detour(far_m, most: float, nats, planned: bool):
+    ahead = (star if planned else apart)(far_m=far_m)
+    bounded = replace(PRIOR if planned else ONE_STEP, detour_m=most)
+    way_m = dict(zip(ahead.ids, far_m, strict=True))
+    order = search_order.ordered(ahead, {})
+    told = elected(ballot(o2f=nats, r2f=nats), ahead, bounded, order)
+    least = way_m[order[0]] + most
+    assert way_m[told.frontier] <= least
+    assert all(way_m[id] <= least for _, id in told.without)
+    free = elected(ballot(o2f=nats, r2f=nats), ahead, replace(bounded, detour_m=math.inf), order)
+    if way_m[free.frontier] <= least:
+        assert told == free
+    assert sorted(told.order) == sorted(free.order)
+
+
+def test_of_what_is_near_enough_evidence_takes_the_best():
+    """The fallback is 1, 2 m off; 4 has the most evidence, and 3 the most of those within 3 m."""
+    ahead = star(masses=(4.0, 1.0, 1.0, 3.0), far_m=(2.0, 3.0, 3.0, 5.0))
+    said = {1: -0.8, 2: -0.8, 3: 0.7, 4: 0.9}
+    votes = ballot(o2f=said, r2f=said)
+    assert elected(votes, ahead).order == (4, 3, 1, 2)
+    told = elected(votes, ahead, replace(PRIOR, detour_m=1.0))
+    assert (told.order, told.rule, told.chosen) == ((3, 4, 1, 2), "prior", (3,))
+    assert elected(votes, ahead, replace(PRIOR, detour_m=0.5)).frontier == 1
+
+
+def test_what_enough_experts_are_against_is_not_elected():
+    ahead, said = star(far_m=(1.0, 2.0, 4.0, 5.0)), {1: -1.0, 2: 0.0, 3: 1.0, 4: 0.0}
+    o2f, r2f = ballot(o2f=said, r2f=said).votes
+    votes = Ballot((o2f, replace(r2f, against=(3,))))
+    assert elected(votes, ahead).frontier == 3
+    told = elected(votes, ahead, replace(PRIOR, veto=1))
+    assert told.frontier not in (None, 3)
+    assert sorted(told.order) == [1, 2, 3, 4]
+    assert dict(told.without)["r2f"] == dict(elected(votes, ahead).without)["r2f"]
+    everything = Ballot((replace(o2f, against=(1, 2, 3, 4)), r2f))
+    assert elected(everything, ahead, replace(PRIOR, veto=1)).frontier == 3  # means nothing
+
+
+def test_where_all_that_are_ordered_are_voted_against_the_nearest_of_the_others_is_elected():
+    ahead = star(masses=(1.0, 1.0))
+    frontiers = [_Reachable(i, far_m) for i, far_m in ((1, 2.0), (2, 2.0), (3, 7.0), (4, 5.0))]
+    votes = Ballot((replace(vote("o2f", {1: 1.0, 2: 0.0}), against=(1, 2)),))
+    told = elect(votes, frontiers, replace(PRIOR, veto=1), order=ahead.ids, ahead=ahead)
+    assert (told.frontier, told.order) == (4, (4, 1, 2))
 
 
 def test_without_ways_to_plan_over_the_fallback_decides():
