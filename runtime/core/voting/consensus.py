@@ -197,13 +197,21 @@ def elect(
 def _by_evidence(
     ballot: Ballot, field: _Field, ahead: Ahead, cfg: ConsensusConfig, stamp_ns: int, why: str
 ) -> Decision:
-    """Mode "prior": within the same bounds as sets."""
+    """Mode "prior": within the same bounds as sets. Where those leave one frontier there is nothing
+    for evidence to decide, and the rule is told as of sets."""
 
     def electable(votes: Sequence[Vote]) -> Collection[int]:
         return field.bounded(votes, cfg).distance_m
 
     closest, silent = field.closest, cfg.fallback
-    return prior.elect(ballot, ahead, closest, stamp_ns, why, silent, electable)
+    told = prior.elect(ballot, ahead, closest, stamp_ns, why, silent, electable)
+    left = field.bounded(ballot.votes, cfg)
+    if len(left.distance_m) > 1:
+        return told
+    rule, chosen = agree(left.sets(ballot.votes))
+    voted = {vote.expert for vote in ballot.votes}
+    without = tuple(each for each in told.without if each[0] in voted)
+    return replace(told, rule=rule if chosen else silent, chosen=tuple(chosen), without=without)
 
 
 def _outcome(

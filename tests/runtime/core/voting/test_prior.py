@@ -241,7 +241,7 @@ def test_no_evidence_costs_more_than_the_detour(far_m, most: float, nats, planne
     assert all(way_m[id] <= least for _, id in told.without)
     free = elected(ballot(o2f=nats, r2f=nats), ahead, replace(bounded, detour_m=math.inf), order)
     if way_m[free.frontier] <= least:
-        assert told == free
+        assert (told.frontier, told.order) == (free.frontier, free.order)
     assert sorted(told.order) == sorted(free.order)
 
 
@@ -275,6 +275,29 @@ def test_where_all_that_are_ordered_are_voted_against_the_nearest_of_the_others_
     votes = Ballot((replace(vote("o2f", {1: 1.0, 2: 0.0}), against=(1, 2)),))
     told = elect(votes, frontiers, replace(PRIOR, veto=1), order=ahead.ids, ahead=ahead)
     assert (told.frontier, told.order) == (4, (4, 1, 2))
+
+
+@pytest.mark.parametrize("cfg", [PRIOR, ONE_STEP])
+def test_with_one_frontier_to_choose_from_it_says_what_sets_would(cfg: ConsensusConfig):
+    """Nothing was decided by evidence, though some was heard before."""
+    alone = (star if cfg.plans else apart)(masses=(1.0,), before={"o2f": {1: 1.0, 2: -1.0}})
+    leans = Missing("r2f", Absence.NO_PREFERENCE, nats=((1, 0.3),))
+    named = [Vote(expert, (1,), (), "there") for expert in ("o2f", "sle")]
+    for votes in ((), named[:1], named):
+        asked = Ballot(tuple(votes), (leans,))
+        told = elected(asked, alone, cfg)
+        sets = elected(asked, alone, replace(cfg, mode="strict"))
+        assert in_words(told) == in_words(sets)
+        assert told == sets
+    assert elected(Ballot((), (leans,)), alone, cfg).rule == cfg.fallback
+
+
+def test_with_one_frontier_near_enough_it_says_what_sets_would():
+    ahead, said = star(far_m=(2.0, 6.0, 6.0, 6.0)), {1: -1.0, 2: 1.0, 3: 0.0, 4: 0.0}
+    votes, cfg = ballot(o2f=said, r2f=said), replace(PRIOR, detour_m=1.0)
+    told = elected(votes, ahead, cfg)
+    assert (told.frontier, told.rule, told.chosen) == (1, "ahead", ())
+    assert "what o2f and r2f agree on is too far away" in in_words(told)
 
 
 def test_without_ways_to_plan_over_the_fallback_decides():
