@@ -180,4 +180,4 @@ def _unfit(ballot: Ballot, question: DecisionRequest) -> str:
     """Why a rehearsed ballot cannot stand for one that is asked for; "" when it can."""
     if not rehearsing.complete(ballot):
         return "an expert was late"
-    return "" if consensus.agreed(ballot, question.cfg.consensus) else "no agreement"
+    return "" if consensus.decides(ballot, question.cfg.consensus) else "no agreement"

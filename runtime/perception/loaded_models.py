@@ -106,15 +106,12 @@ class LoadedModels:
                 seating.forget()
             seating.begin(understood.name)
         rule = config.navigate.consensus
-        # Where evidence decides, whoever leans any way has a say: the cloud is asked all the same
-        # where no two name a frontier.
-        accord = replace(rule, mode="strict") if rule.mode == "prior" else rule
 
         def settled(votes: Sequence[Vote], pending: Collection[str], brief: Brief) -> bool:
             return consensus.settled(votes, pending, brief.frontiers, rule, brief.order)
 
         def agreed(ballot: Ballot) -> bool:
-            return consensus.agreed(ballot, accord)
+            return consensus.agreed(ballot, rule)
 
         appeals = seating.appeals(config.panel.seated) if seating else {}
         self._panel = Panel(self.seated(config), self._clock, appeals, agreed, settled)

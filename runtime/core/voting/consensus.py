@@ -236,17 +236,24 @@ def _outcome(
 
 
 def agreed(ballot: Ballot, cfg: ConsensusConfig) -> bool:
-    """Whether the experts agree: if not, the fallback decides. Votes are taken to be for reachable
-    frontiers, as a brief lists no others; how far those are is not asked (`detour_m`)."""
-    if cfg.counts_sets:
+    """Whether the experts agree: if not, others may be appealed to. Where evidence decides, whoever
+    leans any way has a say, and two must name one frontier all the same to agree. Votes are taken
+    to be for reachable frontiers, as a brief lists no others; how far those are is not asked
+    (`detour_m`)."""
+    if cfg.counts_sets or cfg.mode == "prior":
         out = _vetoed(ballot.votes, cfg)
         sets = [rest for v in ballot.votes if (rest := frozenset(v.frontiers) - out)]
         return bool(agree(sets, cfg.mode == "lenient")[1])
-    if cfg.mode == "prior":
-        return bool(ballot.votes) or any(absent.nats for absent in ballot.missing)
     if cfg.mode == "weighted":
         return any(v.expert in dict(cfg.weights) for v in ballot.votes)
     return any(p > 0 for v in sorted(ballot.votes, key=_name)[:1] for _, p in v.probabilities)
+
+
+def decides(ballot: Ballot, cfg: ConsensusConfig) -> bool:
+    """Whether the experts' word decides: if not, the fallback does."""
+    if cfg.mode == "prior":
+        return bool(ballot.votes) or any(absent.nats for absent in ballot.missing)
+    return agreed(ballot, cfg)
 
 
 def settled(

@@ -17,7 +17,7 @@ from taught_layout import ShownModel, TaughtLayout
 from runtime.clock import Clock, Deadline, SystemClock
 from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, NearbyObject, Vote
 from runtime.core.voting import consensus
-from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.voting.consensus import ConsensusConfig, ConsensusMode
 from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
@@ -171,11 +171,14 @@ def test_a_model_that_hangs_is_stepped_over(stack: ExitStack) -> None:
     assert voted(ask(BRIEF, Deadline.after(2.0, clock))) == ((1,), "local")
 
 
-def test_the_cloud_is_appealed_to_when_experts_disagree(stack: ExitStack, tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", ["strict", "prior"])
+def test_the_cloud_is_appealed_to_when_experts_disagree(
+    stack: ExitStack, tmp_path: Path, mode: ConsensusMode
+) -> None:
     server = stack.enter_context(Server(lambda body: (200, completion(answer([1])))))
     cloud = cloud_at(stack, tmp_path, server)
     seats = seated(stack, Likes("lamp"), cloud)  # o2f: by the lamp, 2; r2f: the bathroom, 1
-    names, rule = ("o2f", "r2f"), ConsensusConfig(mode="strict")
+    names, rule = ("o2f", "r2f"), ConsensusConfig(mode=mode)
 
     def agreed(ballot: Ballot) -> bool:
         return consensus.agreed(ballot, rule)

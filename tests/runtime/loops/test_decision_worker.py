@@ -4,11 +4,12 @@ import threading
 from dataclasses import dataclass, field
 
 import numpy as np
+import pytest
 from manual_clock import ManualClock
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Frontier, FrontierBrief, Missing, Vote
-from runtime.core.voting.consensus import ConsensusConfig
+from runtime.core.voting.consensus import ConsensusConfig, ConsensusMode
 from runtime.core.world import Snapshot
 from runtime.experts.panel import Panel
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest, DecisionWorker
@@ -26,9 +27,10 @@ def snapshot(distances: dict[int, float]) -> Snapshot:
 
 @dataclass
 class Expert:
-    """Votes for 2 and 3; waits for `go` where it is to."""
+    """Votes for 2 and 3, or what it names of them; waits for `go` where it is to."""
 
     waits: bool = False
+    names: tuple[int, ...] = (2, 3)
     go: threading.Event = field(default_factory=threading.Event)
     begun: threading.Semaphore = field(default_factory=lambda: threading.Semaphore(0))
     briefs: list[Brief] = field(default_factory=list)
@@ -38,7 +40,7 @@ class Expert:
         self.begun.release()
         if self.waits:
             assert self.go.wait(PATIENCE_S)
-        ids = tuple(f.id for f in brief.frontiers if f.id in (2, 3))
+        ids = tuple(f.id for f in brief.frontiers if f.id in self.names)
         return Vote("", ids, (), "") if ids else Missing("", Absence.NO_EVIDENCE)
 
 
@@ -60,10 +62,12 @@ class Table:
         self.worker.close()
         self.panel.close()
 
-    def question(self, distances: dict[int, float], without: int | None = None) -> DecisionRequest:
+    def question(
+        self, distances: dict[int, float], without: int | None = None, cfg: NavigateConfig = CFG
+    ) -> DecisionRequest:
         by = Deadline.after(2.0, self.clock)
         snap = snapshot(distances)
-        return DecisionRequest(self.asker, snap, self.panel, by, CFG, without=without)
+        return DecisionRequest(self.asker, snap, self.panel, by, cfg, without=without)
 
     def answer(self) -> DecisionReply:
         until = threading.Event()
@@ -90,6 +94,19 @@ def test_a_rehearsal_that_fits_is_used_at_the_distances_of_now() -> None:
         assert answer.rehearsal == "used"
         assert (answer.decision.frontier, answer.decision.rule) == (3, "all")
         assert len(table.quick.briefs) == len(table.slow.briefs) == 1  # nobody was asked again
+
+
+@pytest.mark.parametrize(("mode", "rehearsal"), [("strict", "no agreement"), ("prior", "used")])
+def test_a_rehearsal_stands_where_somebodys_word_decides(
+    mode: ConsensusMode, rehearsal: str
+) -> None:
+    cfg = NavigateConfig(consensus=ConsensusConfig(mode=mode))
+    with Table() as table:
+        table.quick.names, table.slow.names = (2,), (3,)
+        table.worker.rehearse(table.question({1: 1.0, 2: 2.0, 3: 3.0}, without=1, cfg=cfg))
+        table.rehearsed()
+        table.worker.ask(table.question({2: 2.0, 3: 3.0}, cfg=cfg))
+        assert table.answer().rehearsal == rehearsal
 
 
 def test_a_rehearsal_of_something_else_is_named_and_asked_anew() -> None:

@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 from runtime.core.belief import Ahead
 from runtime.core.types import Absence, Ballot, Missing, Vote
 from runtime.core.voting import prior, search_order
-from runtime.core.voting.consensus import ConsensusConfig, agreed, elect, settled, successor
+from runtime.core.voting.consensus import (
+    ConsensusConfig,
+    agreed,
+    decides,
+    elect,
+    settled,
+    successor,
+)
 from runtime.core.voting.explain import in_words
 from runtime.core.voting.information_gain import DISCOUNT_PER_M
 from runtime.core.voting.prior import (
@@ -309,8 +316,22 @@ def test_everyone_is_waited_for_where_evidence_counts():
     frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0)]
     assert not settled((), ("o2f",), frontiers, PRIOR)
     assert settled((), (), frontiers, PRIOR)
-    assert agreed(ballot(o2f={1: 1.0, 2: 0.0}), PRIOR)
-    assert not agreed(Ballot(missing=(Missing("o2f", Absence.LATE),)), PRIOR)
+
+
+def test_whoever_leans_any_way_has_a_say_and_two_agree_where_they_name_one_frontier():
+    leaning = Missing("r2f", Absence.NO_PREFERENCE, nats=((1, 0.2), (2, -0.2)))
+    one, two, late = {1: 1.0, 2: 0.0}, {1: 0.0, 2: 1.0}, Missing("o2f", Absence.LATE)
+    for votes, decided, of_one_mind in (
+        (ballot(o2f=one, r2f=one), True, True),
+        (ballot(o2f=one, r2f=two), True, False),
+        (ballot(o2f=one), True, False),
+        (Ballot(missing=(leaning,)), True, False),
+        (Ballot(missing=(late,)), False, False),
+    ):
+        assert (decides(votes, PRIOR), agreed(votes, PRIOR)) == (decided, of_one_mind)
+    o2f, r2f = ballot(o2f=one, r2f=one).votes
+    opposed = Ballot((o2f, replace(r2f, against=(1,))))
+    assert not agreed(opposed, replace(PRIOR, veto=1))
 
 
 def test_rank_gain_takes_of_the_chosen_what_the_fallback_puts_first():
