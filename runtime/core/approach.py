@@ -38,6 +38,7 @@ class _Candidate:
     instance: Instance
     stands: Mask  # empty: it was seen from one side, and there is no other to stand on
     again: bool  # it is looked at from another side
+    exactly: bool = False  # half a step from there it is out of the image
 
 
 def approach_target(
@@ -60,8 +61,6 @@ def approach_target(
             thing.id in world.held_up or (outcome is Verdict.REJECT and supported(thing, goal))
         ):
             world.held_up.setdefault(thing.id, []).append(world.pose)
-        if reached is Reached.FACED and outcome is Verdict.REJECT:
-            _doubt(world, thing)
         settle(thing, goal, outcome, world.pose)
         world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
@@ -72,8 +71,7 @@ def approach_target(
 
 def settle_for(world: World, cfg: NavigateConfig) -> Command | None:
     """When nothing else is left to try: go back before what was likest the goal of all that was
-    looked at from near and not believed, and end there as found, saying so. None where nothing
-    was."""
+    stood before and not believed, and end there as found, saying so. None where nothing was."""
     while (thing := _likest(world)) is not None:
         _, before = world.doubted[thing.id]
         stands = standpoints.close_to(world.terrain, world.reach, before.xy)
@@ -89,7 +87,8 @@ def settle_for(world: World, cfg: NavigateConfig) -> Command | None:
 
 
 def _doubt(world: World, thing: Instance) -> None:
-    """Remember what is rejected, if enough spoke for it, and the nearest of its looks."""
+    """Remember what is stood before, if enough speaks for it, and the nearest of its looks: it may
+    be left, by what is seen of it next."""
     looks = [*thing.looks, world.pose]
     now = thing.odds_of(world.goal), min(looks, key=lambda pose: math.dist(pose.xy, thing.xy))
     if now[0] >= INSPECT_LOG_ODDS:
@@ -145,7 +144,8 @@ def _first(world: World, least: float | None) -> _Candidate | None:
         again = verdict(thing, goal, Reached.ON_THE_WAY) is Verdict.OTHER_SIDE
         if again:
             stands = standpoints.other_sides(*_place(world, thing), goal)
-        return _Candidate(thing, stands, again)
+        exactly = not again and world.seen_from_m(thing) > standpoints.STOP_M
+        return _Candidate(thing, stands, again, exactly)
     return None
 
 
@@ -184,7 +184,8 @@ def _toward(
     what = _named(thing, world.goal)
     stands = np.argwhere(candidate.stands).astype(np.int32)
     field = world.plan.toward(world.terrain, stands, world.pose)
-    if policy.arrived(world, field):
+    if policy.arrived(world, field, candidate.exactly):
+        _doubt(world, thing)
         turn, face = policy.turn(world, thing.xy), Aim(AimKind.FACE, thing.id)
         if turn is None and not progress.looked_from_here(world):
             if progress.stalled(world, face, None, cfg):

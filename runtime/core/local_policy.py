@@ -25,6 +25,7 @@ DECIDE_EVERY = 5  # steps between decisions that only new evidence asks for
 DECIDE_EVERY_S = 1.0  # the same for velocities
 BLOCKED_M = 0.08  # a step forward that moved less than this was a collision
 BLOCKED_S = 0.6  # the same for velocities: so long not a quarter of the speed
+STEPS_INTO = 4  # at most, forward, to be exactly at what is half a step away
 PATIENCE = 8  # steps without coming closer, after which a way of several steps is looked for
 BEYOND = 3  # cells
 COURSE_M = 3.0  # of the terrain around the robot goes with a course: farther than it gets by it
@@ -50,8 +51,9 @@ class LocalPolicy(Protocol):
     def blocked(self, world: World, obs: Observation) -> bool:
         """Whether the base has run into something since the observation before."""
 
-    def arrived(self, world: World, field: Field) -> bool:
-        """Whether the robot is at a field's sources, as near as such a base can be."""
+    def arrived(self, world: World, field: Field, exactly: bool = False) -> bool:
+        """Whether the robot is at a field's sources, as near as such a base can be; `exactly`: as
+        near as it can be by a detour."""
 
     def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
         """The turn that faces a point, m; None when it is faced."""
@@ -111,15 +113,12 @@ class WholeSteps:
         forward = last is not None and last.action is Action.MOVE_FORWARD
         return forward and _moved_m(world, obs) < BLOCKED_M
 
-    def arrived(self, world: World, field: Field) -> bool:
+    def arrived(self, world: World, field: Field, exactly: bool = False) -> bool:
         """At the sources, or half a step from them and a step ahead would lead no nearer: whole
-        steps do not end anywhere."""
-        pose, step_m = world.pose, discrete_policy.FORWARD_M
-        left = field.at(pose.x_m, pose.y_m)
-        if not 0 < left <= step_m / 2:
-            return left <= 0
-        x_m = pose.x_m + step_m * math.cos(pose.yaw_rad)
-        return field.at(x_m, pose.y_m + step_m * math.sin(pose.yaw_rad)) >= left
+        steps do not end anywhere. `exactly`: only where a few of them lead no nearer, either."""
+        if not self._beside(world, field):
+            return field.at(world.pose.x_m, world.pose.y_m) <= 0
+        return not (exactly and self._into(world, field))
 
     def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
         toward_rad = bearing((world.pose.x_m, world.pose.y_m), xy)
@@ -129,6 +128,22 @@ class WholeSteps:
         opposite = Action.TURN_RIGHT if turn is Action.TURN_LEFT else Action.TURN_LEFT
         last = world.body.last
         return last is not None and last.mode is Mode.FACE and last.action is opposite
+
+    def _beside(self, world: World, field: Field) -> bool:
+        """Whether the sources are half a step away, and a step ahead leads no nearer."""
+        pose, step_m = world.pose, discrete_policy.FORWARD_M
+        left = field.at(pose.x_m, pose.y_m)
+        if not 0 < left <= step_m / 2:
+            return False
+        x_m = pose.x_m + step_m * math.cos(pose.yaw_rad)
+        return field.at(x_m, pose.y_m + step_m * math.sin(pose.yaw_rad)) >= left
+
+    def _into(self, world: World, field: Field) -> tuple[Action, ...]:
+        """What leads to a field's sources from right beside them; nothing where whole steps end
+        only beside them, too, or where it takes more than a few."""
+        way = step_search.through(world.terrain, field, world.pose, self.cfg.robot.radius_m, 0.0)
+        few = way.actions.count(Action.MOVE_FORWARD) <= STEPS_INTO
+        return way.actions if few else ()
 
     def drive(self, world: World, field: Field) -> tuple[Action, Course]:
         """One action, or the next of several planned together where none leads on by itself."""
@@ -140,6 +155,8 @@ class WholeSteps:
             return action or Action.TURN_LEFT, course
         if not step_search.clear(world.terrain, world.pose, p.plan, body_m):
             p.plan = ()
+        if not p.plan and self._beside(world, field):
+            p.plan = self._into(world, field)
         if not p.plan and p.idle > (PATIENCE if action else 0):
             field = world.plan.farther(field, world.terrain, world.pose, step_search.BEYOND_M)
             way = step_search.through(world.terrain, field, world.pose, body_m, best_m=p.run_m)
@@ -218,7 +235,7 @@ class Velocities:
         body.blocked_s = 0.0
         return True
 
-    def arrived(self, world: World, field: Field) -> bool:
+    def arrived(self, world: World, field: Field, exactly: bool = False) -> bool:
         return field.at(world.pose.x_m, world.pose.y_m) <= 0
 
     def turn(self, world: World, xy: tuple[float, float]) -> Action | None:

@@ -36,15 +36,20 @@ def standpoints(
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
     nearer than `seen_from_m`, where it is in the image (or than LOW_M, for what lies on the
-    floor). If furniture keeps it further away, the nearest reachable cells; none beyond
-    REACH_M. `reaches_m`: how far one may reach from its middle; what else was taken for it does not
-    count."""
+    floor), nor behind a wall where another place will do. If furniture keeps it further away, the
+    nearest reachable cells; none beyond REACH_M. `reaches_m`: how far one may reach from its
+    middle; what else was taken for it does not count."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
     candidates = _within_reach(reach, distance, seen_from_m)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
     if not candidates.any():
         return candidates
-    return _in_sight(grid, terrain, _nearest(candidates, distance, seen_from_m), instance)
+    near = _nearest(candidates, distance, seen_from_m)
+    before = _before_walls(grid, terrain, near, instance)
+    if not before.any():
+        farther = _before_walls(grid, terrain, candidates, instance)
+        before = _nearest(farther, distance, seen_from_m) if farther.any() else near
+    return _in_sight(grid, terrain, before, instance)
 
 
 def any_side(
@@ -148,6 +153,17 @@ def _clear_of(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Inst
     clear = _line_of_sight(grid, terrain, np.stack([rows, cols], axis=1), instance)
     found = np.zeros_like(cells)
     found[rows, cols] = clear
+    return found
+
+
+def _before_walls(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: Instance) -> Mask:
+    """(r, c) those of the cells between which and the target's middle nothing high stands."""
+    rows, cols = np.nonzero(cells)
+    stands_xy = terrain.frame.centres(np.stack([rows, cols], axis=1).astype(np.int32))
+    middle_xy = np.broadcast_to(instance.xy, stands_xy.shape)
+    high = grid.occupied & (grid.stood >= HIGH)
+    found = np.zeros_like(cells)
+    found[rows, cols] = _clear(high, grid.frame, stands_xy, middle_xy, instance.cells_xy)
     return found
 
 

@@ -20,7 +20,7 @@ from runtime.core.objects.verdict import INSPECT_LOG_ODDS, Reached, from_two_sid
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Ballot, Pose, SearchState
-from runtime.core.world import World
+from runtime.core.world import Mode, World
 
 
 def before_a_table() -> tuple[World, Instance]:
@@ -227,6 +227,23 @@ def test_what_was_likest_is_settled_for_where_it_was_looked_at_from_nearest():
     assert there is not None
     assert there.ended is SearchState.FOUND
     assert there.reason == "found sofa 1 (p 0.70), the likest of all that was seen"
+
+
+def test_what_was_stood_before_and_faded_at_the_next_look_may_be_settled_for():
+    """It is never rejected: it is no candidate any more."""
+    world, _ = before_a_table()
+    sofa = world.semantic.instances[1]
+    sofa.evidence["sofa"] = Evidence(2.0, backing=[POSE], near_m=1.0)
+    world.looked_from = None
+    looking = approach_target(world, NavigateConfig())
+    assert looking is not None
+    assert looking.mode is Mode.FACE
+    sofa.evidence["sofa"].odds = -1.0
+    assert approach_target(world, NavigateConfig()) is None
+    world.looked_from = POSE
+    there = settle_for(world, NavigateConfig())
+    assert there is not None
+    assert "(p 0.88)" in there.reason
 
 
 def test_a_search_without_anything_left_settles_for_what_was_likest(

@@ -89,3 +89,55 @@ def test_half_a_step_beside_a_place_is_there_unless_a_step_leads_nearer():
         assert local_policy(cfg).arrived(world, field) is there
         assert not local_policy(smooth).arrived(world, field)
     assert local_policy(smooth).arrived(world, march_from(terrain, POSE.xy))
+
+
+def test_exactly_at_a_place_the_robot_gets_by_a_few_whole_steps():
+    """A ring 0.1 m wide round a ball; the robot is too near."""
+    cfg = NavigateConfig()
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[np.hypot(x - 1.0, y) < 0.12] = 10
+    grid.changed()
+    world = World.begin("ball", ("ball",), (), POSE, RADIUS_M, 0)
+    world.map, world.pose = grid, Pose(0.2, 0.0, 0.0)
+    world.seen = look_around(grid, world.pose, RADIUS_M)
+    rows, cols = np.indices(world.terrain.frame.shape)
+    cells = np.stack([rows.ravel(), cols.ravel()], 1).astype(np.int32)
+    xy = world.terrain.frame.centres(cells)
+    away_m = np.hypot(xy[:, 0] - 1.0, xy[:, 1])
+    field = march_from(world.terrain, xy[(away_m >= 0.9) & (away_m <= 0.98)])
+    policy, steps = local_policy(cfg), 0
+    assert policy.arrived(world, field)
+    world.pursuit.aim = Aim(AimKind.TARGET, 1)
+    world.pursuit.progress[world.pursuit.aim] = Progress()
+    while not policy.arrived(world, field, exactly=True):
+        action, _ = policy.drive(world, field)
+        world.pose, steps = moved(world.pose, action), steps + 1
+        assert steps < 30
+    assert steps > 0
+    assert 0.87 <= math.hypot(world.pose.x_m - 1.0, world.pose.y_m) <= 1.01
+
+
+def test_a_place_that_no_whole_steps_end_at_is_reached_beside_it():
+    """The robot stands in a narrow pocket; a step ahead is too near the wall."""
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[~((np.abs(y) < 0.3) & (x > -0.3) & (x < 0.42))] = 10
+    grid.changed()
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
+    world = World.begin("toilet", ("toilet",), (), POSE, RADIUS_M, 0)
+    world.map, world.seen, world.pose = grid, (terrain, reach), Pose(0.0, 0.0, 3.1)
+    field = march_from(terrain, np.array([[0.1, 0.0]]))
+    assert 0 < field.at(0.0, 0.0) <= 0.125
+    assert local_policy(NavigateConfig()).arrived(world, field, exactly=True)
+
+
+def moved(pose: Pose, action: Action) -> Pose:
+    if action is Action.MOVE_FORWARD:
+        x_m, y_m = (
+            pose.x_m + 0.25 * math.cos(pose.yaw_rad),
+            pose.y_m + 0.25 * math.sin(pose.yaw_rad),
+        )
+        return replace(pose, x_m=x_m, y_m=y_m)
+    turn = TURN_RAD if action is Action.TURN_LEFT else -TURN_RAD
+    return replace(pose, yaw_rad=pose.yaw_rad + turn)

@@ -61,6 +61,27 @@ def test_nothing_is_looked_at_through_a_wall():
     assert (ahead[:, 0] > 1.0).all()
 
 
+def test_a_wall_is_not_stood_behind_where_a_place_before_it_is_a_little_farther():
+    """A plant on a table in a corner: over the thin wall it is nearer than over the table."""
+    grid = floor()
+    x, y = axes(grid)
+    wall, table = np.abs(y - 0.4) < 0.05, (np.abs(x - 1.5) < 0.4) & (np.abs(y) < 0.3)
+    grid.evidence[(wall & (x > 0.0)) | table] = 10
+    grid.stood[wall], grid.stood[table & ~wall] = 0xFF, 0x0F  # up to the ceiling, and to 0.6 m
+    grid.changed()
+    terrain, reach = look_around(grid, Pose(-0.5, 0.0, 0.0), RADIUS_M)
+    cells = np.array([[1.5, 0.25], [1.55, 0.25]])
+    plant = Instance(
+        1, {"plant": Evidence(4.0)}, (1.525, 0.25), 0.9, cells, views=[Pose(0.0, -1.0, 0.5)]
+    )
+    behind = terrain.frame.centres(np.argwhere(reach.arrival_m < np.inf).astype(np.int32))
+    behind = behind[behind[:, 1] > 0.5]
+    assert np.hypot(*(behind - plant.xy).T).min() < STOP_M  # the way round is open
+    stands = np.argwhere(standpoints(grid, terrain, reach, plant, "plant"))
+    assert len(stands)
+    assert (terrain.frame.centres(stands.astype(np.int32))[:, 1] < 0.4).all()
+
+
 def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
     grid, pose = open_floor()
     terrain, reach = look_around(grid, pose, 0.18)
