@@ -49,6 +49,7 @@ def goal_body(asked: Mapping[str, Any], limits: AgentLimits) -> dict[str, Any]:
         money = asked.get("money_limit_usd", limits.money_usd)
         amounts |= {} if money is None else {"money_usd": money}
     body |= {"limits": amounts, "if_busy": asked.get("if_busy", IF_BUSY[0])}
+    body |= {"queue_most": limits.queue}
     body |= {"afterwards": "return"} if asked.get("then_return") else {}
     area = limits.area or ({"room": asked["room"]} if "room" in asked else {})
     return body | ({"area": dict(area)} if area else {})

@@ -19,13 +19,15 @@ RETURN: Final[Schema] = {
 @dataclass(frozen=True)
 class AgentLimits:
     """What whoever starts the server allows its clients. `money_usd`: None leaves it to the robot's
-    own cap; `area`: as a goal's, all goals are bound to it; `look`: whether images are given."""
+    own cap; `area`: as a goal's, all goals are bound to it; `look`: whether images are given;
+    `queue`: how many goals, whoever asked for them, wait at most when a client's is taken."""
 
     time_s: float = 900.0
     distance_m: float = 200.0
     money_usd: float | None = None
     area: Mapping[str, str] = field(default_factory=dict)
     look: bool = False
+    queue: int = 4
 
 
 @dataclass(frozen=True)

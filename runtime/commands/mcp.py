@@ -9,6 +9,7 @@ import click
 from runtime.commands.options import service_options
 from runtime.commands.own_process import become, check_packages
 from runtime.errors import ConfigError
+from runtime.service.goal_queue import WAITING
 from runtime.service.limits import MOST
 
 NEEDED = ("mcp", "starlette", "uvicorn")
@@ -34,6 +35,8 @@ PROCESS = "runtime.commands.mcp_process"
               help="Metres that a goal may take at most.")  # fmt: skip
 @click.option("--limit-money", "money_usd", type=click.FloatRange(0, MOST["money_usd"]),
               metavar="USD", help="What a goal may cost in a cloud at most.")  # fmt: skip
+@click.option("--limit-queue", "queue", type=click.IntRange(0, WAITING), default=4,
+              show_default=True, metavar="N", help="Goals that may wait at most.")  # fmt: skip
 @click.option("--area-room", metavar="ROOM", help="Only into rooms of that type, and to no place.")
 @click.option("--area-place", metavar="PLACE", help="Only within 3 m of that place.")
 @click.option("--look", is_flag=True, help="Clients may see what the camera sees.")

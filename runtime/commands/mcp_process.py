@@ -43,6 +43,7 @@ class McpOptions:
     area_room: str | None = None
     area_place: str | None = None
     look: bool = False
+    queue: int = AgentLimits.queue
     path: str | None = None
     settings: Sequence[str] = ()
 
@@ -72,7 +73,7 @@ def agent_limits(options: McpOptions) -> AgentLimits:
     if len(named) > 1:
         raise ConfigError("--area-room and --area-place: give one of them")
     amounts = options.time_s, options.distance_m, options.money_usd
-    return AgentLimits(*amounts, named, options.look)
+    return AgentLimits(*amounts, named, options.look, options.queue)
 
 
 def _version() -> str:

@@ -12,6 +12,7 @@ from runtime.log import say
 from runtime.loops.whereabouts import NoZones, ZoneKeeper
 from runtime.private_files import state_directory
 from runtime.service.bounds import BINDS, named, place_words
+from runtime.service.goal_queue import WAITING
 from runtime.service.limits import NO_LIMITS, GoalLimits
 from runtime.toml_values import unknown
 
@@ -22,7 +23,8 @@ IF_BUSY: Final = ("preempt", "queue", "refuse")
 STAY: Final = "stay"
 AFTERWARDS: Final = (STAY, "return")  # or {"place": NAME}
 ASKED: Final = (
-    "goal", *BINDS, "several", "if_busy", "limits", "afterwards", "episode", "settings", "log_dir"
+    "goal", *BINDS, "several", "if_busy", "queue_most", "limits", "afterwards", "episode",
+    "settings", "log_dir",
 )  # fmt: skip
 TEXTS: Final = 16  # of a list of goals
 SETTINGS: Final = 32
@@ -37,7 +39,8 @@ class GoalRequest:
     """`texts`: looked for one after the other. `several`: what becomes of a text that names more
     than one thing; `if_busy`: of this goal, or of the one under way, where there is one;
     `afterwards`: of the robot. `log_dir`: where journal and map are left; None: in a directory of
-    the search's own. `binds`: where the robot is bound to, as `service/bounds.py` reads it."""
+    the search's own. `binds`: where the robot is bound to, as `service/bounds.py` reads it.
+    `queue_most`: how many goals may wait once it is taken on."""
 
     texts: tuple[str, ...]
     settings: tuple[str, ...] = ()
@@ -48,6 +51,7 @@ class GoalRequest:
     limits: GoalLimits = NO_LIMITS
     afterwards: str | Mapping[str, str] = STAY
     binds: Mapping[str, Any] = field(default_factory=dict)
+    queue_most: int = WAITING
 
     @property
     def goes(self) -> bool:
@@ -110,6 +114,7 @@ class Terms:
             GoalLimits.read(body.get("limits", {})),
             afterwards,
             binds,
+            _queue_most(body),
         )
 
     def _settings(self, body: Mapping[str, Any]) -> tuple[str, ...]:
@@ -175,6 +180,13 @@ def _afterwards(body: Mapping[str, Any]) -> str | Mapping[str, str]:
             raise ConfigError('goal request: afterwards: must be stay, return or {"place": NAME}')
         return {"place": named(value["place"], "goal request: afterwards: place")}
     return _choice(body, "afterwards", AFTERWARDS)
+
+
+def _queue_most(body: Mapping[str, Any]) -> int:
+    value = body.get("queue_most", WAITING)
+    if type(value) is not int or not 0 <= value <= WAITING:
+        raise ConfigError(f"goal request: queue_most: must be a whole number, 0 to {WAITING}")
+    return value
 
 
 def _choice(body: Mapping[str, Any], name: str, choices: tuple[str, ...]) -> str:

@@ -26,7 +26,7 @@ from runtime.loops.search import Search
 from runtime.record import Record
 from runtime.robot.requests import ENDS, Request
 from runtime.service.bounds import tells_where
-from runtime.service.goal_queue import WAITING, AskedGoal, GoalFile, GoalQueue, is_id, new_id
+from runtime.service.goal_queue import AskedGoal, GoalFile, GoalQueue, is_id, new_id
 from runtime.service.outcomes import FailCause, GoalEnd, Refusal, failed_for, refused, refused_for
 from runtime.service.results import GoalResults
 
@@ -91,8 +91,8 @@ class GoalLife:
             for n, goal in enumerate(goals)
         ]
         first, *then = asked_for
-        if queued and not self._queue.room(len(asked_for)):
-            return refused(Refusal.FULL, f"{WAITING} goals may wait, no more")
+        if full := self._queue.full(len(asked_for if queued else then), queued, asked.queue_most):
+            return refused(Refusal.FULL, full)
         told: dict[str, object]
         if queued:
             told = {"name": goals[0].name, "how": goals[0].how, "log_dir": None}

@@ -49,9 +49,14 @@ class GoalQueue:
     def waiting(self) -> tuple[AskedGoal, ...]:
         return tuple(self._waiting)
 
-    def room(self, goals: int) -> bool:
-        """Whether so many more may wait."""
-        return len(self._waiting) + goals <= WAITING
+    def full(self, more: int, behind: bool, most: int) -> str:
+        """Why so many more may not wait, `behind` those that do or in their place, where `most`
+        may; "" where they may."""
+        wait = len(self._waiting) if behind else 0
+        if wait + more <= most:
+            return ""
+        remedy = "ask again when the next has begun, or cancel one" if wait else "ask for fewer"
+        return f"goals that wait: {wait} now, {wait + more} with this, {most} at most: {remedy}"
 
     def wait(self, goals: Iterable[AskedGoal]) -> None:
         """They come after those that wait already."""

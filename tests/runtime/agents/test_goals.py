@@ -38,6 +38,12 @@ def test_nobody_is_displaced_unless_that_is_said():
     assert goal_body(asked, OWNER)["afterwards"] == "return"
 
 
+def test_how_many_may_wait_is_the_owners():
+    asked = {"thing": "mug", "if_busy": "queue"}
+    assert goal_body(asked, AgentLimits(queue=2))["queue_most"] == 2
+    assert goal_body(asked, OWNER)["queue_most"] == AgentLimits.queue
+
+
 def test_the_way_back_is_within_the_limits():
     asked = {"thing": "mug", "then_return": True, "time_limit_s": 100}
     assert goal_body(asked, OWNER)["limits"] == {

@@ -22,15 +22,20 @@ def test_its_process_takes_its_place_with_the_options(monkeypatch: pytest.Monkey
     began: list[tuple[str, dict[str, Any]]] = []
     monkeypatch.setattr(module, "become", lambda *what: began.append(what))
     words = ["mcp", "--transport", "http", "--limit-time", "60", "--look", "--set", "a=1"]
+    words += ["--limit-queue", "0"]
     assert CliRunner().invoke(cli, words).exit_code == 0
     process, told = began[0]
     assert process == "runtime.commands.mcp_process"
     assert (told["transport"], told["time_s"], told["look"]) == ("http", 60.0, True)
-    assert told["settings"] == ("a=1",)
+    assert (told["settings"], told["queue"]) == (("a=1",), 0)
 
 
 @pytest.mark.parametrize(
-    "words", [["--limit-time", "0"], ["--limit-money", "-1"], ["--limit-distance", "1e9"]]
-)
+    "words",
+    [
+        ["--limit-time", "0"], ["--limit-money", "-1"], ["--limit-distance", "1e9"],
+        ["--limit-queue", "17"],
+    ],
+)  # fmt: skip
 def test_limits_are_bounded(words: list[str]):
     assert CliRunner().invoke(cli, ["mcp", *words]).exit_code == 2

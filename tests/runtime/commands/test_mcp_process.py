@@ -23,8 +23,9 @@ START_S = 120.0  # on a busy computer
 
 def test_limits_are_as_the_options_say():
     assert agent_limits(McpOptions()) == AgentLimits()
-    options = McpOptions(time_s=60.0, distance_m=5.0, money_usd=0.0, area_room="hall", look=True)
-    assert agent_limits(options) == AgentLimits(60.0, 5.0, 0.0, {"room": "hall"}, True)
+    options = McpOptions(time_s=60.0, distance_m=5.0, money_usd=0.0, area_room="hall")
+    assert agent_limits(options) == AgentLimits(60.0, 5.0, 0.0, {"room": "hall"})
+    assert agent_limits(McpOptions(look=True, queue=2)) == AgentLimits(look=True, queue=2)
     with pytest.raises(ConfigError, match="one of them"):
         agent_limits(McpOptions(area_room="hall", area_place="dock"))
 

@@ -187,8 +187,22 @@ def test_no_more_wait_than_there_is_room_for(bench: Bench):
     bench.ask("bed")
     for _ in range(WAITING):
         assert bench.ask("sofa", if_busy="queue")["accepted"]
-    assert bench.ask("mug", if_busy="queue")["code"] == 4722
+    refused = bench.ask("mug", if_busy="queue")
+    assert refused["code"] == 4722
+    told = f"goals that wait: {WAITING} now, {WAITING + 1} with this, {WAITING} at most: ask again "
+    assert refused["error"].startswith(told)
     assert len(queue(bench)) == WAITING
+
+
+def test_who_asks_may_have_fewer_wait(bench: Bench):
+    assert bench.ask(["bed", "sofa", "mug"], queue_most=1)["code"] == 4722
+    assert under_way(bench) is None
+    assert bench.ask(["bed", "sofa"], queue_most=1)["accepted"]
+    assert bench.ask("mug", if_busy="queue", queue_most=1)["code"] == 4722
+    assert bench.ask("mug", if_busy="queue", queue_most=2)["accepted"]
+    assert queue(bench) == ["sofa", "mug"]
+    assert bench.ask("cup", queue_most=0)["accepted"]  # in their place
+    assert (under_way(bench), queue(bench)) == ("cup", [])
 
 
 def test_one_that_waits_is_understood_before_it_is_taken(bench: Bench):

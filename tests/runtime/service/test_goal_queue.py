@@ -57,10 +57,14 @@ def test_goals_come_in_their_turn_and_whoever_keeps_them_knows_of_each_change():
 
 def test_there_is_room_for_some():
     queue = GoalQueue()
-    assert queue.room(WAITING)
+    assert queue.full(WAITING, True, WAITING) == ""
     queue.wait(goals("a"))
-    assert queue.room(WAITING - 1)
-    assert not queue.room(WAITING)
+    assert queue.full(WAITING - 1, True, WAITING) == ""
+    assert queue.full(WAITING, False, WAITING) == ""  # in the place of those that wait
+    told = "goals that wait: 1 now, 3 with this, 2 at most: ask again when the next has begun, or "
+    assert queue.full(2, True, 2) == f"{told}cancel one"
+    told = "goals that wait: 0 now, 3 with this, 2 at most: ask for fewer"
+    assert queue.full(3, False, 2) == told
     assert queue.drop() == tuple(goals("a"))
 
 
