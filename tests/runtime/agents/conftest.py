@@ -1,27 +1,5 @@
-"""A service on a bus, and our server for agents beside it, for the tests beside it."""
+"""What several tests share."""
 
-from collections.abc import Iterator
+from served_agents import limits, served, service
 
-import pytest
-from agent_client import Served
-from agent_service import AgentService
-
-from runtime.agents.tools import AgentLimits
-
-
-@pytest.fixture
-def service() -> Iterator[AgentService]:
-    with AgentService().up() as service:
-        yield service
-
-
-@pytest.fixture
-def limits() -> AgentLimits:
-    """Of whoever started the server."""
-    return AgentLimits()
-
-
-@pytest.fixture
-def served(service: AgentService, limits: AgentLimits) -> Iterator[Served]:
-    with Served(service, limits, "").up() as served:
-        yield served
+__all__ = ["limits", "served", "service"]

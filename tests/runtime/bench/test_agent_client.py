@@ -1,7 +1,6 @@
 """What a client of the bench asks of the agents' server."""
 
 import asyncio
-from collections.abc import Iterator
 
 import pytest
 from agent_client import Served
@@ -13,15 +12,9 @@ from runtime.bench.agent_client import FLOOD, flood, wait
 
 
 @pytest.fixture
-def service() -> Iterator[AgentService]:
-    with AgentService().up() as service:
-        yield service
-
-
-@pytest.fixture
-def served(service: AgentService) -> Iterator[Served]:
-    with Served(service, AgentLimits(look=True), "").up() as served:
-        yield served
+def limits() -> AgentLimits:
+    """A flood asks for images, too."""
+    return AgentLimits(look=True)
 
 
 def test_it_waits_for_the_goal_that_is_under_way(served: Served, service: AgentService):
