@@ -1,5 +1,5 @@
-"""A live feed, a service on a real bus, an audience, a certificate and a page in a browser, for the
-tests beside it."""
+"""A live feed, a service on a real bus, an audience, a certificate, a page's server whose feed a
+test holds, and a page in a browser, for the tests beside it."""
 
 import subprocess
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from chromium import chromium, page_at
 from live_page import Dozing, at_port
 from page_audience import PageAudience
 from page_double import PageDouble, serving
-from page_server import free_port
+from page_server import HeldFeed, allowed, free_port, page_server
 from page_service import PageService
 
 from runtime.commands.running import running
@@ -35,13 +35,35 @@ def pair(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 
 
 @pytest.fixture
-def port() -> int:
+def page(tmp_path: Path) -> Path:
+    """The folder of a page."""
+    (tmp_path / "index.html").write_text("<!doctype html><title>RF-NAV</title>")
+    (tmp_path / "page.js").write_text("export {};")
+    return tmp_path
+
+
+@pytest.fixture
+def feed() -> HeldFeed:
+    return HeldFeed()
+
+
+@pytest.fixture
+def port(feed: HeldFeed, page: Path) -> Iterator[int]:
+    """Of a server of that page."""
+    port = free_port()
+    with page_server(allowed(port), feed, page):
+        yield port
+    assert feed.closed
+
+
+@pytest.fixture
+def bus_port() -> int:
     return free_port()
 
 
 @pytest.fixture
-def service(port: int) -> Iterator[PageService]:
-    service = PageService(port)
+def service(bus_port: int) -> Iterator[PageService]:
+    service = PageService(bus_port)
     yield service
     service.close()
 
@@ -57,12 +79,12 @@ def dozing() -> Dozing:
 
 
 @pytest.fixture
-def feed(
-    port: int, audience: PageAudience, dozing: Dozing, monkeypatch: pytest.MonkeyPatch
+def live_feed(
+    bus_port: int, audience: PageAudience, dozing: Dozing, monkeypatch: pytest.MonkeyPatch
 ) -> Iterator[LiveFeed]:
     monkeypatch.setattr(live, "LINGER_S", 0.2)
     monkeypatch.setattr(live, "RETRY_S", 0.2)
-    config = at_port(port)
+    config = at_port(bus_port)
     connect = partial(running, config.bus)
     feed = LiveFeed(LiveParts(connect, config, read_budgets(), lambda status: ["a line"]))
     feed._changed = dozing

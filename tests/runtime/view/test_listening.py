@@ -4,7 +4,6 @@ import http.client
 import socket
 import ssl
 import threading
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -24,24 +23,6 @@ SOON_S = 0.05
 IN_TIME_S = 1.0  # for who speaks at once, on a busy computer
 HUGE = 24 << 20  # bytes, more than the kernel holds for anybody
 LEAST = ("GET / HTTP/1.1", "Host: 127.0.0.1:{port}")
-
-
-@pytest.fixture
-def page(tmp_path: Path) -> Path:
-    (tmp_path / "index.html").write_text("<!doctype html><title>RF-NAV</title>")
-    return tmp_path
-
-
-@pytest.fixture
-def feed() -> HeldFeed:
-    return HeldFeed()
-
-
-@pytest.fixture
-def port(feed: HeldFeed, page: Path) -> Iterator[int]:
-    port = free_port()
-    with page_server(allowed(port), feed, page):
-        yield port
 
 
 def left_alone(port: int, said: bytes = b"", tls: ssl.SSLContext | None = None) -> bytes:

@@ -25,9 +25,9 @@ STOP = {
 
 
 def test_a_decision_comes_with_its_words_and_stays_in_the_timeline(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
 ):
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     words = {"number": 4, "goal": "mug", "in_words": ["Decision 4", "Taken: frontier 7."]}
     service.answers["why"] = {"decision": words, "stop": None}
     service.tell("rfnav/scene", {"goal": "mug", "frontiers": [], "things": []})
@@ -44,27 +44,27 @@ def test_a_decision_comes_with_its_words_and_stays_in_the_timeline(
     assert told["without"] == {"o2f": 3}
     line = audience.wait("timeline", lambda t: bool(t["decisions"]))
     assert line["decisions"][0]["in_words"] == "frontier 7"
-    kept = feed.ask("decision", {"number": 4})
+    kept = live_feed.ask("decision", {"number": 4})
     assert kept["scene"]["goal"] == "mug"
     with pytest.raises(ValueError, match="decision 9"):
-        feed.ask("decision", {"number": 9})
+        live_feed.ask("decision", {"number": 9})
 
 
 def test_a_decision_that_comes_late_takes_nothing_from_the_timeline(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
 ):
     service.answers["status"] = {"now_s": 100.0, "up_s": 90.0}
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     words = {"id": "a1", "goal": "mug", "in_words": ["Taken: frontier 7."]}
     service.answers["why"] = {"decision": {"number": 5, **words}, "stop": None}
-    feed.ask("stop", {})  # asks why at once
+    live_feed.ask("stop", {})  # asks why at once
     audience.wait("decision", lambda d: d["number"] == 5)
     service.answers["why"] = {"decision": None, "stop": None}
     for number in (4, 6, 5):
         service.tell("rfnav/decision", {"id": "a1", "number": number, "votes": [], "frontier": 7})
     line = audience.wait("timeline", lambda t: len(t["decisions"]) == 3)
     assert [one["number"] for one in line["decisions"]] == [4, 5, 6]
-    until(lambda: feed.ask("decision", {"number": 5}).get("votes") == [])
+    until(lambda: live_feed.ask("decision", {"number": 5}).get("votes") == [])
     assert audience.newest["decision"]["number"] == 6
     service.answers["why"] = {"decision": {"number": 6, **words}, "stop": None}
     status = {"now_s": 100.0, "up_s": 90.0, "goal": "mug", "id": "b2"}
@@ -73,7 +73,7 @@ def test_a_decision_that_comes_late_takes_nothing_from_the_timeline(
     audience.wait("state", lambda s: s["goal"] is not None and s["goal"]["id"] == "b2")
     for _ in range(2):  # the second time, the first answer was taken
         service.asked.clear()
-        feed.ask("stop", {})
+        live_feed.ask("stop", {})
         until(lambda: ("why", {}) in service.asked)
     assert audience.newest["timeline"]["id"] == "a1"
     service.answers["why"] = {"decision": None, "stop": None}
@@ -82,9 +82,9 @@ def test_a_decision_that_comes_late_takes_nothing_from_the_timeline(
 
 
 def test_a_stop_of_the_base_is_told_when_it_begins_and_ends(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
 ):
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     service.tell("rfnav/state", STATE)
     service.answers["why"] = {"stop": STOP, "decision": None}
     service.tell("rfnav/state", {**STATE, "runtime": {"state": "held"}, "halt": "touched"})
@@ -95,24 +95,26 @@ def test_a_stop_of_the_base_is_told_when_it_begins_and_ends(
     audience.wait("stop", lambda s: s["over"])
 
 
-def test_the_map_comes_with_its_rooms(feed: LiveFeed, service: PageService, audience: PageAudience):
+def test_the_map_comes_with_its_rooms(
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
+):
     rooms = np.full((70, 70), 255)
     rooms[2:5, 2:5] = 1
     service.answers["map"] = told_rooms(rooms, ["kitchen", "hallway"])
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     service.tell("rfnav/scene", {"goal": "mug"})
     service.publish("rfnav/map", grid(np.ones((70, 70), bool)))
     audience.wait("scene", lambda s: s["rooms"] == ["kitchen", "hallway"])
     until(lambda: audience.maps >= 2)
-    message, _ = feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
+    message, _ = live_feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
     assert struct.unpack_from("<H", message, 28)[0] == 4
 
 
 def test_rooms_and_where_a_thing_is_come_as_the_service_tells_them(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
 ):
     service.answers["map"] = nothing_told("map", "", "odom")  # no search has seen anything
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     world, origin_xy = lived_in(), (100.0, -3.0)
     known = atlas_of(world, [("mug", "cup")], "odom", origin_xy)
     copy = world.map.copied(world.map.known_window())
@@ -122,15 +124,15 @@ def test_rooms_and_where_a_thing_is_come_as_the_service_tells_them(
     service.answers["where"] = known.told("where", "cup")
     service.tell("rfnav/scene", {"goal": "mug"})
     audience.wait("scene", lambda s: s["rooms"] == ["kitchen", "hall"])
-    cells, rooms = planes(feed)
+    cells, rooms = planes(live_feed)
     assert set(rooms[cells == FREE]) == {0}
     assert set(rooms[cells == UNKNOWN]) == {NO_ROOM}
-    assert feed.ask("where", {"name": "cup"})["found"][0]["room"] == "kitchen"
+    assert live_feed.ask("where", {"name": "cup"})["found"][0]["room"] == "kitchen"
 
 
-def planes(feed: LiveFeed) -> tuple[np.ndarray, np.ndarray]:
+def planes(live_feed: LiveFeed) -> tuple[np.ndarray, np.ndarray]:
     """All cells of the map that a page is sent, and their rooms."""
-    message, _ = feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
+    message, _ = live_feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
     (count,) = struct.unpack_from("<H", message, 28)
     tiles = np.frombuffer(zlib.decompress(message[30 + 8 * count :]), np.uint8)
     both = tiles.reshape(count, 2, -1)
@@ -145,13 +147,13 @@ def grid(free: np.ndarray) -> bytes:
 
 
 def test_a_zone_that_was_drawn_is_told_at_once(
-    feed: LiveFeed, service: PageService, audience: PageAudience
+    live_feed: LiveFeed, service: PageService, audience: PageAudience
 ):
-    looked_at(feed, service)
+    looked_at(live_feed, service)
     audience.wait("zones", lambda z: z["zones"] == [])
     drawn = {"name": "stairs", "polygon": [[0, 0], [1, 0], [1, 1]]}
     service.answers["zones"] = {"accepted": True, "zones": [drawn], "bound": True}
-    feed.ask("zones", {"add": "stairs", "polygon": drawn["polygon"]})
+    live_feed.ask("zones", {"add": "stairs", "polygon": drawn["polygon"]})
     began_s = time.monotonic()
     audience.wait("zones", lambda z: z["zones"] == [drawn])
     assert time.monotonic() - began_s < 2.5  # sooner than it is asked else

@@ -5,7 +5,6 @@ import json
 import socket
 import struct
 import zlib
-from collections.abc import Iterator
 from contextlib import closing, suppress
 from pathlib import Path
 from typing import Any
@@ -22,26 +21,6 @@ from runtime.view.tiles import CELLS, SIDE, TileGrid
 
 TOKEN = "0123456789abcdef0123"
 PATIENCE_S = 10.0
-
-
-@pytest.fixture
-def page(tmp_path: Path) -> Path:
-    (tmp_path / "index.html").write_text("<!doctype html><title>RF-NAV</title>")
-    (tmp_path / "page.js").write_text("export {};")
-    return tmp_path
-
-
-@pytest.fixture
-def feed() -> HeldFeed:
-    return HeldFeed()
-
-
-@pytest.fixture
-def port(feed: HeldFeed, page: Path) -> Iterator[int]:
-    port = free_port()
-    with page_server(allowed(port), feed, page):
-        yield port
-    assert feed.closed
 
 
 def fetched(port: int, way: str, method: str = "GET", **headers: str) -> http.client.HTTPResponse:
