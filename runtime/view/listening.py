@@ -1,5 +1,6 @@
-"""How this computer listens for whom it talks to over HTTP: on one address, to a few at once, and
-none of them holds a connection by saying nothing, or by taking nothing of what it is told."""
+"""How this computer listens for whom it talks to over HTTP: on one address, to a few at once, of
+one other computer to fewer, and none of them holds a connection by saying nothing, or by taking
+nothing of what it is told."""
 
 import asyncio
 import socket
@@ -7,14 +8,34 @@ from collections.abc import Callable
 from typing import Any, ClassVar, Final
 
 import uvicorn
+from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from runtime.errors import ConfigError
+from runtime.robot.endpoints import is_loopback
 from runtime.view.access import Access
 
 ASKED_S: Final = 10.0  # in which TLS is agreed on, and then a request has come, whole
 TAKEN_S: Final = 30.0  # in which what is told is taken
+EACH_MOST: Final = 8  # connections of one address that is not this computer's own
+TURNED_AWAY_S: Final = 1.0  # in which one too many has asked, and is told that it is
+MAPPED: Final = "::ffff:"  # before an address of IPv4 that came to one of IPv6
+CROWDED: Final = PlainTextResponse(
+    f"{EACH_MOST} connections of your address are open, and no more may be: close a page\n",
+    429,
+    {"connection": "close"},
+)
+
+
+def is_here(host: str) -> bool:
+    """Whether an address that something came from is this computer's own."""
+    return is_loopback(host.removeprefix(MAPPED))
+
+
+def _host(connection: Any) -> str:
+    """The address that one of uvicorn's connections came from; "" where it has gone."""
+    return connection.client[0] if connection.client is not None else ""
 
 
 class TimedHttp(H11Protocol):
@@ -27,7 +48,27 @@ class TimedHttp(H11Protocol):
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
-        self._await_request()
+        crowded = self._crowded()
+        if crowded:  # it counts for nothing, and is answered this
+            self.connections.discard(self)
+            self.app, self.ws_protocol_class = CROWDED, None
+        self._await_request(TURNED_AWAY_S if crowded else self.asked_s)
+
+    def _crowded(self) -> bool:
+        """Whether it is one too many of its address. One of those that was answered, and is kept
+        for what may be asked next, makes room for it."""
+        host = _host(self)
+        if is_here(host):
+            return False
+        alive = [other for other in self.connections if not other.transport.is_closing()]
+        same = [other for other in alive if _host(other) == host]
+        if len(same) <= EACH_MOST:
+            return False
+        for other in same:
+            if isinstance(other, TimedHttp) and other.timeout_keep_alive_task is not None:
+                other.timeout_keep_alive_handler()
+                return False
+        return True
 
     def connection_lost(self, exc: Exception | None) -> None:
         super().connection_lost(exc)
@@ -48,7 +89,7 @@ class TimedHttp(H11Protocol):
         super().handle_websocket_upgrade(event)
 
     def on_response_complete(self) -> None:
-        self._await_request()
+        self._await_request(self.asked_s)
         super().on_response_complete()
 
     def pause_writing(self) -> None:
@@ -60,9 +101,9 @@ class TimedHttp(H11Protocol):
         if self._taking is not None:
             self._taking.cancel()
 
-    def _await_request(self) -> None:
+    def _await_request(self, within_s: float) -> None:
         self._asked()
-        self._asking = self.loop.call_later(self.asked_s, self.transport.abort)
+        self._asking = self.loop.call_later(within_s, self.transport.abort)
 
     def _asked(self) -> None:
         if self._asking is not None:

@@ -4,7 +4,7 @@ import http.client
 import socket
 import ssl
 import threading
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +13,11 @@ import pytest
 from live_page import until
 from page_client import PageClient
 from page_server import HeldFeed, allowed, free_port, page_server
-from websockets.exceptions import InvalidMessage
+from websockets.exceptions import InvalidMessage, InvalidStatus
 
 from runtime.errors import ConfigError
-from runtime.view.listening import TimedHttp, TimedTls, http_settings, serve
+from runtime.view import listening
+from runtime.view.listening import EACH_MOST, TimedHttp, TimedTls, http_settings, serve
 
 PATIENCE_S = 20.0
 SOON_S = 0.05
@@ -134,6 +135,75 @@ def test_more_websockets_than_there_is_room_for_are_refused(feed: HeldFeed, page
         again = PageClient(port)
         again.wait("welcome")
         again.close()
+
+
+# -- of one address ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Who connects is of another computer."""
+    monkeypatch.setattr(listening, "is_loopback", lambda host: False)
+
+
+def kept(port: int) -> http.client.HTTPConnection:
+    """A connection that was answered once, and may ask more."""
+    wire = http.client.HTTPConnection("127.0.0.1", port, timeout=PATIENCE_S)
+    wire.request("GET", "/page.js")
+    assert wire.getresponse().read()
+    return wire
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_more_connections_of_one_address_are_refused(feed: HeldFeed, page: Path):
+    port = free_port()
+    with page_server(allowed(port), feed, page) as server:
+        clients = [PageClient(port) for _ in range(EACH_MOST)]
+        for client in clients:
+            client.wait("welcome")
+        refused = left_alone(port, request(port, "", ""))
+        assert refused.startswith(b"HTTP/1.1 429 ")
+        assert refused.endswith(b"8 connections of your address are open, and no more may be: "
+                                b"close a page\n")  # fmt: skip
+        with pytest.raises(InvalidStatus, match="429"):
+            PageClient(port)
+        assert left_alone(port) == b""
+        assert len(server.server_state.connections) == EACH_MOST  # others have their room
+        clients.pop().close()
+        until(lambda: len(server.server_state.connections) < EACH_MOST)
+        clients.append(PageClient(port))
+        clients[-1].wait("welcome")
+        for client in clients:
+            client.close()
+
+
+@pytest.mark.usefixtures("elsewhere")
+def test_one_that_was_answered_makes_room_for_another(port: int):
+    wires = [kept(port) for _ in range(EACH_MOST + 2)]
+    gone = 0
+    for wire in wires:
+        assert wire.sock is not None
+        wire.sock.setblocking(False)
+        with suppress(BlockingIOError):
+            gone += wire.sock.recv(1) == b""
+        wire.close()
+    assert gone == 2
+
+
+def test_this_computer_may_have_more(port: int):
+    with ExitStack() as stack:
+        for _ in range(EACH_MOST):
+            stack.enter_context(socket.create_connection(("127.0.0.1", port)))
+        kept(port).close()
+
+
+@pytest.mark.parametrize(
+    ("host", "here"),
+    [("127.0.0.1", True), ("::1", True), ("::ffff:127.0.0.1", True), ("::ffff:10.0.0.1", False),
+     ("192.168.1.7", False), ("fe80::1%eth0", False), ("", False)],
+)  # fmt: skip
+def test_which_addresses_are_this_computer(host: str, here: bool):
+    assert listening.is_here(host) == here
 
 
 def test_an_address_that_is_taken_is_told_in_a_line():
