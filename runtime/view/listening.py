@@ -18,6 +18,7 @@ from runtime.view.access import Access
 
 ASKED_S: Final = 10.0  # in which TLS is agreed on, and then a request has come, whole
 TAKEN_S: Final = 30.0  # in which what is told is taken
+PARTED_S: Final = 2.0  # in which who is told that it is over agrees
 EACH_MOST: Final = 8  # connections of one address that is not this computer's own
 TURNED_AWAY_S: Final = 1.0  # in which one too many has asked, and is told that it is
 MAPPED: Final = "::ffff:"  # before an address of IPv4 that came to one of IPv6
@@ -115,10 +116,12 @@ class TimedTls(asyncio.SelectorEventLoop):
     setting."""
 
     agreed_s: ClassVar[float] = ASKED_S
+    parted_s: ClassVar[float] = PARTED_S
 
     async def create_server(self, *given: Any, **how: Any) -> asyncio.Server:
         if how.get("ssl") is not None:
-            how["ssl_handshake_timeout"] = how["ssl_shutdown_timeout"] = self.agreed_s
+            how["ssl_handshake_timeout"] = self.agreed_s
+            how["ssl_shutdown_timeout"] = self.parted_s
         return await super().create_server(*given, **how)
 
 

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 from starlette.applications import Starlette
 from starlette.datastructures import Headers, MutableHeaders
@@ -25,7 +25,7 @@ from runtime.view.access import HEADERS, Access
 from runtime.view.conversation import MESSAGE_BYTES, SUBPROTOCOL, Around, Conversation
 from runtime.view.feed import Feed
 from runtime.view.hub import Hub, HubAudience
-from runtime.view.listening import http_settings, serve
+from runtime.view.listening import PARTED_S, http_settings, serve
 
 PAGE: Final = Path(__file__).parent / "page"
 SUFFIXES: Final = ("", ".html", ".js", ".css", ".svg", ".png", ".ico", ".webmanifest", ".woff2")
@@ -36,13 +36,27 @@ STOPS_AT_ONCE, QUESTIONS_AT_ONCE = 2, 4
 
 
 class PageWire(WebSocketsSansIOProtocol):
-    """What is on its way to a page that does not take it is little, and is given up with it."""
+    """What is on its way to a page that does not take it is little, and is given up with it. A page
+    that is sent away, and does not say that it goes, is not waited for."""
+
+    parted_s: ClassVar[float] = PARTED_S
+    _parting: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
         super().connection_made(transport)
         wire = transport.get_extra_info("socket")
         if wire is not None:
             wire.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, WIRE_BYTES)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        super().connection_lost(exc)
+        if self._parting is not None:
+            self._parting.cancel()
+
+    async def send(self, message: Any) -> None:
+        await super().send(message)
+        if message["type"] == "websocket.close" and not self.disconnected:
+            self._parting = self.loop.call_later(self.parted_s, self.transport.abort)
 
     def keepalive_timeout(self) -> None:
         super().keepalive_timeout()

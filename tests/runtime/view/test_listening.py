@@ -4,6 +4,7 @@ import http.client
 import socket
 import ssl
 import threading
+import time
 from contextlib import ExitStack, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -16,13 +17,22 @@ from page_server import HeldFeed, allowed, free_port, page_server
 from websockets.exceptions import InvalidMessage, InvalidStatus
 
 from runtime.errors import ConfigError
-from runtime.view import listening
+from runtime.view import conversation, listening
 from runtime.view.listening import EACH_MOST, TimedHttp, TimedTls, http_settings, serve
+from runtime.view.server import PageWire
 
 PATIENCE_S = 20.0
 SOON_S = 0.05
 IN_TIME_S = 1.0  # for who speaks at once, on a busy computer
 HUGE = 24 << 20  # bytes, more than the kernel holds for anybody
+WAITED_S = 5.0  # less than a page that agrees has
+UPGRADE = (
+    "Connection: Upgrade",
+    "Upgrade: websocket",
+    "Sec-WebSocket-Version: 13",
+    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==",
+    "Sec-WebSocket-Protocol: rfnav.1",
+)
 LEAST = ("GET / HTTP/1.1", "Host: 127.0.0.1:{port}")
 
 
@@ -204,6 +214,34 @@ def test_this_computer_may_have_more(port: int):
 )  # fmt: skip
 def test_which_addresses_are_this_computer(host: str, here: bool):
     assert listening.is_here(host) == here
+
+
+# -- that ends -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("secure", [False, True])
+def test_a_websocket_that_says_nothing_is_not_waited_for(
+    feed: HeldFeed, page: Path, pair: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch,
+    secure: bool,
+):  # fmt: skip
+    monkeypatch.setattr(conversation, "HELLO_S", SOON_S)
+    monkeypatch.setattr(PageWire, "parted_s", SOON_S)
+    port = free_port()
+    certificate, key = pair if secure else (None, None)
+    access = replace(allowed(port), certificate=certificate, key=key)
+    origin = f"Origin: {access.scheme}://127.0.0.1:{port}"
+    with page_server(access, feed, page) as server, ExitStack() as stack:
+        wire = stack.enter_context(socket.create_connection(("127.0.0.1", port), PATIENCE_S))
+        if certificate is not None:
+            context = ssl.create_default_context(cafile=str(certificate))
+            context.check_hostname = False
+            wire = stack.enter_context(context.wrap_socket(wire))
+        wire.sendall(request(port, *UPGRADE, origin, "", "").replace(b"GET /", b"GET /ws"))
+        assert wire.recv(1 << 10).startswith(b"HTTP/1.1 101 ")
+        left_s = time.monotonic() + WAITED_S
+        while server.server_state.connections:
+            assert time.monotonic() < left_s
+            time.sleep(SOON_S)
 
 
 def test_an_address_that_is_taken_is_told_in_a_line():
