@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final, Protocol
 
 import numpy as np
@@ -20,7 +20,7 @@ from runtime.tracing.budgets import Budgets, StageBudget
 from runtime.tracing.stages import Stage
 
 LOOKS: Final = 8  # of the detectors: some look at every other image
-PATIENCE: Final = 5.0  # times what a vote may take, that a first one is waited for
+PATIENCE: Final = 5.0  # times what a vote may take, that a first one, and prompts, are waited for
 SIZE: Final = (480, 640)  # of an image, where none came
 MS: Final = 1e3
 
@@ -31,6 +31,8 @@ class TriedModels(Protocol):
     def accept(self, goal: str, config: Config) -> tuple[Goal, Panel]: ...
 
     def detect(self, rgb: U8) -> Detections: ...
+
+    def settle(self, by: Deadline) -> bool: ...
 
 
 Load = Callable[[Config, Callable[[float], None]], AbstractContextManager[TriedModels]]
@@ -54,9 +56,9 @@ class ModelsTried:
 
 
 def try_models(load: Load, config: Config, clock: Clock, rgb: U8 | None) -> ModelsTried:
-    """Load them, show the detectors an image, and have the experts vote once, by their language
-    model, too: it is asked for what was never counted."""
-    config = replace(config, experts=replace(config.experts, words="both"))
+    """Load them, show the detectors an image, and have the experts vote once, by the evidence that
+    is configured. The language model that scores words is timed at what a goal has it score in the
+    background, whether or not that vote asks it: what was never counted does."""
     image, prompts_s, began_s = rgb if rgb is not None else _grain(), list[float](), clock.now_s()
     try:
         with load(config, prompts_s.append) as models:
@@ -69,7 +71,9 @@ def try_models(load: Load, config: Config, clock: Clock, rgb: U8 | None) -> Mode
                 looks_s.append(clock.now_s() - look_s)
             ballot = None
             if config.panel.experts:
-                ballot = panel.ask(TRIAL, Deadline.after(PATIENCE * config.panel.votes_s, clock))
+                patience_s = PATIENCE * config.panel.votes_s
+                ballot = panel.ask(TRIAL, Deadline.after(patience_s, clock))
+                models.settle(Deadline.after(patience_s, clock))
     except RfNavError as error:
         return ModelsTried(str(error))
     seen, within_s = rgb is not None, config.panel.votes_s

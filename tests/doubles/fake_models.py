@@ -64,6 +64,9 @@ class FakeModels:
     def hold(self, frames: object) -> None:
         pass
 
+    def settle(self, by: Deadline) -> bool:
+        return True
+
     def likeness(self, embeddings: np.ndarray) -> np.ndarray:
         raise AssertionError("what the apartment shows has no embeddings")
 

@@ -10,10 +10,11 @@ from apartment import TWO_ROOMS, Apartment
 from fake_models import FakeModels, broken, farthest
 from manual_clock import ManualClock
 
+from runtime.clock import Deadline
 from runtime.config import Config
 from runtime.core.types import Absence, Ballot, Missing, Pose, Vote
 from runtime.doctor.diagnosis import Diagnosis, Grade
-from runtime.doctor.models import LOOKS, ModelsTried, judge_models, try_models
+from runtime.doctor.models import LOOKS, PATIENCE, ModelsTried, judge_models, try_models
 from runtime.errors import ModelError
 from runtime.tracing.budgets import read_budgets
 
@@ -72,11 +73,22 @@ class Slow(FakeModels):
     def __init__(self, clock: ManualClock, **experts: object) -> None:
         super().__init__(Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)), **experts)
         self.clock, self.shown = clock, list[tuple[int, ...]]()
+        self.book: Callable[[float], None] | None = None
+        self.waited_s: list[float] = []
 
     def detect(self, rgb: np.ndarray, window: object = None):
         self.clock.advance(0.2 if self.shown else 1.0)
         self.shown.append(rgb.shape)
         return super().detect(rgb)
+
+    def settle(self, by: Deadline) -> bool:
+        """What is scored in the background takes 3 s: six prompts."""
+        self.waited_s.append(by.left_s())
+        self.clock.advance(3.0)
+        if self.book is not None:
+            for _ in range(6):
+                self.book(0.5)
+        return True
 
 
 @contextmanager
@@ -100,7 +112,7 @@ def test_they_are_loaded_look_and_vote():
         return loaded(models)
 
     tried = try_models(load, Config(), clock, np.zeros((48, 64, 3), np.uint8))
-    assert given[0].experts.words == "both"  # or no prompt would be timed
+    assert given == [Config()]
     assert tried.load_s == pytest.approx(4.0)
     assert tried.looks_s == pytest.approx([0.2] * LOOKS)
     assert models.shown == [(48, 64, 3)] * (LOOKS + 1)
@@ -110,6 +122,37 @@ def test_they_are_loaded_look_and_vote():
     assert told.startswith("a first vote: o2f in 0.")
     assert "r2f: error: the model fell over" in told
     assert try_models(loader(Slow(clock)), Config(), clock, None).seen is False
+
+
+@pytest.mark.parametrize("words", ["counts", "language", "both"])
+def test_votes_are_by_the_evidence_that_is_configured_and_prompts_are_timed_apart(words: str):
+    clock, config = ManualClock(), Config()
+    config = replace(config, experts=replace(config.experts, words=words))
+    models, accepted = Slow(clock, o2f=farthest), list[Config]()
+
+    def accept(goal: str, config: Config):
+        accepted.append(config)
+        return Slow.accept(models, goal, config)
+
+    def load(config: Config, book: Callable[[float], None]):
+        models.book = book
+        return loaded(models)
+
+    models.accept = accept
+    tried = try_models(load, config, clock, None)
+    assert [one.experts.words for one in accepted] == [words]
+    assert tried.prompts_s == (0.5,) * 6
+    assert models.waited_s == [pytest.approx(PATIENCE * config.panel.votes_s)]
+    told = found(tried)
+    assert told["language model"].told.startswith("a prompt takes 500 ms")
+    assert told["experts"].grade is Grade.OK  # prompts that nobody waited for make no vote late
+
+
+def test_prompts_are_not_waited_for_where_nobody_votes():
+    config = replace(Config(), panel=replace(Config().panel, experts=()))
+    models = Slow(ManualClock())
+    assert try_models(loader(models), config, models.clock, None).ballot is None
+    assert not models.waited_s
 
 
 def test_one_that_cannot_be_loaded_is_told_and_nothing_else():
