@@ -13,9 +13,12 @@ from manual_clock import ManualClock
 from runtime.clock import Deadline
 from runtime.config import Config
 from runtime.core.types import Absence, Ballot, Missing, Pose, Vote
+from runtime.core.voting.likelihood_experts import things_near
 from runtime.doctor.diagnosis import Diagnosis, Grade
 from runtime.doctor.models import LOOKS, PATIENCE, ModelsTried, judge_models, try_models
 from runtime.errors import ModelError
+from runtime.experts.trial_question import TRIAL
+from runtime.perception.counted import counted_in_homes
 from runtime.tracing.budgets import read_budgets
 
 BUDGETS = read_budgets()
@@ -146,6 +149,11 @@ def test_votes_are_by_the_evidence_that_is_configured_and_prompts_are_timed_apar
     told = found(tried)
     assert told["language model"].told.startswith("a prompt takes 500 ms")
     assert told["experts"].grade is Grade.OK  # prompts that nobody waited for make no vote late
+
+
+def test_all_that_the_trial_names_was_counted_so_that_no_text_is_embedded_for_that_vote():
+    counted = counted_in_homes().rates
+    assert {TRIAL.goal, *things_near(TRIAL)} <= set(counted)
 
 
 def test_prompts_are_not_waited_for_where_nobody_votes():
