@@ -23,7 +23,7 @@ from hil_sim.driving.stage import StagedHome, Step
 from hil_sim.ground_truth.episodes import Episode, sample_episode
 from hil_sim.ground_truth.freespace import instances
 from hil_sim.ground_truth.goals import category_word
-from hil_sim.ground_truth.witness import TARGET_MODES
+from hil_sim.ground_truth.witness import TARGET_MODES, Claim
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.faults import Fault, model_fault, parse_faults
@@ -243,7 +243,7 @@ def _finish(run_dir: Path, result: EpisodeResult) -> None:
 def final_lines(result: EpisodeResult) -> list[str]:
     """How it went: outcome, path, wall time by stage."""
     left = "cut off" if result.distance_m is None else f"{result.distance_m:.2f} m"
-    why = f": {result.reason}" if result.reason else ""
+    why = f": {result.reason}{_stands(result)}" if result.reason else ""
     outcome = "SUCCESS" if result.success else "FAILURE"
     spl = "–" if result.spl is None else f"{result.spl:.2f}"
     stages = dict(result.wall)
@@ -258,6 +258,22 @@ def final_lines(result: EpisodeResult) -> list[str]:
         + (f"; {result.fault}: ended {_standing(result)}" if result.fault else ""),
         f"wall time {total:.1f} s ({parts}) after {setup:.1f} s to set up",
     ]
+
+
+def _stands(result: EpisodeResult) -> str:
+    """What truly stands where it claimed a find that does not count."""
+    if result.success or result.claim is Claim.NONE:
+        return ""
+    if not result.stands:
+        return ", where nothing stands"
+    things = [_with_article(name) for name in result.stands]
+    return f", where {' and '.join(things)} {'stands' if len(things) == 1 else 'stand'}"
+
+
+def _with_article(category: str) -> str:
+    if category == "other":
+        return "something without a category"
+    return f"{'an' if category[0] in 'aeiou' else 'a'} {category}"
 
 
 def _standing(result: EpisodeResult) -> str:

@@ -48,10 +48,11 @@ class EpisodeResult:
     Steps count from 1, an observation each. `seen_at`: the first at which an instance of the goal
     truly showed 200 pixels within 5 m; `seen_steps`: at how many. `believed_at`: the first at which
     the runtime went for a point within 0.5 m of an instance. `claim`: whether the place that it
-    stopped for is one. `frontier_m`: for each decision, the true way from the elected frontier to
-    success, unless there is none. `actions`: steps by the runtime's mode; `purposes`: by what they
-    were spent on, {} in older results. `stopped`: it ended standing still. `fault`: what was done
-    to it. `wall` holds wall-clock seconds and nothing else does.
+    stopped for is one; `stands`: the categories of what truly stands there, () in older results.
+    `frontier_m`: for each decision, the true way from the elected frontier to success, unless there
+    is none. `actions`: steps by the runtime's mode; `purposes`: by what they were spent on, {} in
+    older results. `stopped`: it ended standing still. `fault`: what was done to it. `wall` holds
+    wall-clock seconds and nothing else does.
     """
 
     episode: str
@@ -74,6 +75,7 @@ class EpisodeResult:
     seen_steps: int = 0
     believed_at: int | None = None
     claim: Claim = Claim.NONE
+    stands: tuple[str, ...] = ()
     frontier_m: tuple[float, ...] = ()
     actions: dict[str, int] = field(default_factory=dict)
     purposes: dict[str, int] = field(default_factory=dict)
@@ -90,10 +92,11 @@ class EpisodeResult:
     @classmethod
     def from_json(cls, row: dict[str, Any]) -> "EpisodeResult":
         """A row as `to_json` makes it."""
-        steps = tuple(row.get("frontier_m", ()))
+        steps, stands = tuple(row.get("frontier_m", ())), tuple(row.get("stands", ()))
         claim = Claim(row.get("claim", Claim.NONE))
         ended = Ended.parsed(row["ended"])
-        return cls(**{**row, "ended": ended, "claim": claim, "frontier_m": steps})
+        told = {"ended": ended, "claim": claim, "stands": stands, "frontier_m": steps}
+        return cls(**{**row, **told})
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, in the order of the fields."""

@@ -54,7 +54,7 @@ def run_episode(
     start = Pose(episode.start.x_m, episode.start.y_m, episode.start.yaw_rad)
     asked = (*protocol.settings, *how.settings, *settings), bounds.draw(runtime, start)
     _give_goal(episode, runtime, *asked, log_dir)
-    witness = Witness(home.wanted, home.goal_boxes, home.distance_m, log_dir / TRACK_FILE)
+    witness = _witness(home, log_dir)
     mishaps = Mishaps(faults, seed, episode.id, home.scene, home.ground, home.populate)
     run = EpisodeRun(
         episode.id, start, home, runtime, protocol, how, witness, mishaps, seed, watch,
@@ -71,6 +71,11 @@ def run_episode(
     ended = _take_back(run, ended)
     bounds.wipe(runtime)
     return _result(episode, run, method, ended, time.monotonic() - began_s)
+
+
+def _witness(home: StagedHome, log_dir: Path) -> Witness:
+    track = log_dir / TRACK_FILE
+    return Witness(home.wanted, home.goal_boxes, home.distance_m, track, home.things)
 
 
 def _end(robot: Robot) -> End:

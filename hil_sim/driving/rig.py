@@ -55,6 +55,7 @@ def home_of(
         populate=world.populate,
         scan=world.scan,
         cliffs=world.flooring.cliffs,
+        things=truth.things(),
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hil_sim.driving.link import NOTHING, Answer, Votes
-from hil_sim.ground_truth.witness import Footprint
+from hil_sim.ground_truth.witness import Footprint, Things
 from hil_sim.scenes.format import Scene
 from hil_sim.simulation.body import Body
 from hil_sim.simulation.robot import Ground, Robot
@@ -56,7 +56,7 @@ class StagedHome:
     """A scene that can be looked at and driven in, and the truth about one goal in it.
 
     `wanted` are the indices of the goal's instances in `scene.objects` and in the segmentation,
-    `goal_boxes` their footprints.
+    `goal_boxes` their footprints, `things` all that stands there.
     """
 
     ground: Ground
@@ -68,6 +68,7 @@ class StagedHome:
     populate: Callable[[tuple[Body, ...]], None] = lambda bodies: None  # with these, no others
     scan: Callable[[Pose], Ranges] | None = None  # a laser scanner's
     cliffs: Callable[[Pose], Mapping[str, float]] | None = None  # by topic, m down to the ground
+    things: Things = ()
 
 
 @dataclass(frozen=True)

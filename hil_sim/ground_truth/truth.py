@@ -83,6 +83,11 @@ class SceneTruth:
         scene = self._world.scene
         return {i: self._box(scene, scene.objects[i]).corners() for i in instances(scene, goal)}
 
+    def things(self) -> tuple[tuple[str, Points], ...]:
+        """All objects of the scene: category and footprint (4, 2), m."""
+        names = (obj.category for obj in self._world.scene.objects)
+        return tuple(zip(names, self._footprints(), strict=True))
+
     def sees(self, goal: str) -> Sees:
         """Whether a pose has the goal in view, for choosing where episodes start."""
         wanted = instances(self._world.scene, goal)

@@ -3,7 +3,7 @@
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -28,6 +28,7 @@ TARGET_MODES = (Mode.TARGET, Mode.FACE, Mode.STOP)
 TRACK_FILE = "track.jsonl"
 
 Footprint = NDArray[np.float64]  # (4, 2) m, scene frame, counter-clockwise
+Things = Sequence[tuple[str, Footprint]]  # category and where it stands
 
 
 class Claim(StrEnum):
@@ -46,6 +47,7 @@ class Facts:
     seen_steps: int
     believed_at: int | None
     claim: Claim
+    stands: tuple[str, ...]
     frontier_m: tuple[float, ...]
     actions: dict[str, int]
     purposes: dict[str, int]
@@ -53,7 +55,8 @@ class Facts:
 
 class Witness:
     """Watches one episode and writes its track. `wanted` are the instances' indices in the
-    segmentation, `boxes` their footprints; `distance_m` is the way to success."""
+    segmentation, `boxes` their footprints; `distance_m` is the way to success; `things`: all that
+    stands in the home."""
 
     def __init__(
         self,
@@ -61,12 +64,14 @@ class Witness:
         boxes: tuple[Footprint, ...],
         distance_m: Callable[[Pose], float],
         track: Path,
+        things: Things = (),
     ) -> None:
         self._wanted, self._boxes, self._distance_m = wanted, boxes, distance_m
+        self._things = things
         self._seen_at: int | None = None
         self._believed_at: int | None = None
         self._seen_steps = 0
-        self._claim = Claim.NONE
+        self._claim, self._stands = Claim.NONE, tuple[str, ...]()
         self._frontier_m: list[float] = []
         self._actions: Counter[str] = Counter()
         self._purposes: Counter[str] = Counter()
@@ -109,11 +114,13 @@ class Witness:
         self._purposes[str(state.get("purpose", Purpose.OTHER))] += 1
         aim = state.get("toward_xy")
         if aim and mode in TARGET_MODES:
-            at_goal = self._is_goal(*in_scene(*aim))
+            there = in_scene(*aim)
+            at_goal = self._is_goal(*there)
             if at_goal and self._believed_at is None:
                 self._believed_at = step
             if mode == Mode.STOP:
                 self._claim = Claim.TRUE if at_goal else Claim.FALSE
+                self._stands = standing_at(self._things, *there)
         for decision in decisions:
             point = _elected(decision)
             if point is not None:
@@ -134,6 +141,7 @@ class Witness:
             self._seen_steps,
             self._believed_at,
             self._claim,
+            self._stands,
             tuple(self._frontier_m),
             dict(sorted(self._actions.items())),
             dict(sorted(self._purposes.items())),
@@ -151,6 +159,17 @@ def box_distance_m(box: Footprint, x_m: float, y_m: float) -> float:
         return 0.0
     along = np.clip((to_point * sides).sum(axis=1) / (sides**2).sum(axis=1), 0.0, 1.0)
     return float(np.hypot(*(to_point - along[:, None] * sides).T).min())
+
+
+def standing_at(things: Things, x_m: float, y_m: float) -> tuple[str, ...]:
+    """What stands at a point: the categories of all whose footprint it lies in, else of the
+    nearest, if that is no further than counts as the same place; "other" where nothing else is."""
+    gaps_m = [box_distance_m(box, x_m, y_m) for _, box in things]
+    least_m = min(gaps_m, default=math.inf)
+    if least_m > BELIEVED_M:
+        return ()
+    found = {name for (name, _), gap_m in zip(things, gaps_m, strict=True) if gap_m == least_m}
+    return tuple(sorted(found - {"other"})) or ("other",)
 
 
 def to_scene(truth: Pose, reported: Pose) -> Callable[[float, float], tuple[float, float]]:

@@ -68,6 +68,7 @@ class Corridor:
             (TOILET_BOX,),
             self.bodies.append,
             lambda pose: np.full(360, 1.5, np.float32),
+            things=(("toilet", TOILET_BOX),),
         )
 
 

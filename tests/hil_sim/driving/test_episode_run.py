@@ -63,7 +63,7 @@ def test_an_episode_is_driven_judged_and_timed(walker: Runtime, tmp_path: Path) 
 def test_what_the_truth_says_of_it(walker: Runtime, tmp_path: Path) -> None:
     result = drive(walker, tmp_path / "e1")
     assert (result.seen_at, result.seen_steps) == (3, 3)
-    assert (result.believed_at, result.claim) == (4, "true")
+    assert (result.believed_at, result.claim, result.stands) == (4, "true", ("toilet",))
     assert result.frontier_m == (0.75,)  # the frontier is at y = 3.25, success at y = 4
     assert result.actions == {"frontier": 3, "stop": 1, "target": 1}
     assert result.purposes == {"approaching": 1, "exploring": 4}

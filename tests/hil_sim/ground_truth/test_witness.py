@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hil_sim.ground_truth.true_labels import true_labels
-from hil_sim.ground_truth.witness import Witness, box_distance_m, to_scene
+from hil_sim.ground_truth.witness import Witness, box_distance_m, standing_at, to_scene
 from hil_sim.scenes.format import Room, Scene, SceneObject
 from hil_sim.simulation.robot import Robot
 from runtime.core.types import Pose
@@ -85,7 +85,41 @@ def test_believed_and_claimed(witness: Witness) -> None:
 
 def test_giving_up_claims_nothing(witness: Witness) -> None:
     witness.hear(1, {"mode": "stop", "toward_xy": None}, (), here)
-    assert witness.facts().claim == ""
+    assert (witness.facts().claim, witness.facts().stands) == ("", ())
+    witness.close()
+
+
+THINGS = (
+    ("table", 2 * UNIT),
+    ("bowl", UNIT / 4 + 1),
+    ("other", UNIT / 2),
+    ("stool", np.array([3.0, 0.0]) + UNIT),
+    ("other", np.array([0.0, 5.0]) + UNIT),
+)
+
+
+@pytest.mark.parametrize(
+    ("xy", "stands"),
+    [
+        ((1.1, 1.1), ("bowl", "table")),
+        ((1.6, 1.6), ("table",)),
+        ((0.2, 0.2), ("table",)),  # what has no category stands on it
+        ((2.6, 0.5), ("stool",)),  # in none, and nearer to it
+        ((2.4, 0.5), ("table",)),
+        ((0.5, 5.5), ("other",)),
+        ((4.6, 0.5), ()),
+    ],
+)
+def test_what_stands_at_a_point(xy: tuple[float, float], stands: tuple[str, ...]) -> None:
+    assert standing_at(THINGS, *xy) == stands
+
+
+def test_what_stands_where_it_claimed_the_goal(tmp_path: Path) -> None:
+    witness = Witness((2,), (9 + UNIT,), lambda pose: 0.0, tmp_path / "track.jsonl", THINGS)
+    witness.hear(1, {"mode": "target", "toward_xy": [3.5, 0.5]}, (), here)
+    assert witness.facts().stands == ()
+    witness.hear(2, {"mode": "stop", "toward_xy": [0.6, 2.6]}, (), lambda x, y: (y, x - 0.1))
+    assert (witness.facts().claim, witness.facts().stands) == ("false", ("stool",))
     witness.close()
 
 
