@@ -17,6 +17,7 @@ from runtime.core.objects.depth_segments import (
     EDGE_M,
     EDGE_SHARE,
     FLOOR_M,
+    KNOWN_SHARE,
     MIN_POINTS,
     NEAR_QUANTILE,
     RIM,
@@ -92,8 +93,10 @@ class View:
         return cls(depth, points, label, size)
 
     def distance_m(self, box: tuple[slice, slice]) -> float:
-        """How far the thing in a box is; 0 where no depth is known."""
+        """How far the thing in a box is; 0 where too little depth is known."""
         depth, label = self.depth[box], self.label[box]
+        if np.count_nonzero(depth > 0) < KNOWN_SHARE * depth.size:
+            return 0.0
         h, w = depth.shape
         dy, dx = int(h * (1 - CORE_SHARE) / 2), int(w * (1 - CORE_SHARE) / 2)
         core = slice(dy, h - dy), slice(dx, w - dx)

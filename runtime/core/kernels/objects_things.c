@@ -131,7 +131,7 @@ static int is_share(double value) { return value >= 0.0 && value <= 1.0; }
 /* One in so many points is a stray at the rim: at either end fewer than half of them. */
 static int are_rules(const SegmentRules *rules)
 {
-    return is_share(rules->core_share) && is_share(rules->quantile) && rules->rim >= LEAST_RIM &&
+    return is_share(rules->known_share) && is_share(rules->core_share) && is_share(rules->quantile) && rules->rim >= LEAST_RIM &&
            rules->rim < MOST_RIM && rules->least_points >= 1.0;
 }
 

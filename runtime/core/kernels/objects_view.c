@@ -187,8 +187,22 @@ static int32_t spanning(View *view, Box box, int32_t own)
     return within ? 0 : found;
 }
 
+/* Whether so much of a box has a depth that what is known there may be the thing, and not what
+ * stands before one that is too far away. */
+static int is_known(const View *view, Box box)
+{
+    Py_ssize_t known = 0;
+    for (Py_ssize_t row = box.top; row < box.bottom; row++)
+        for (Py_ssize_t col = box.left; col < box.right; col++)
+            known += view->depth[row * view->surfaces.cols + col] > 0.0f;
+    const double pixels = (double)((box.bottom - box.top) * (box.right - box.left));
+    return (double)known >= view->rules->known_share * pixels;
+}
+
 float distance(View *view, Box box)
 {
+    if (!is_known(view, box))
+        return 0.0f;
     const Box core = core_of(box, view->rules->core_share);
     float nearest_m, found_m;
     if (!depths_in(view, core, -1, &nearest_m))

@@ -8,7 +8,7 @@
 /* What is what, m and shares; `depth_segments.py` explains each. */
 typedef struct {
     double edge_m, edge_share, floor_m, ceiling_m;
-    double core_share, quantile, within_share, span_share;
+    double known_share, core_share, quantile, within_share, span_share;
     double cluster_m, before_share, before_m;
     double least_points, rim; /* one in so many of a thing's points is a stray at its rim */
     Strays strays;
@@ -40,7 +40,7 @@ typedef struct {
 /* Looks at every n-th pixel of a depth image, whose rays the view has. Returns what is wrong, or
  * NULL; its memory is to be freed either way. */
 const char *view_open(View *view, const Grid *depth_m, Py_ssize_t stride);
-/* How far away the thing in a box is, m; 0 where no depth is known. */
+/* How far away the thing in a box is, m; 0 where too little depth is known. */
 float distance(View *view, Box box);
 
 #endif

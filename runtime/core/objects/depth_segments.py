@@ -12,6 +12,9 @@ from runtime.core.types import F32, F64, Intrinsics, Mount, Observation
 
 STRIDE = 4  # every n-th pixel is looked at
 
+KNOWN_SHARE = 0.5
+"""Of a box, whose depth is known: with less, what is known may stand before a thing that is too far
+away to have any."""
 CORE_SHARE = 0.6  # of a box's width and height, where its depth is read,
 NEAR_QUANTILE = 0.3  # of the depths there: the nearest substantial surface
 EDGE_M = 0.1  # between two neighbours' depths, from which on surfaces meet there,
@@ -30,8 +33,8 @@ MIN_POINTS = 6  # of an object, else its box gives none
 RIM = 20  # one in so many of its points is a stray at its rim, above and below
 
 RULES = (
-    EDGE_M, EDGE_SHARE, FLOOR_M, CEILING_M, CORE_SHARE, NEAR_QUANTILE, WITHIN_SHARE, SPAN_SHARE,
-    CLUSTER_M, BEFORE_SHARE, BEFORE_M, MIN_POINTS, RIM, *STRAYS,
+    EDGE_M, EDGE_SHARE, FLOOR_M, CEILING_M, KNOWN_SHARE, CORE_SHARE, NEAR_QUANTILE, WITHIN_SHARE,
+    SPAN_SHARE, CLUSTER_M, BEFORE_SHARE, BEFORE_M, MIN_POINTS, RIM, *STRAYS,
 )  # fmt: skip
 
 
@@ -60,9 +63,9 @@ def things_in(
     obs: Observation, boxes: F64, mount: Mount, frame: GridFrame
 ) -> list[SeenThing | None]:
     """The thing in each box (N, 6), which is `kernels.things`'s; None where there is hardly a point
-    of one. How far it is, unless that is known: as far as the nearest substantial surface in the
-    middle of the box or, where that one goes on beyond, the one within the box that spans most of
-    it, if there is one."""
+    of one, or the depth of less than KNOWN_SHARE of the box is known. How far it is, unless that is
+    known: as far as the nearest substantial surface in the middle of the box or, where that one
+    goes on beyond, the one within the box that spans most of it, if there is one."""
     pose, axes = obs.pose, _axes(obs.intrinsics, mount)
     c, s = math.cos(pose.yaw_rad), math.sin(pose.yaw_rad)
     place = mount.x_m, mount.y_m, mount.z_m, pose.x_m, pose.y_m, c, s

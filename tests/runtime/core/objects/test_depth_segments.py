@@ -106,6 +106,23 @@ def test_without_known_depth_there_is_nothing():
     assert thing(np.zeros(SHAPE, np.float32)) is None
 
 
+def test_what_stands_before_a_thing_too_far_away_for_depth_is_not_it():
+    """A lamp at 3 m before a bed at 7 m, of a camera that sees 5 m."""
+    lamp = slice(12, 60), slice(35, 45), 3.0
+    depth = picture(lamp)
+    depth[depth == WALL_M] = 0.0
+    assert thing(depth) is None
+    depth[:, 30:50] = 3.0  # half of the box: it may be the thing
+    assert found_m(depth) == pytest.approx(3.0)
+
+
+def test_a_screen_that_throws_no_depth_back_is_where_its_frame_is():
+    television = slice(10, 40), slice(20, 60), 3.0
+    depth = picture(television)
+    depth[18:32, 30:50] = 0.0
+    assert found_m(depth) == pytest.approx(3.0)
+
+
 @given(
     arrays.arrays(np.float32, (12, 16), elements=st.sampled_from([0.0, 1.0, 1.05, 2.0, 3.0, 9.0])),
     st.integers(0, 9), st.integers(0, 13), st.integers(2, 9), st.integers(2, 9),
