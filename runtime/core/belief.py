@@ -14,6 +14,7 @@ Evidence = Mapping[str, Mapping[int, float]]
 ELSEWHERE_M2 = 2.0  # of unknown floor that lies behind no frontier that can be gone to
 STANDING = 0.5  # what a square metre of a surface holds of what one of unknown floor does
 LIKELIEST = 10  # places that are told
+NOBODY: Mapping[int, str] = {}
 
 
 class SeenSurface(Protocol):
@@ -57,6 +58,41 @@ class Belief:
         return {"places": told, "others": round(max(0.0, others), 3)}
 
 
+@dataclass(frozen=True)
+class Said:
+    """What an expert says of one frontier: `nats` of it that count. `earlier`: it says nothing of
+    it now, and did before."""
+
+    expert: str
+    nats: float
+    earlier: bool = False
+
+
+@dataclass(frozen=True)
+class Taken:
+    """What the elected frontier was taken for. `way_m` on foot; `unknown_m2` behind it, None where
+    areas are not weighed; `said` by those that say something of it; `share` of the belief, 0..1,
+    None where there is none; its `place` from 1 in an order of `planned`, 0 where none is."""
+
+    way_m: float
+    unknown_m2: float | None = None
+    said: tuple[Said, ...] = ()
+    share: float | None = None
+    place: int = 0
+    planned: int = 0
+
+    def told(self) -> dict[str, object]:
+        """As it is published."""
+        return {
+            "way_m": round(self.way_m, 3),
+            "unknown_m2": None if self.unknown_m2 is None else round(self.unknown_m2, 3),
+            "said": [vars(one) | {"nats": round(one.nats, 3)} for one in self.said],
+            "share": None if self.share is None else round(self.share, 3),
+            "place": self.place,
+            "planned": self.planned,
+        }
+
+
 @dataclass(frozen=True, eq=False)
 class Ahead:
     """What an order of frontiers is made of. By frontier, n of them: `ids`, where each is gone to,
@@ -81,15 +117,15 @@ class Ahead:
         return self.between_m.size > 0
 
 
-def believed(ahead: Ahead, nats: Mapping[int, float], said: str = "") -> Belief:
+def believed(ahead: Ahead, nats: Mapping[int, float], said: Mapping[int, str] = NOBODY) -> Belief:
     """What lies behind frontiers by their unknown area and the evidence, nats by id; on surfaces by
-    theirs and how likely it was missed there. `said`: whose the evidence is."""
+    theirs and how likely it was missed there. `said`: whose the evidence is, by id."""
     weighed: list[Expected] = []
     for id, xy, area_m2 in zip(ahead.ids, ahead.at_xy, ahead.unknown_m2, strict=True):
         mass = area_m2 * float(np.exp(nats.get(id, 0.0)))
         why = f"{area_m2:.1f} m² unknown behind it"
-        if nats.get(id):
-            why += f", {nats[id]:+.1f} nats by {said}"
+        if said.get(id):
+            why += f", {round(nats.get(id, 0.0), 1) + 0.0:+.1f} nats by {said[id]}"
         weighed.append(Expected("frontier", id, xy, mass, why))
     for patch in ahead.patches:
         mass = STANDING * patch.area_m2 * patch.missed

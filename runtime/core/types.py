@@ -8,7 +8,7 @@ from enum import StrEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from runtime.core.belief import Ahead, Belief, Evidence
+from runtime.core.belief import Ahead, Belief, Evidence, Taken
 from runtime.core.keys import key
 
 F16 = NDArray[np.float16]
@@ -279,6 +279,8 @@ class Missing:
     @property
     def cause(self) -> str:
         """The same for people."""
+        if self.why is Absence.NO_IMAGES:
+            return self.detail or "no view of a frontier yet"
         if not self.detail:
             return self.why.value
         return self.detail if self.why.is_told_by_detail else f"{self.why.value}: {self.detail}"
@@ -317,6 +319,8 @@ class Decision:
     """Where the thing may be, where that is worked out."""
     said: Evidence = field(default_factory=dict, repr=False, metadata=UNWRITTEN)
     """What experts have said of frontiers so far, where that is remembered."""
+    taken: Taken | None = field(default=None, compare=False, repr=False, metadata=UNWRITTEN)
+    """What the elected frontier was taken for."""
 
 
 class Action(StrEnum):

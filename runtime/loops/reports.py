@@ -10,6 +10,7 @@ from runtime.core.mapping.drops import DROP_AT
 from runtime.core.types import Action, Decision
 from runtime.core.voting import consensus
 from runtime.core.voting.explain import in_words
+from runtime.core.voting.taken import in_words as taken_in_words
 from runtime.core.world import Command, World
 from runtime.perception.goal_words import Goal
 
@@ -30,6 +31,7 @@ def explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
         "in_words": in_words(decision),
         "order": decision.order,
         "belief": told_belief(decision),
+        "taken": told_taken(decision),
         "without": dict(decision.without),
         "votes": decision.ballot.votes,
         "missing": decision.ballot.missing,
@@ -49,6 +51,15 @@ def explain(decision: Decision, world: World, rank: str) -> dict[str, object]:
 def told_belief(decision: Decision | None) -> dict[str, object] | None:
     """Where the thing may be, as it is published; None where that is not worked out."""
     return decision.belief.told() if decision is not None and decision.belief is not None else None
+
+
+def told_taken(decision: Decision) -> dict[str, object] | None:
+    """What the elected frontier was taken for, as it is published; None where there is none."""
+    if decision.taken is None:
+        return None
+    ballot = decision.ballot
+    words = taken_in_words(decision.taken, asked=bool(ballot.votes or ballot.missing))
+    return decision.taken.told() | {"in_words": words}
 
 
 def map_of(world: World, goal: Goal) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, object]]:

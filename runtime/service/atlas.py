@@ -13,6 +13,7 @@ from runtime.core.belief import Expected
 from runtime.core.mapping.grid import RESOLUTION_M, MapCopy
 from runtime.core.objects.instances import Instance, shares, size_m
 from runtime.core.types import F32, F64, U8, Decision, Frontier, Pose
+from runtime.core.voting.names import who
 from runtime.core.world import World
 from runtime.perception.goal_words import ARTICLE, LONGEST, spelling
 from runtime.service.told_map import packed
@@ -263,7 +264,7 @@ def _votes_for(decision: Decision, place: Expected) -> list[str]:
     if place.kind != "frontier":
         return []
     votes = [v for v in decision.ballot.votes if place.id in v.frontiers]
-    return [f"{v.expert}: {v.reason_for(int(place.id))}" for v in votes]
+    return [f"{who(v.expert)}: {v.reason_for(int(place.id))}" for v in votes]
 
 
 def _seen(thing: Instance, cell_m: float) -> KnownThing:

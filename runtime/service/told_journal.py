@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from runtime.core.belief import Belief, Expected, Kind
+from runtime.core.belief import Belief, Expected, Kind, Said, Taken
 from runtime.core.motion.stops import BaseStop
 from runtime.core.types import (
     Absence,
@@ -95,6 +95,7 @@ def _decision(line: Mapping[str, Any], goal: str, number: int, place: str) -> To
         _without(line, place),
         _ids(line, "order", place) if "order" in line else (),
         _belief(line, place),
+        taken=_taken(line, place),
     )
     brief = line.get("brief")
     if not isinstance(brief, dict):
@@ -106,6 +107,26 @@ def _decision(line: Mapping[str, Any], goal: str, number: int, place: str) -> To
         at[_whole(one, "id", place)] = float(x_m), y_m
     heads_for = _whole_or_none(line, "heads_for", place)
     return ToldDecision(number, goal, decision, Brief(goal, 0, frontiers), at, heads_for)
+
+
+def _taken(line: Mapping[str, Any], place: str) -> Taken | None:
+    """None where it was not told, as in journals of before."""
+    told = line.get("taken")
+    if told is None:
+        return None
+    if not isinstance(told, dict):
+        raise _wrong(place, "taken")
+    return Taken(
+        _number(told, "way_m", place),
+        None if told.get("unknown_m2") is None else _number(told, "unknown_m2", place),
+        tuple(
+            Said(_text(one, "expert", place), _number(one, "nats", place), bool(one.get("earlier")))
+            for one in _tables(told, "said", place)
+        ),
+        None if told.get("share") is None else _number(told, "share", place),
+        _whole(told, "place", place),
+        _whole(told, "planned", place),
+    )
 
 
 def _belief(line: Mapping[str, Any], place: str) -> Belief | None:

@@ -174,6 +174,21 @@ def elect(
     field = _Field.of(frontiers, order)
     if field is None:
         return Decision(None, "none", (), None, ballot, stamp_ns, why)
+    elected = _elected(ballot, field, cfg, stamp_ns, why, order, ahead)
+    assert elected.frontier is not None  # of a field, which is never empty
+    way_m = field.distance_m[elected.frontier]
+    return replace(elected, taken=prior.taken_for(elected, way_m, ahead))
+
+
+def _elected(
+    ballot: Ballot,
+    field: _Field,
+    cfg: ConsensusConfig,
+    stamp_ns: int,
+    why: str,
+    order: Sequence[int],
+    ahead: Ahead | None,
+) -> Decision:
     if cfg.mode == "prior" and ahead is not None:
         return _by_evidence(ballot, field, ahead, cfg, stamp_ns, why)
     winner, rule, chosen = _outcome(ballot.votes, field, cfg, stamp_ns)
@@ -189,7 +204,8 @@ def elect(
     if ahead is None:
         return told
     said = prior.heard(ballot, ahead)
-    belief = prior.belief(ahead, prior.counted(ballot, ahead, said))
+    now = prior.spoken(ballot, ahead.ids)
+    belief = prior.belief(ahead, prior.counted(ballot, ahead, said), now)
     planned = (winner, *(id for id in order if id != winner)) if cfg.plans else ()
     return replace(told, order=planned, belief=belief, said=said)
 

@@ -1,9 +1,10 @@
 """A decision in one line that a person can read: what, by whose word, and what else it could be."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
 
 from runtime.core.types import Decision, Vote
 from runtime.core.voting import consensus
+from runtime.core.voting.names import listed
 
 REASON_MAX = 100  # characters of one expert's reason
 THEN_MAX = 5  # frontiers of the order that are told
@@ -27,7 +28,8 @@ def _why(decision: Decision, elected: int) -> str:
     votes = decision.ballot.votes
     if decision.rule == "prior":
         what = "where it is found soonest" if decision.order else "the most to find for the way"
-        return f"{what} by the word of {listed(heard(decision))}{_said(decision)}"
+        names = [one.expert for one in decision.taken.said] if decision.taken else []
+        return f"{what} by {_whose(names)}{_said(decision)}"
     backers = [v for v in votes if elected in v.frontiers] or list(votes)
     if decision.chosen:
         said = "; ".join(f"{v.expert}: {_reason(v, elected)}" for v in backers)
@@ -43,12 +45,12 @@ def _why(decision: Decision, elected: int) -> str:
         "closest": "the closest",
         "ahead": "from where the unknown is looked through soonest",
     }.get(decision.rule, f"by {decision.rule}")
-    return f"{what}, as {no_agreement(decision)}"
+    absent = "; ".join(f"{m.expert}: {m.cause}" for m in decision.ballot.missing)
+    return f"{what}, as {no_agreement(decision)}" + (f" ({absent})" if absent else "")
 
 
-def heard(decision: Decision) -> list[str]:
-    """Whose word counted, where evidence does, whether or not it was a recommendation."""
-    return [expert for expert, _ in decision.without]
+def _whose(names: list[str]) -> str:
+    return f"the unknown and the word of {listed(names)}" if names else "the unknown alone"
 
 
 def _said(decision: Decision) -> str:
@@ -59,25 +61,18 @@ def _said(decision: Decision) -> str:
     return f" ({said})" if said else ""
 
 
-def no_agreement(decision: Decision) -> str:
-    """Why nobody's word decided."""
-    names = [vote.expert for vote in decision.ballot.votes]
-    absent = "; ".join(f"{m.expert}: {m.cause}" for m in decision.ballot.missing)
-    beside = f" ({absent})" if absent else ""
+def no_agreement(decision: Decision, called: Callable[[str], str] = str) -> str:
+    """Why nobody's word decided; `called`: the name of an expert, for a person."""
+    names = [called(vote.expert) for vote in decision.ballot.votes]
     if not names:
-        return f"no expert votes{beside}"
+        return "no expert votes" if decision.ballot.missing else "nobody was asked"
     if len(names) == 1:
-        return f"{names[0]} votes alone{beside}"
+        return f"{names[0]} votes alone"
     if consensus.agree([frozenset(v.frontiers) for v in decision.ballot.votes])[1]:
-        return f"what {listed(names)} agree on is too far away or voted against{beside}"
-    return f"{listed(names)} do not agree{beside}"
+        return f"what {listed(names)} agree on is too far away or voted against"
+    return f"{listed(names)} do not agree"
 
 
 def _reason(vote: Vote, frontier: int) -> str:
     text = vote.reason_for(frontier)
     return text if len(text) <= REASON_MAX else text[: REASON_MAX - 1] + "…"
-
-
-def listed(names: Sequence[str]) -> str:
-    """ "a, b and c"."""
-    return " and ".join([", ".join(names[:-1]), names[-1]]) if len(names) > 1 else names[0]

@@ -5,25 +5,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from runtime.core.belief import Taken
 from runtime.core.types import Brief, Decision, FrontierBrief, Missing, Vote
-from runtime.core.voting.explain import heard, listed, no_agreement
+from runtime.core.voting import taken
+from runtime.core.voting.explain import no_agreement
+from runtime.core.voting.names import ANSWERED_BY, introduced, listed, rule_said, who
 
-WHO: Final = {
-    "o2f": "the objects near by",
-    "r2f": "the kind of room",
-    "sle": "the look of the view",
-    "both": "objects and rooms",
-}
-ANSWERED_BY: Final = {
-    "local": "the model on the robot",
-    "cloud": "the model in the cloud",
-    "language": "the model on the robot, which was shown the views",
-    "head": "a network that was taught what lies beyond a view",
-    "embedding": "the likeness of words, without a language model",
-    "counts": "what was counted in homes",
-    "local+counts": "the model on the robot and what was counted in homes",
-    "told": "the harness, over the bus",
-}
 OBJECTS_TOLD: Final = 5  # near a frontier, the nearest; experts hear no more
 ROOMS_TOLD: Final = 3
 FRONTIERS_TOLD: Final = 4  # of one vote, the likeliest
@@ -56,6 +43,7 @@ def in_full(told: ToldDecision) -> tuple[str, ...]:
         lines.append("No frontier (an edge of what has been seen) could be reached: none was taken")
     else:
         lines.append(f"Taken: {_place(told, decision.frontier)}.")
+        lines.extend(_taken_for(told, decision.frontier))
         lines.append("  A frontier is an edge of what has been seen; behind it is the unknown.")
         lines.append(f"Rule: {_rule(told, decision.frontier)}.")
         lines.extend(_planned(decision))
@@ -81,32 +69,27 @@ def _brief_of(told: ToldDecision, id: int) -> FrontierBrief | None:
     return next((f for f in told.brief.frontiers if f.id == id), None)
 
 
+def _taken_for(told: ToldDecision, elected: int) -> Iterator[str]:
+    """Of one that is not told of any more, as in recordings, what the brief has."""
+    found, brief = told.decision.taken, _brief_of(told, elected)
+    if found is None and brief is not None:
+        found = Taken(brief.distance_m, brief.unknown_m2)
+    if found is not None:
+        ballot = told.decision.ballot
+        asked = told.decision.taken is not None and bool(ballot.votes or ballot.missing)
+        yield f"  What took it: {taken.in_words(found, asked)}."
+
+
 def _rule(told: ToldDecision, elected: int) -> str:
     decision = told.decision
-    names = [v.expert for v in decision.ballot.votes if elected in v.frontiers]
-    names = names or [v.expert for v in decision.ballot.votes]
-    if decision.rule == "prior":
-        ends = (
-            "the thing is found soonest in the mean by looking there first"
-            if decision.order
-            else "there is the most to find for the way there"
-        )
-        return f"by what is unknown and what is said by {listed(heard(decision))}, {ends}"
+    said = rule_said(decision.rule, planned=bool(decision.order))
     if not decision.chosen:
-        why = no_agreement(decision)
-        if decision.rule == "closest":
-            return f"the closest, as {why}"
-        if decision.rule == "ahead":
-            return f"looking there first sees most of the unknown soonest, as {why}"
-        return f"the one with the most unknown behind it for the way there, as {why}"
-    said = {
-        "all": f"all that voted name it ({listed(names)})",
-        "pairs": f"not all agree, but two of them name it ({listed(names)})",
-        "lone": f"{names[0]} alone voted, and here one voice counts",
-        "weighted": f"the least way, shortened by the weighed evidence of {listed(names)}",
-        "best": f"{names[0]} is surest of it",
-        "majority": f"it came most often in samples of what {names[0]} holds likely",
-    }.get(decision.rule, f"{decision.rule}, by {listed(names)}")
+        return f"{said}, as {no_agreement(decision, who)}"
+    if decision.rule == "prior":
+        return said
+    backers = [v.expert for v in decision.ballot.votes if elected in v.frontiers]
+    names = backers or [v.expert for v in decision.ballot.votes]
+    said += f" ({listed([who(name) for name in names])})" if names else ""
     others = [i for i in decision.chosen if i != elected]
     if not others:
         return said
@@ -142,7 +125,8 @@ def _vote(told: ToldDecision, vote: Vote) -> Iterator[str]:
     by = ANSWERED_BY.get(vote.rung, vote.rung)
     took_s = told.decision.ballot.latency_s.get(vote.expert)
     took = "" if took_s is None else f" in {took_s:.2f} s"
-    yield f"{_who(vote.expert)} votes for {_ids(vote.frontiers)}; answered by {by}{took}."
+    voter = _capital(introduced(vote.expert))
+    yield f"{voter}: votes for {_ids(vote.frontiers)}; answered by {by}{took}."
     p = dict(vote.probabilities)
     likely = sorted(vote.frontiers, key=lambda i: (-p.get(i, 0.0), i))
     for id in likely[:FRONTIERS_TOLD]:
@@ -177,7 +161,7 @@ def _known(expert: str, frontier: FrontierBrief | None) -> str:
 
 
 def _absence(missing: Missing) -> str:
-    return f"{_who(missing.expert)} does not vote: {_short(missing.cause)}."
+    return f"{_capital(introduced(missing.expert))}: does not vote: {_short(missing.cause)}."
 
 
 def _otherwise(told: ToldDecision) -> Iterator[str]:
@@ -185,10 +169,14 @@ def _otherwise(told: ToldDecision) -> Iterator[str]:
     decision = told.decision
     if decision.frontier is None:
         return
-    for expert, id in decision.without:
-        same = id == decision.frontier
-        would = "the same" if same or id is None else _place(told, id)
-        yield f"Without {expert} it would have been {would}."
+    changes = {e: id for e, id in decision.without if id not in (None, decision.frontier)}
+    if decision.without and not changes:
+        yield "Any one expert left out: the same."
+    for expert, id in changes.items():
+        yield f"Without {who(expert)} it would have been {_place(told, id)}."
+    same = [who(expert) for expert, _ in decision.without if expert not in changes]
+    if changes and same:
+        yield f"Without {' or '.join(same)}: the same."
     if decision.closest == decision.frontier:
         yield "It is the closest, too."
     elif decision.closest is not None:
@@ -197,8 +185,8 @@ def _otherwise(told: ToldDecision) -> Iterator[str]:
         yield f"When the votes were in it was gone: the robot went for frontier {told.heads_for}."
 
 
-def _who(expert: str) -> str:
-    return f"{expert}, by {WHO[expert]}," if expert in WHO else expert
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _short(text: str) -> str:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
-from runtime.core.belief import Ahead, Belief, Evidence, believed
+from runtime.core.belief import Ahead, Belief, Evidence, Taken, believed
 from runtime.core.types import Ballot, Decision, Missing, Vote
 from runtime.core.voting import search_order
+from runtime.core.voting.taken import by_whom, said_of, taken
 
 LEAST = 1e-9  # what says anything
 PULL = 1.0  # nats of one expert at most, either way of its mean
@@ -65,10 +66,15 @@ def counted(ballot: Ballot, ahead: Ahead, evidence: Evidence) -> Evidence:
 
 def _said(ballot: Ballot, ahead: Ahead) -> Evidence:
     """What each says now, and nothing of who was heard before and is not now."""
-    every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
-    now = {each.expert: dict(each.nats) or _named(each, ahead.ids) for each in every}
+    now = spoken(ballot, ahead.ids)
     experts = sorted({e for e, nats in now.items() if nats} | set(ahead.before))
     return {e: _apart(now.get(e, {}), ahead.ids, WEIGHTS.get(e, 1.0)) for e in experts}
+
+
+def spoken(ballot: Ballot, ids: Collection[int]) -> dict[str, dict[int, float]]:
+    """Nats as each expert tells them now, by the frontiers that it tells any of."""
+    every: tuple[Vote | Missing, ...] = (*ballot.votes, *ballot.missing)
+    return {each.expert: dict(each.nats) or _named(each, ids) for each in every}
 
 
 def _named(outcome: Vote | Missing, ids: Collection[int]) -> dict[int, float]:
@@ -141,15 +147,24 @@ def elect(
         why,
         without,
         order=order if ahead.planned else (),
-        belief=belief(ahead, counts),
+        belief=belief(ahead, counts, spoken(ballot, ahead.ids)),
         said=evidence,
     )
 
 
-def belief(ahead: Ahead, evidence: Evidence) -> Belief:
-    """Where the thing may be."""
-    spoken = (expert for expert, nats in evidence.items() if any(nats.values()))
-    return believed(ahead, pooled(evidence, ahead.ids), said=", ".join(spoken))
+def belief(ahead: Ahead, evidence: Evidence, now: Evidence | None = None) -> Belief:
+    """Where the thing may be. `now`: what each expert says now; None: all of the evidence."""
+    said = {id: by_whom(said_of(id, evidence, now)) for id in ahead.ids}
+    return believed(ahead, pooled(evidence, ahead.ids), said)
+
+
+def taken_for(decision: Decision, way_m: float, ahead: Ahead | None) -> Taken:
+    """What its frontier was taken for; `way_m` to it on foot, `ahead` as it was elected by."""
+    if ahead is None or decision.frontier is None:
+        return taken(decision, way_m, None, ())
+    counts = counted(decision.ballot, ahead, decision.said)
+    now = spoken(decision.ballot, ahead.ids)
+    return taken(decision, way_m, ahead, said_of(decision.frontier, counts, now))
 
 
 def _ordered(ahead: Ahead, evidence: Evidence) -> tuple[int, ...]:

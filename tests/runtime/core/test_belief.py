@@ -34,11 +34,14 @@ def test_frontiers_weigh_their_unknown_area_and_surfaces_what_was_missed():
 
 
 def test_evidence_multiplies_and_is_told_with_whose_it_is():
-    plain, said = believed(ahead(1.0, 1.0), {}), believed(ahead(1.0, 1.0), {1: 1.0}, said="r2f")
+    plain, said = (
+        believed(ahead(1.0, 1.0), {}),
+        believed(ahead(1.0, 1.0), {1: 1.0}, {1: "kind of room"}),
+    )
     assert plain.places[0].p == plain.places[1].p
     assert said.places[0].id == 1
     assert said.places[0].p / said.places[1].p == pytest.approx(np.e)
-    assert said.places[0].why == "1.0 m² unknown behind it, +1.0 nats by r2f"
+    assert said.places[0].why == "1.0 m² unknown behind it, +1.0 nats by kind of room"
 
 
 def test_where_nothing_is_left_all_is_elsewhere():

@@ -108,7 +108,7 @@ def test_where_it_is_looked_for_is_told_of_the_goal_alone():
         ("frontier", 3, 0.05, [2.0, 1.0]),
     ]
     said = [e["why"] for e in told["expected"]]
-    assert said[0] == "4.0 m² unknown behind it; o2f: 7: sink; r2f: kitchen"
+    assert said[0] == "4.0 m² unknown behind it; objects near by: 7: sink; kind of room: kitchen"
     assert said[1] == "0.5 m² on which it is missed with 40 %"
     assert atlas(voted()).told("where", "sofa")["expected"] == []
 

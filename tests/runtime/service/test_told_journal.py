@@ -62,7 +62,7 @@ def test_a_decision_is_told_as_it_was_told_then(journal: Path):
     at = {f.id: f.goal_xy for f in FRONTIERS}
     then = ToldDecision(1, "my mug", decision, BRIEF, at, 7)
     assert in_full(first) == in_full(then)
-    assert "sle, by the look of the view, does not vote: error: it broke." in in_full(first)
+    assert "Look of the view (sle): does not vote: error: it broke." in in_full(first)
     assert second.number == 2
 
 
@@ -165,11 +165,21 @@ def test_a_planned_decision_is_told_with_its_order_and_its_belief(tmp_path: Path
     assert told.decision.order == decision.order
     assert told.decision.belief is not None
     assert decision.belief is not None
+    assert decision.taken is not None
     assert [p.id for p in told.decision.belief.places] == [p.id for p in decision.belief.places]
     assert told.decision.belief.elsewhere == pytest.approx(decision.belief.elsewhere, abs=0.001)
+    took = told.decision.taken
+    assert took is not None
+    assert took == replace(decision.taken, share=took.share, said=took.said)
+    assert [one.expert for one in took.said] == ["o2f"]
+    assert took.share == pytest.approx(decision.taken.share, abs=0.001)
     line = json.loads(path.read_text().splitlines()[1])
     assert line["votes"][0]["nats"] == [[3, -1.0], [7, 1.0]]
     assert "ahead" not in line["brief"]
+    for wrong in (7, {**line["taken"], "way_m": "far"}, {**line["taken"], "said": [{}]}):
+        path.write_text(json.dumps({**line, "taken": wrong}) + "\n")
+        with pytest.raises(RecordingError, match=r"line 1: .* is not as rfnav writes it"):
+            list(told_decisions(path))
     line["belief"]["places"][0]["kind"] = "dream"
     path.write_text(json.dumps(line) + "\n")
     with pytest.raises(RecordingError, match="belief: is not as rfnav writes it"):

@@ -1,7 +1,10 @@
 """One line for a person: what was elected, by whose word, and what else it could have been."""
 
+from dataclasses import replace
+
 import pytest
 
+from runtime.core.belief import Said, Taken
 from runtime.core.types import Absence, Ballot, Decision, FrontierBrief, Missing, Vote
 from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.core.voting.explain import in_words
@@ -90,14 +93,20 @@ def test_an_agreement_on_what_is_too_far_away_is_told():
 
 
 def test_a_planned_order_is_told_with_whose_word_it_rests_on():
+    took = Taken(3.0, 2.0, (Said("o2f", 0.5), Said("sle", 0.2)))
     planned = Decision(
-        3, "prior", (3,), 1, Ballot((vote("o2f", 3),)), 0, "", (("o2f", 1), ("r2f", 3)), (3, 1, 2)
+        3, "prior", (3,), 1, Ballot((vote("o2f", 3),)), 0, "", (("o2f", 1), ("r2f", 3)), (3, 1, 2),
+        taken=took,
     )  # fmt: skip
     assert in_words(planned) == (
-        "frontier 3, where it is found soonest by the word of o2f and r2f (o2f: thing 3 (0.50)); "
-        "then 1, 2; the closest is 1; without o2f: 1"
+        "frontier 3, where it is found soonest by the unknown and the word of o2f and sle "
+        "(o2f: thing 3 (0.50)); then 1, 2; the closest is 1; without o2f: 1"
+    )
+    nobody = replace(planned, ballot=Ballot(), taken=Taken(3.0, 2.0))
+    assert in_words(nobody).startswith(
+        "frontier 3, where it is found soonest by the unknown alone;"
     )
     silent = Decision(1, "ahead", (), 1, Ballot(), 0, "", order=(1, 2))
     assert in_words(silent) == (
-        "frontier 1, from where the unknown is looked through soonest, as no expert votes; then 2"
+        "frontier 1, from where the unknown is looked through soonest, as nobody was asked; then 2"
     )

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from runtime.core.belief import Belief, Expected
+from runtime.core.belief import Belief, Expected, Said, Taken
 from runtime.core.types import (
     Absence,
     Ballot,
@@ -17,18 +17,12 @@ from runtime.core.types import (
 )
 from runtime.core.voting.consensus import ConsensusConfig, elect
 from runtime.core.voting.in_full import (
-    ANSWERED_BY,
     FRONTIERS_TOLD,
     OBJECTS_TOLD,
     PLACES_TOLD,
-    WHO,
     ToldDecision,
     in_full,
 )
-from runtime.experts.cloud import RUNG
-from runtime.experts.panel import EXPERTS
-from runtime.experts.seating import COUNTS, EMBEDDING, HEAD, LANGUAGE, LOCAL, TOGETHER
-from runtime.robot.told_votes import TOLD
 
 SINK = NearbyObject("sink", 0.83, 0.6)
 TOWEL = NearbyObject("towel", 0.7, 1.24)
@@ -44,9 +38,9 @@ BRIEF = Brief(
 )
 O2F = Vote(
     "o2f", (7, 9), ((3, 0.1), (7, 0.61), (9, 0.29)), "all",
-    against=(3,), reasons=((7, "sink, towel (0.61)"), (9, "nothing known (0.29)")),
+    against=(3,), reasons=((7, "sink, towel"), (9, "no object known near it")),
 )  # fmt: skip
-R2F = Vote("r2f", (7,), ((7, 0.8),), "door of bathroom (0.80)", rung="embedding")
+R2F = Vote("r2f", (7,), ((7, 0.8),), "door of bathroom", rung="embedding")
 SLE = Missing("sle", Absence.NO_PREFERENCE)
 
 
@@ -63,24 +57,23 @@ def test_it_says_where_to_by_whom_by_what_and_what_else():
         'Decision 12 of the search for "mug", 34 s into it.',
         "It was due: frontier 5 is gone.",
         "Taken: frontier 7, at (3.1, -0.4) m, 4.2 m on foot.",
+        "  What took it: 4.2 m on foot.",
         "  A frontier is an edge of what has been seen; behind it is the unknown.",
-        "Rule: all that voted name it (o2f and r2f).",
-        "o2f, by the objects near by, votes for 7 and 9; answered by the model on the robot "
-        "in 0.34 s.",
-        "  frontier 7, at (3.1, -0.4) m, 4.2 m on foot, 61 % of its belief: sink, towel (0.61)",
+        "Rule: all that voted name it (objects near by and kind of room).",
+        "Objects near by (o2f): votes for 7 and 9; answered by the model on the robot in 0.34 s.",
+        "  frontier 7, at (3.1, -0.4) m, 4.2 m on foot, 61 % of its belief: sink, towel",
         "    it knew: sink 0.6 m from it (83 % sure), towel 1.2 m from it (70 % sure), 3.0 m² "
         "unknown behind it",
-        "  frontier 9, 5.0 m on foot, 29 % of its belief: nothing known (0.29)",
+        "  frontier 9, 5.0 m on foot, 29 % of its belief: no object known near it",
         "    it knew: 0.0 m² unknown behind it",
         "  against 3",
-        "r2f, by the kind of room, votes for 7; answered by the likeness of words, without a "
-        "language model.",
-        "  frontier 7, at (3.1, -0.4) m, 4.2 m on foot, 80 % of its belief: door of bathroom "
-        "(0.80)",
+        "Kind of room (r2f): votes for 7; answered by the likeness of words, without a language "
+        "model.",
+        "  frontier 7, at (3.1, -0.4) m, 4.2 m on foot, 80 % of its belief: door of bathroom",
         "    it knew: bathroom 62 %, kitchen 20 %, study 10 %, a doorway, 3.0 m² unknown behind it",
-        "sle, by the look of the view, does not vote: no preference.",
-        "Without o2f it would have been frontier 3, at (1.0, 0.0) m, 1.1 m on foot.",
-        "Without r2f it would have been frontier 3, at (1.0, 0.0) m, 1.1 m on foot.",
+        "Look of the view (sle): does not vote: no preference.",
+        "Without objects near by it would have been frontier 3, at (1.0, 0.0) m, 1.1 m on foot.",
+        "Without kind of room it would have been frontier 3, at (1.0, 0.0) m, 1.1 m on foot.",
         "The closest was frontier 3, at (1.0, 0.0) m, 1.1 m on foot.",
     )
 
@@ -89,34 +82,40 @@ def test_it_says_where_to_by_whom_by_what_and_what_else():
     ("votes", "cfg", "rule"),
     [
         (
-            (O2F, replace(O2F, expert="r2f")),
+            (O2F, replace(O2F, expert="sle")),
             {},
-            "all that voted name it (o2f and r2f), as they do 9; of these it is the nearest",
+            "all that voted name it (objects near by and look of the view), as they do 9; of these "
+            "it is the nearest",
         ),
         (
-            (O2F, replace(O2F, expert="r2f")),
+            (O2F, replace(O2F, expert="sle")),
             {"rank": "farthest"},
-            "all that voted name it (o2f and r2f), as they do 7; of these it is ranked first",
+            "all that voted name it (objects near by and look of the view), as they do 7; of these "
+            "it is ranked first",
         ),
         (
             (O2F, R2F, replace(R2F, expert="sle", frontiers=(3,))),
             {},
-            "not all agree, but two of them name it (o2f and r2f)",
+            "two of them name it (objects near by and kind of room)",
         ),
-        ((R2F,), {"mode": "lenient"}, "r2f alone voted, and here one voice counts"),
-        ((R2F,), {"mode": "best"}, "r2f is surest of it"),
+        ((R2F,), {"mode": "lenient"}, "one alone voted, and here one voice counts (kind of room)"),
+        ((R2F,), {"mode": "best"}, "the surest of them names it (kind of room)"),
         (
             (R2F,),
             {"mode": "majority-3"},
-            "it came most often in samples of what r2f holds likely",
+            "it came most often in samples of what one of them holds likely (kind of room)",
         ),
         (
             (O2F,),
             {"mode": "weighted", "weights": (("o2f", 9.0),)},
-            "the least way, shortened by the weighed evidence of o2f",
+            "the least way, shortened by the weighed evidence of all (objects near by)",
         ),
-        ((R2F,), {}, "the closest, as r2f votes alone"),
-        ((), {}, "the closest, as no expert votes"),
+        (
+            (R2F,),
+            {},
+            "it is the closest: nobody's word decided, as kind of room votes alone",
+        ),
+        ((), {}, "it is the closest: nobody's word decided, as nobody was asked"),
     ],
 )
 def test_every_rule_is_told(votes: tuple[Vote, ...], cfg: dict, rule: str):
@@ -131,8 +130,8 @@ def test_the_fallback_by_geometry_says_what_it_weighs():
         'Decision 1 of the search for "mug".', "It was due: nobody noted why.",
     )  # fmt: skip
     assert (
-        "Rule: the one with the most unknown behind it for the way there, as no expert votes."
-        in lines
+        "Rule: the most unknown behind it for the way there: nobody's word decided, as nobody was "
+        "asked." in lines
     )
     assert lines[-2:] == (
         "The closest was frontier 3, 1.1 m on foot.",
@@ -143,8 +142,7 @@ def test_the_fallback_by_geometry_says_what_it_weighs():
 def test_what_would_have_been_the_same_is_said_so():
     third = replace(R2F, expert="sle")
     lines = in_full(told(replace(O2F, frontiers=(3,)), replace(R2F, frontiers=(3,)), third))
-    assert "Without sle it would have been the same." in lines
-    assert lines[-1] == "It is the closest, too."
+    assert lines[-2:] == ("Any one expert left out: the same.", "It is the closest, too.")
     assert "    it knew: the camera's picture toward it, 3.0 m² unknown behind it" in lines
 
 
@@ -184,12 +182,6 @@ def test_a_vote_on_what_the_brief_does_not_have_is_told_without_it():
     assert not [line for line in lines if "it knew" in line]
 
 
-def test_experts_and_rungs_are_those_that_there_are():
-    assert set(WHO) == set(EXPERTS)
-    models = {LOCAL, RUNG, LANGUAGE, HEAD, EMBEDDING}
-    assert set(ANSWERED_BY) == {*models, COUNTS, TOGETHER, TOLD}
-
-
 def test_what_is_not_among_the_places_that_are_told_is_elsewhere():
     places = tuple(Expected("frontier", i, (0.0, 0.0), 0.2, "") for i in range(4))
     decision = Decision(7, "geometry", (), 3, Ballot(), 0, "", belief=Belief(places, 0.2))
@@ -200,26 +192,50 @@ def test_what_is_not_among_the_places_that_are_told_is_elsewhere():
 
 def test_a_planned_order_tells_what_comes_after_and_where_the_thing_may_be():
     places = (
-        Expected("frontier", 7, (3.14, -0.4), 0.62, "3.0 m² unknown behind it, +1.2 nats by o2f"),
+        Expected("frontier", 9, (3.1, 2.0), 0.52, "3.0 m² unknown behind it"),
         Expected("surface", "b4", (1.0, 2.0), 0.1, "0.8 m² on which it is missed with 40 %"),
     )
+    took = Taken(4.2, 3.04, (Said("o2f", 0.42), Said("sle", -0.21, earlier=True)), 0.07, 1, 3)
     decision = Decision(
-        7, "prior", (7,), 3, Ballot((O2F,)), 0, "", (("o2f", 3),), (7, 3, 9), Belief(places, 0.28)
+        7, "prior", (7,), 3, Ballot((O2F,), (SLE,)), 0, "",
+        (("o2f", 3), ("r2f", 7), ("sle", 7)), (7, 3, 9), Belief(places, 0.38), taken=took,
     )  # fmt: skip
     lines = in_full(ToldDecision(2, "mug", decision, BRIEF, {7: (3.14, -0.4)}, 7))
-    begins = lines.index(
-        "Rule: by what is unknown and what is said by o2f, the thing is found soonest in the mean "
-        "by looking there first."
-    )
-    assert lines[begins + 1 : begins + 5] == (
+    begins = lines.index("Taken: frontier 7, at (3.1, -0.4) m, 4.2 m on foot.")
+    assert lines[begins + 1 : begins + 7] == (
+        "  What took it: 4.2 m on foot, 3.0 m² unknown behind it, +0.4 nats by objects near by, "
+        "-0.2 nats by look of the view (said earlier), 7 % of the belief, first of 3 in the "
+        "planned order.",
+        "  A frontier is an edge of what has been seen; behind it is the unknown.",
+        "Rule: the thing is found soonest in the mean by looking there first, by the unknown and "
+        "what all say.",
         "After it: 3, 9, as far as is known now.",
-        "Where it may be, likeliest first (28 % elsewhere):",
-        "  behind frontier 7, at (3.1, -0.4) m, 62 %: 3.0 m² unknown behind it, +1.2 nats by o2f",
-        "  surface b4, at (1.0, 2.0) m, 10 %: 0.8 m² on which it is missed with 40 %",
+        "Where it may be, likeliest first (38 % elsewhere):",
+        "  behind frontier 9, at (3.1, 2.0) m, 52 %: 3.0 m² unknown behind it",
     )
-    assert "Without o2f it would have been frontier 3, 1.1 m on foot." in lines
-    silent = replace(decision, rule="ahead", chosen=(), ballot=Ballot(), without=(), belief=None)
+    assert "Without objects near by it would have been frontier 3, 1.1 m on foot." in lines
+    assert "Without kind of room or look of the view: the same." in lines
+
+
+def test_where_nobody_was_asked_nobody_is_said_to_say_nothing():
+    took = Taken(4.2, 3.04, (), 0.07, 1, 3)
+    silent = Decision(7, "ahead", (), 3, Ballot(), 0, "", order=(7, 3, 9), taken=took)
+    lines = in_full(ToldDecision(2, "mug", silent, BRIEF, {}, 7))
     assert (
-        "Rule: looking there first sees most of the unknown soonest, as no expert votes."
-        in in_full(ToldDecision(2, "mug", silent, BRIEF, {}, 7))
+        "  What took it: 4.2 m on foot, 3.0 m² unknown behind it, 7 % of the belief, first of 3 "
+        "in the planned order."
+    ) in lines
+    assert (
+        "Rule: most of the unknown is seen soonest by looking there first: nobody's word decided, "
+        "as nobody was asked."
+    ) in lines
+    heard = in_full(
+        ToldDecision(2, "mug", replace(silent, ballot=Ballot((), (SLE,))), BRIEF, {}, 7)
     )
+    assert "no expert says anything of it" in heard[3]
+
+
+def test_of_a_decision_of_a_recording_what_the_brief_has_is_told():
+    bare = Decision(7, "geometry", (), 3, Ballot((), (SLE,)), 0, "")
+    lines = in_full(ToldDecision(2, "mug", bare, BRIEF, {}, 7))
+    assert "  What took it: 4.2 m on foot, 3.0 m² unknown behind it." in lines

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runtime.core.belief import Ahead
+from runtime.core.belief import Ahead, Taken
 from runtime.core.types import Absence, Ballot, Missing, Vote
 from runtime.core.voting import prior, search_order
 from runtime.core.voting.consensus import (
@@ -227,8 +227,8 @@ def test_without_an_order_it_is_told_who_was_heard_and_what_each_changed():
     assert told.belief is not None
     assert told.belief.places[0].id == 2
     assert in_words(told) == (
-        "frontier 2, the most to find for the way by the word of o2f and r2f (o2f: so it is; "
-        "r2f: so it is); the closest is 1; without o2f: 1; without r2f: 1"
+        "frontier 2, the most to find for the way by the unknown and the word of o2f and r2f "
+        "(o2f: so it is; r2f: so it is); the closest is 1; without o2f: 1; without r2f: 1"
     )
     silent = elected(Ballot(), ahead, ONE_STEP)
     assert (silent.rule, silent.frontier, silent.chosen) == ("geometry", 1, ())
@@ -359,7 +359,33 @@ def test_belief_follows_evidence():
     assert [p.id for p in after.places] == [1, 2]
 
 
-def test_belief_names_who_has_said_anything():
-    said = {"o2f": {1: 0.5, 2: -0.5}, "r2f": {1: 0.0, 2: 0.0}}
-    told = prior.belief(star(masses=(1.0, 1.0)), said)
-    assert told.places[0].why == "1.0 m² unknown behind it, +0.3 nats by o2f"
+def test_belief_names_who_says_something_of_each_place():
+    said = {"o2f": {1: 0.5, 2: 0.01}, "r2f": {1: 0.0, 2: 0.5}, "sle": {1: 0.0, 2: -0.4}}
+    told = prior.belief(star(masses=(1.0, 1.0)), said, {"o2f": {1: 1.0, 2: 0.5}, "r2f": {2: 1.0}})
+    why = {place.id: place.why for place in told.places}
+    assert why[1] == "1.0 m² unknown behind it, +0.3 nats by objects near by"
+    assert why[2].endswith(" nats by kind of room and look of the view (said earlier)")
+
+
+def test_a_decision_has_what_its_frontier_was_taken_for():
+    frontiers = [_Reachable(1, 1.0), _Reachable(2, 2.0), _Reachable(3, 3.0)]
+    ahead = replace(star(masses=(1.0, 1.0, 9.0)), before={"sle": {1: 0.0, 2: 0.0, 3: 0.5}})
+    vote = Vote("o2f", (3,), (), "", nats=((1, 0.0), (2, 0.0), (3, 0.9)))
+    quiet = Missing("r2f", Absence.NO_EVIDENCE)
+    told = elect(Ballot((vote,), (quiet,)), frontiers, ConsensusConfig(), ahead=ahead)
+    took = told.taken
+    assert took is not None
+    assert told.belief is not None
+    assert (told.frontier, took.way_m, took.unknown_m2) == (3, 3.0, 9.0)
+    assert [(one.expert, one.earlier) for one in took.said] == [("o2f", False), ("sle", True)]
+    assert took.said[0].nats == pytest.approx(0.6)
+    assert took.said[1].nats == pytest.approx(0.6 * 0.5)
+    share = next(place.p for place in told.belief.places if place.id == 3)
+    assert (took.share, took.place, took.planned) == (share, told.order.index(3) + 1, 3)
+
+
+def test_without_areas_a_frontier_is_taken_for_its_way_alone():
+    cfg = ConsensusConfig(mode="strict", fallback="closest")
+    told = elect(Ballot(), [_Reachable(1, 1.0), _Reachable(2, 2.0)], cfg)
+    assert told.taken == Taken(1.0)
+    assert elect(Ballot(), [], cfg).taken is None
