@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 from runtime.clock import Deadline
 from runtime.core.types import Absence, Brief, Missing, Vote
+from runtime.core.voting.names import ANSWERED_BY
 from runtime.experts.panel import Expert
 
 
@@ -31,7 +32,7 @@ def with_fallback(name: str, rungs: Sequence[Rung]) -> Expert:
         causes: list[str] = []
         for n, rung in enumerate(rungs):
             if not rung.ready(by):
-                causes.append(f"{rung.name}: not ready")
+                causes.append(f"{_called(rung)}: not ready")
                 continue
             lowest = n == len(rungs) - 1
             outcome = _try(rung, brief, by if lowest else by.tightened(rung.share * by.left_s()))
@@ -40,10 +41,15 @@ def with_fallback(name: str, rungs: Sequence[Rung]) -> Expert:
             if outcome.why.is_answer:
                 told = "; ".join([*causes, outcome.detail] if outcome.detail else causes)
                 return replace(outcome, expert=name, detail=told)
-            causes.append(f"{rung.name}: {outcome.cause}")
+            unseen = outcome.why is Absence.NO_IMAGES  # which is so whoever is asked
+            causes.append(outcome.cause if unseen else f"{_called(rung)}: {outcome.cause}")
         return Missing(name, Absence.NO_MODEL, "; ".join(causes))
 
     return ask
+
+
+def _called(rung: Rung) -> str:
+    return ANSWERED_BY.get(rung.name, rung.name)
 
 
 def _try(rung: Rung, brief: Brief, by: Deadline) -> Vote | Missing:

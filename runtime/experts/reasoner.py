@@ -159,7 +159,7 @@ class Reasoner:
         """The abstention while too few pictures are encoded."""
         assert self._pictures is not None
         count = sum(bool(f.image) for f in brief.frontiers)
-        told = f"of {count} too few are encoded yet"
+        told = f"of {count} views too few are encoded yet"
         return Missing("sle", Absence.NO_IMAGES, "; ".join([told, *self._pictures.errors[:1]]))
 
     def _look(self, cfg: ExpertConfig, brief: Brief, by: Deadline) -> Vote | Missing:

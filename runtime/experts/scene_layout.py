@@ -135,7 +135,7 @@ class SceneLayoutExperts:
             return Missing("sle", Absence.NO_EVIDENCE)
         seen = {f.id: f.sight for f in brief.frontiers if f.sight is not None}
         views = {id: self._view(sight) for id, sight in seen.items() if _shows(sight)}
-        told = f"of {len(seen)} views none shows anything" if seen else "no view of a frontier"
+        told = f"of {len(seen)} views none shows anything" if seen else "no view of a frontier yet"
         return views or Missing("sle", Absence.NO_IMAGES, told)
 
     def _view(self, sight: Sight) -> SeenView:

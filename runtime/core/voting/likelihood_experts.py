@@ -13,7 +13,7 @@ from statistics import fmean
 from typing import Final, Literal
 
 from runtime.core.keys import key
-from runtime.core.types import Absence, Brief, Missing, Vote
+from runtime.core.types import Absence, Brief, FrontierBrief, Missing, Vote
 
 OBJECT_DECAY_M = 1.5  # distance at which an object's weight has fallen to 1 / e
 OBJECTS_HEARD = 5  # around a frontier, the nearest; of many the average says nothing
@@ -285,7 +285,7 @@ def recommend(
     chosen = tuple(i for i in ids if p[i] >= cfg.bar / len(ids))
     if not chosen:
         return Missing(expert, Absence.NO_PREFERENCE, nats=nats)
-    reasons = tuple((i, f"{told[i]} ({p[i]:.2f})") for i in chosen)
+    reasons = tuple((i, told[i]) for i in chosen)
     reason = "; ".join(f"{i}: {why}" for i, why in reasons)
     against = tuple(i for i in ids if p[i] <= cfg.doubt / len(ids))
     told_p = tuple(p.items())
@@ -302,10 +302,23 @@ def vote_where_known(
     """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""
     if not evidence:
         return Missing(expert, Absence.NO_EVIDENCE)
-    known = {f.id: evidence.get(f.id, (0.0, "nothing known")) for f in brief.frontiers}
+    known = {f.id: evidence.get(f.id) or (0.0, _unknown(expert, f)) for f in brief.frontiers}
     nats = {i: value for i, (value, _) in known.items()}
     texts = {i: told for i, (_, told) in known.items()}
     return recommend(expert, brief, nats, texts, cfg, unknown_weight)
+
+
+def _unknown(expert: str, frontier: FrontierBrief) -> str:
+    """Why nothing is known of a frontier to one expert."""
+    if expert == "sle":
+        return "no view of it yet"
+    if not frontier.objects and not frontier.rooms:
+        return "no object or room known near it"
+    if expert == "o2f" and not frontier.objects:
+        return "no object known near it"
+    if expert == "r2f" and not frontier.rooms:
+        return "no room known near it"
+    return "nothing near it that tells of the goal"
 
 
 def spoken_room(name: str) -> str:

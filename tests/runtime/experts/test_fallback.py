@@ -74,7 +74,10 @@ def test_every_rung_says_why_it_could_not() -> None:
             Rung("embedding", says(Missing("", Absence.NONSENSE, "x"))),
         ],
     )
-    causes = "local: out of memory; cloud: not ready; embedding: nonsense: x"
+    causes = (
+        "the model on the robot: out of memory; the model in the cloud: not ready; the likeness of "
+        "words, without a language model: nonsense: x"
+    )
     assert expert(BRIEF, never()) == Missing("sle", Absence.NO_MODEL, causes)
     assert with_fallback("sle", [])(BRIEF, never()) == Missing("sle", Absence.NO_MODEL)
 
@@ -94,3 +97,15 @@ def test_time_is_left_for_the_rungs_below() -> None:
     asked.clear()
     expert(BRIEF, Deadline.never(clock))
     assert asked == [math.inf] * 3
+
+
+def test_people_are_told_of_models_by_what_they_are() -> None:
+    above = [
+        Rung("local", says(Missing("", Absence.LATE))),
+        Rung("head", says(Missing("", Absence.NO_IMAGES, "no view of a frontier yet"))),
+    ]
+    below = Rung("embedding", says(Missing("", Absence.NO_EVIDENCE)))
+    told = "the model on the robot: late; no view of a frontier yet"
+    assert with_fallback("sle", [*above, below])(BRIEF, never()) == Missing(
+        "sle", Absence.NO_EVIDENCE, told
+    )

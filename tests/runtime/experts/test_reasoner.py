@@ -113,7 +113,7 @@ def test_what_is_not_encoded_yet_is_not_waited_for() -> None:
         soon = Deadline.after(2.0, clock)
         for ask in (look, words):
             assert ask(BRIEF, soon) == Missing(
-                "sle", Absence.NO_IMAGES, "of 2 too few are encoded yet"
+                "sle", Absence.NO_IMAGES, "of 2 views too few are encoded yet"
             )
         assert model.asked == []
         gate.set()
@@ -131,7 +131,7 @@ def test_an_image_that_is_none_is_told_and_the_vote_goes_on_without_it() -> None
     wood = FrontierBrief(12, 3.0, (), (("hall", 1.0),), image=b"wood")
     three = replace(BRIEF, frontiers=(*BRIEF.frontiers, wood))
     with Reasoner(model, SystemClock(), 150, sees=True) as reasoner:
-        told = "of 2 too few are encoded yet; no picture"
+        told = "of 2 views too few are encoded yet; no picture"
         for ask in (reasoner.look(ExpertConfig()), reasoner.expert("sle")):
             assert ask(BRIEF, never()) == Missing(
                 "sle", Absence.NO_IMAGES, told

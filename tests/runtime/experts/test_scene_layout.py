@@ -102,7 +102,7 @@ def test_a_frontier_that_was_never_seen_counts_as_unknown(experts: SceneLayoutEx
 @pytest.mark.parametrize("by", ["head", "language"])
 def test_without_a_view_it_has_no_word(experts: SceneLayoutExperts, by: str) -> None:
     ask = getattr(experts, by)(CFG)
-    unseen = Missing("sle", Absence.NO_IMAGES, "no view of a frontier")
+    unseen = Missing("sle", Absence.NO_IMAGES, "no view of a frontier yet")
     assert ask(brief(None, None), NEVER) == unseen
     one_colour = replace(sight(0.5), features=np.full((3, 2, 4), 2.5, np.float16))
     broken = replace(sight(0.5), features=np.full((3, 2, 4), np.nan, np.float16))

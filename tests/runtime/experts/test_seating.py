@@ -19,6 +19,8 @@ from runtime.core.types import Absence, Ballot, Brief, FrontierBrief, Missing, N
 from runtime.core.voting import consensus
 from runtime.core.voting.consensus import ConsensusConfig, ConsensusMode
 from runtime.core.voting.likelihood_experts import ExpertConfig, SceneRung
+from runtime.core.voting.names import ANSWERED_BY
+from runtime.core.voting.sight_experts import HEAD
 from runtime.experts.cloud import Cloud
 from runtime.experts.cloud_config import CloudConfig
 from runtime.experts.likelihood import LikelihoodExperts
@@ -239,7 +241,7 @@ def test_sle_asks_the_model_that_sees(stack: ExitStack, tmp_path: Path) -> None:
         assert voted(seats.experts(SEATED, CFG)["sle"](BRIEF, never())) == ((2,), "local")
     blind = Brief("toilet", 9, tuple(replace(f, image=b"") for f in BRIEF.frontiers))
     outcome = seats.experts(SEATED, CFG)["sle"](blind, never())
-    assert outcome == Missing("sle", Absence.NO_EVIDENCE, "local: no images")
+    assert outcome == Missing("sle", Absence.NO_EVIDENCE, "no view of a frontier yet")
 
 
 def test_a_large_model_reasons_for_the_experts_of_words(stack: ExitStack) -> None:
@@ -327,7 +329,7 @@ def test_what_cannot_be_opened_is_said_and_the_vote_goes_on(stack: ExitStack) ->
     assert seats.health()["errors"] == ["scene-layout.onnx: no such model file"]
     seats.likeness = lambda brief: NO_VIEWS
     outcome = seats.experts(SEATED, cfg)["sle"](SEEN, never())
-    why = "head: scene-layout.onnx: no such model file"
+    why = f"{ANSWERED_BY[HEAD]}: scene-layout.onnx: no such model file"
     assert outcome == Missing("sle", Absence.NO_EVIDENCE, why)
     seats.experts(SEATED, CFG)
     assert seats.health()["errors"] == []  # nobody wants it

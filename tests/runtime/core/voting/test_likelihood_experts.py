@@ -23,6 +23,7 @@ from runtime.core.voting.likelihood_experts import (
     recommend,
     vote_objects,
     vote_rooms,
+    vote_where_known,
 )
 
 CFG = ExpertConfig()
@@ -96,8 +97,8 @@ def test_o2f_prefers_near_and_certain_evidence():
     p = dict(vote.probabilities)
     assert p[1] > p[3] > p[2]
     assert sum(p.values()) == pytest.approx(1.0)
-    assert vote.reason == f"1: sink ({p[1]:.2f})"
-    assert vote.reason_for(1) == f"sink ({p[1]:.2f})"
+    assert vote.reason == "1: sink"
+    assert vote.reason_for(1) == "sink"
 
 
 def test_the_goal_itself_is_no_evidence_for_the_goal():
@@ -124,6 +125,25 @@ def test_nothing_known_is_an_abstention():
     told = brief(near(1), near(2))
     assert vote_objects(told, {"sink": 1.0}, CFG) == Missing("o2f", Absence.NO_EVIDENCE)
     assert vote_rooms(told, {"bathroom": 1.0}, CFG) == Missing("r2f", Absence.NO_EVIDENCE)
+
+
+def test_why_nothing_is_known_of_a_frontier_is_said_by_what_is_near_it():
+    told = brief(
+        near(1, ("sink", 0.9, 0.5)), near(2, ("lamp", 0.9, 0.5)), near(3), in_rooms(4, kitchen=1.0)
+    )
+    every = ExpertConfig(bar=0.0)
+    objects = vote_objects(told, {"sink": 1.0}, every)
+    rooms = vote_rooms(told, {"kitchen": 1.0}, every)
+    assert isinstance(objects, Vote)
+    assert isinstance(rooms, Vote)
+    nothing = "no object or room known near it"
+    assert [objects.reason_for(i) for i in (1, 2, 3, 4)] == [
+        "sink", "nothing near it that tells of the goal", nothing, "no object known near it",
+    ]  # fmt: skip
+    assert [rooms.reason_for(i) for i in (2, 3, 4)] == ["no room known near it", nothing, "kitchen"]
+    views = vote_where_known("sle", told, {1: (0.5, "the view toward it")}, every)
+    assert isinstance(views, Vote)
+    assert views.reason_for(3) == "no view of it yet"
 
 
 @given(st.dictionaries(st.integers(1, 9), st.floats(-30, 30), min_size=1, max_size=9))

@@ -59,7 +59,7 @@ def test_of_a_frontier_that_was_never_seen_nothing_is_known():
     assert shy.why is Absence.NO_PREFERENCE
     good = vote_sights(told, {2: 2.0}, CFG, LANGUAGE)
     assert isinstance(good, Vote)
-    assert (good.frontiers, good.reason) == ((2,), "2: the view toward it (0.93)")
+    assert (good.frontiers, good.reason) == ((2,), "2: the view toward it")
     assert vote_sights(told, {}, CFG, HEAD) == Missing("sle", Absence.NO_EVIDENCE)
 
 
