@@ -4,6 +4,7 @@ there, or is not what it should be, is null: a page shows what it can."""
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
+from runtime.core.voting.names import rule_said
 from runtime.tracing.budgets import Budgets
 from runtime.tracing.stages import Stage
 
@@ -147,6 +148,9 @@ def decision_of(
     told |= {name: report[name] for name in names if name in report}
     votes = [one for one in report.get("votes") or () if isinstance(one, Mapping)]
     told["votes"] = [{**_vote(v), "latency_s": took.get(str(v.get("expert")))} for v in votes]
+    if isinstance(rule := report.get("rule"), str):
+        told["rule_said"] = rule_said(rule, planned=bool(report.get("order")))
+    told["taken"] = str(table(report, "taken").get("in_words") or "")
     told["without"] = table(report, "without")
     on = [one for one in report.get("frontiers") or () if isinstance(one, Mapping)]
     told["frontiers"] = [{**f, "goal_xy": moved(f.get("goal_xy"), origin_xy)} for f in on]

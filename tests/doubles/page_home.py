@@ -108,7 +108,9 @@ def scene(**more: Any) -> dict[str, Any]:
 def decision(number: int = 4, frontier: int = 7) -> dict[str, Any]:
     return {
         "number": number, "id": "5f3a09c1", "goal": "a red mug", "elapsed_s": 31.0,
-        "frontier": frontier, "rule": "pairs", "why": "frontier 3 is gone", "closest": 11,
+        "frontier": frontier, "rule": "pairs", "rule_said": "two of them name it",
+        "taken": "3.4 m on foot, first of 3 in the planned order",
+        "why": "frontier 3 is gone", "closest": 11,
         "heads_for": frontier, "chosen": [frontier], "in_words": f"frontier {frontier}",
         "full": FULL,
         "votes": [

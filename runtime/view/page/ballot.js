@@ -1,6 +1,6 @@
 /** Why it goes where it goes: who voted for what, in words, and what would have been else. */
 
-import { byId, element, listed, metres, percent, replace, ruleSaid, rungSaid, span, whoSaid } from "./words.js";
+import { byId, element, listed, metres, percent, replace, rungSaid, span, whoSaid } from "./words.js";
 
 const SHOWN = 3; // frontiers of one vote, the likeliest
 
@@ -101,7 +101,8 @@ function taken(decision) {
     "p",
     { class: "elected" },
     element("strong", {}, `Frontier ${frontier}`),
-    `${far}: ${ruleSaid(decision.rule)}.`,
+    `${far}: ${decision.rule_said ?? ""}.`,
+    decision.taken ? element("small", {}, `${decision.taken}.`) : null,
     element("small", {}, `${about}.${due}`),
   );
 }
@@ -122,27 +123,25 @@ function absent({ expert, why, cause, detail }) {
 }
 
 function otherwise(decision) {
-  const rows = Object.entries(decision.without ?? {}).map(([expert, id]) => {
-    const same = id === decision.frontier || id == null;
-    return element(
-      "li",
-      {},
-      element("span", {}, `Without ${whoSaid(expert).toLowerCase()}`),
-      element("span", {}, same ? "the same" : `frontier ${id}`),
-    );
-  });
+  const without = Object.entries(decision.without ?? {});
+  const changed = without.filter(([, id]) => id != null && id !== decision.frontier);
+  const same = without.filter((one) => !changed.includes(one)).map(([expert]) => whoSaid(expert).toLowerCase());
+  const rows = changed.map(([expert, id]) => otherwiseRow(`Without ${whoSaid(expert).toLowerCase()}`, `frontier ${id}`));
+  if (same.length) {
+    rows.push(otherwiseRow(changed.length ? `Without ${same.join(" or ")}` : "Any one expert left out", "the same"));
+  }
   if (decision.closest != null) {
     const same = decision.closest === decision.frontier;
-    rows.push(
-      element("li", {}, element("span", {}, "The closest"), element("span", {}, same ? "this one" : `frontier ${decision.closest}`)),
-    );
+    rows.push(otherwiseRow("The closest", same ? "this one" : `frontier ${decision.closest}`));
   }
   if (decision.heads_for != null && decision.heads_for !== decision.frontier) {
-    rows.push(
-      element("li", {}, element("span", {}, "It was gone when the votes were in"), element("span", {}, `to ${decision.heads_for}`)),
-    );
+    rows.push(otherwiseRow("It was gone when the votes were in", `to ${decision.heads_for}`));
   }
   return rows.length ? element("ul", { class: "else" }, ...rows) : null;
+}
+
+function otherwiseRow(what, would) {
+  return element("li", {}, element("span", {}, what), element("span", {}, would));
 }
 
 function inFull({ full, votes }) {

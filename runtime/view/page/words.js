@@ -17,21 +17,6 @@ export const RUNG = {
   none: "nobody",
 };
 
-const RULE = {
-  all: "all that voted name it",
-  pairs: "two of them name it",
-  lone: "one alone voted",
-  weighted: "the weighed evidence of all",
-  best: "the surest of them names it",
-  majority: "it came most often",
-  closest: "it is the closest: nobody's word decided",
-  ratio: "the most unknown for the way: nobody's word decided",
-  geometry: "the most unknown for the way: nobody's word decided",
-  gain: "the most unknown for the way: nobody's word decided",
-  ahead: "most of the unknown is seen soonest: nobody's word decided",
-  prior: "the most to find for the way, by the unknown and what all say",
-};
-
 const STATE = {
   starting: "Starting: models load",
   ready: "Ready for a goal",
@@ -60,7 +45,6 @@ const HALT_REMEDY = {
   cliff: "It backs off and goes another way.",
 };
 
-export const ruleSaid = (rule) => RULE[rule] ?? String(rule ?? "").replaceAll("_", " ");
 export const stateSaid = (state) => STATE[state] ?? String(state ?? "");
 export const remedy = (cause) => HALT_REMEDY[String(cause).split(":")[0]] ?? "";
 export const whoSaid = (expert) => WHO[expert] ?? expert;

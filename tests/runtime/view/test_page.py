@@ -29,12 +29,14 @@ def test_it_tells_what_the_robot_does_and_why(told):
     assert "6.1 m" in text(page, "#now-figures", "way")
     why = text(page, "#why-body", "Frontier 7")
     assert "3.4 m on foot: two of them name it." in why
+    assert "3.4 m on foot, first of 3 in the planned order." in why
     assert "model on the robot, 0.34 s" in why
     assert "sink, towel near it" in why
     assert "58 %" in why
     assert "against 12" in why
     assert "all views look alike" in why  # who did not vote
     assert "Without objects near by\nfrontier 11" in why
+    assert "Without kind of room or look of the view\nthe same" in why
     assert page.title() == "a red mug · RF-NAV"
 
 

@@ -5,6 +5,7 @@ from typing import Any
 import pytest
 
 from runtime.core.belief import Belief, Expected
+from runtime.core.voting.names import rule_said
 from runtime.tracing.budgets import read_budgets
 from runtime.view.told import (
     NAMES_MOST,
@@ -115,6 +116,7 @@ def test_a_decision_has_votes_with_the_time_that_each_took():
         }
     ]  # fmt: skip
     assert (told["number"], told["why"], told["without"]) == (3, "new", {"o2f": None})
+    assert (told["taken"], "rule_said" in told) == ("", False)
     assert decision_of({}, 3, "mug", ["a"]) == {"number": 3, "goal": "mug", "full": ["a"]}
 
 
@@ -150,3 +152,10 @@ def test_what_was_seen_is_suggested_first_and_nothing_twice():
 @pytest.mark.parametrize("at", [None, "x", [1.0], {}, 7])
 def test_a_place_that_is_none_is_null(at: object):
     assert moved(at, (1.0, 1.0)) is None
+
+
+def test_a_decision_is_told_by_the_same_words_as_in_rfnav_why():
+    report = {"rule": "prior", "order": [7, 3], "taken": {"in_words": "4.2 m on foot"}}
+    told = decision_of(report, 3, "mug", [])
+    assert (told["rule_said"], told["taken"]) == (rule_said("prior", planned=True), "4.2 m on foot")
+    assert decision_of({"rule": "all"}, 3, "mug", [])["rule_said"] == rule_said("all")
