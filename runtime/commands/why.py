@@ -81,7 +81,8 @@ def _of_runtime(runtime: Running, kind: str, number: int | None) -> dict[str, An
     journal = Path(runtime.ask("status", {}).get("journal") or "")
     if not journal.is_file() or not os.access(journal, os.R_OK):
         return answer
-    return _of_journal(journal, kind, number)
+    kept = _of_journal(journal, kind, number)
+    return answer if "error" in kept else kept
 
 
 def _of_journal(path: Path, kind: str, number: int | None) -> dict[str, Any]:

@@ -86,7 +86,9 @@ class Recollection:
             return vars(kept[-1])
         if number is None:
             return None
-        raise ConfigError(f"why: decision {number}: {_range([d.number for d in self._decisions])}")
+        raise ConfigError(
+            f"why: decision {number}: {_range(number, [d.number for d in self._decisions])}"
+        )
 
     def _stop(self, number: int | None, now_s: float) -> dict[str, object] | None:
         kept = [s for s in self._stops if number in (None, s.number)]
@@ -94,7 +96,7 @@ class Recollection:
             return vars(kept[-1]) | {"in_words": stop_in_full(kept[-1], now_s)}
         if number is None:
             return None
-        raise ConfigError(f"why: stop {number}: {_range([s.number for s in self._stops])}")
+        raise ConfigError(f"why: stop {number}: {_range(number, [s.number for s in self._stops])}")
 
 
 def is_stop(state: str, cause: str) -> bool:
@@ -121,7 +123,9 @@ def _number(name: str, value: object) -> int:
     return value
 
 
-def _range(numbers: Sequence[int]) -> str:
+def _range(number: int, numbers: Sequence[int]) -> str:
     if not numbers:
         return "there was none yet"
+    if number > max(numbers):
+        return f"there is none yet; the last is {numbers[-1]}"
     return f"is not remembered; {min(numbers)} to {max(numbers)} are"

@@ -90,7 +90,11 @@ def test_a_decision_that_is_remembered_no_more_is_in_the_journal(answered, tmp_p
         journal.write("goal", text="mug")
         journal.write("decision", brief=Brief("mug", 0, ()), **explain(nowhere, world, "nearest"))
     assert ask("1").output.startswith('Decision 1 of the search for "mug".\n')
-    assert (ask("2").exit_code, ask("1", "--stop").exit_code) == (1, 1)
+    assert ask("1", "--stop").exit_code == 1
+    answer["error"] = "why: decision 2: there is none yet; the last is 1"
+    done = ask("2")  # which the journal does not have, either
+    told = "rfnav: why: decision 2: there is none yet; the last is 1\n"
+    assert (done.output, done.exit_code) == (told, 1)
 
 
 def test_of_a_journal(tmp_path: Path):

@@ -63,7 +63,7 @@ def test_one_stop_follows_another_and_each_has_its_time():
     assert "it lasted 1.0 s, then: degraded: rung: none." in in_words(
         recollection.why({"stop": 2}, 9.0), "stop"
     )
-    with pytest.raises(ConfigError, match="stop 3: is not remembered; 1 to 2 are"):
+    with pytest.raises(ConfigError, match="stop 3: there is none yet; the last is 2"):
         recollection.why({"stop": 3}, 9.0)
 
 
