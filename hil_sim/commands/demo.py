@@ -30,6 +30,7 @@ from hil_sim.simulation.faults import Fault, model_fault, parse_faults
 from hil_sim.simulation.protocol import EXTRAS, Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from hil_sim.simulation.rover_stand_in import RoverStandIn
+from runtime.core.voting.names import introduced, listed, rule_said
 from runtime.core.world import Mode
 from runtime.errors import ConfigError
 from runtime.journal import MAP_FILE
@@ -38,6 +39,7 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
     from hil_sim.simulation.scene_physics import ScenePhysics
 
 SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
+METHOD = "rfnav"
 
 
 @click.command(
@@ -52,7 +54,7 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--listen", help="With --serve: its bus; tcp/127.0.0.1:7447 otherwise.")
 @click.option("--scene", default="maple", show_default=True, help="Bundled home, or a scene file.")
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
-@click.option("--method", default="rfnav", show_default=True, help=f"{', '.join((*SINGLE, *COW))}.")
+@click.option("--method", default=METHOD, show_default=True, help=f"{', '.join((*SINGLE, *COW))}.")
 @click.option("--protocol", default="hm3d", show_default=True, help="hm3d, robothor, onrobot.")
 @click.option("--noise", multiple=True, metavar="NAME=SIZE",
               help="Other than the protocol's: depth=0.003, camera=kinect-v1, all, …")  # fmt: skip
@@ -69,7 +71,8 @@ SUMMARY_FILE, PICTURE_FILE = "summary.json", "map.png"
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
 @click.option("--record", type=click.Path(path_type=Path), help="Where the runtime records it.")
-@click.option("--out", type=click.Path(path_type=Path), help="Default: out/SCENE-GOAL-START.")
+@click.option("--out", type=click.Path(path_type=Path),
+              help="Default: out/SCENE-GOAL-START, -METHOD if it is another.")  # fmt: skip
 @click.option(
     "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True
 )
@@ -105,7 +108,7 @@ def _episode(given: dict[str, Any]) -> None:
     protocol = protocol_named(given["protocol"], given["tilt"], given["noise"], given["sensors"])
     protocol = replace(protocol, whole_mm=given["whole_mm"])
     faults = parse_faults(given["faults"])
-    run_dir = given["out"] or Path("out") / f"{home.name}-{judged.replace(' ', '-')}-{start}"
+    run_dir = given["out"] or default_dir(home.name, judged, start, method)
     _clear(run_dir)
     keep_stdout_for_python()
     assets = Assets()
@@ -130,6 +133,12 @@ def _episode(given: dict[str, Any]) -> None:
     if result.ended.failed:
         raise HarnessError(result.ended.why)
     sys.exit(0 if result.success else 1)
+
+
+def default_dir(scene: str, goal: str, start: int, method: str) -> Path:
+    """Where one search leaves its results, so that another method's do not replace them."""
+    name = f"{scene}-{goal.replace(' ', '-')}-{start}"
+    return Path("out") / (name if method == METHOD else f"{name}-{method.replace('/', '-')}")
 
 
 def _stage(
@@ -212,18 +221,32 @@ def _tell(step: Step) -> None:
 
 
 def vote_lines(decision: dict[str, Any]) -> list[str]:
-    """Who voted for what, and why: one line for the decision, one for each expert."""
+    """What was decided and by which rule, what it was taken for, and who said what: a line each."""
     elected, closest = decision.get("frontier"), decision.get("closest")
-    what = f"frontier {elected}" if elected is not None else "no frontier"
-    beside = "" if elected == closest else f", where the closest is {closest}"
-    lines = [f"      vote ({decision.get('why')}): {what} by {decision.get('rule')}{beside}"]
-    said = {vote["expert"]: (_set(vote["frontiers"]), vote["reason"]) for vote in decision["votes"]}
-    said |= {absent["expert"]: ("abstains", absent["cause"]) for absent in decision["missing"]}
-    return lines + [f"        {name}: {who}: {why}" for name, (who, why) in sorted(said.items())]
+    asked = decision["votes"] or decision["missing"]
+    head = f"      {'vote' if asked else 'decision'} ({decision.get('why')}): "
+    if elected is None:
+        lines = [f"{head}no frontier can be reached"]
+    else:
+        rule = rule_said(str(decision.get("rule")), planned=bool(decision.get("order")))
+        beside = "" if elected == closest else f"; the closest is {closest}"
+        lines = [f"{head}frontier {elected}: {rule}{beside}"]
+    taken = decision.get("taken")
+    lines += [f"        what took it: {taken['in_words']}"] if taken else []
+    said = {vote["expert"]: _voted(vote, elected) for vote in decision["votes"]}
+    said |= {m["expert"]: f"does not vote: {m['cause']}" for m in decision["missing"]}
+    return lines + [f"        {introduced(name)}: {what}" for name, what in sorted(said.items())]
 
 
-def _set(ids: list[int]) -> str:
-    return "{" + ", ".join(str(number) for number in ids) + "}"
+def _voted(vote: dict[str, Any], elected: int | None) -> str:
+    """Whom a vote is for, and why: for the elected frontier, else for the likeliest."""
+    ids, p, reasons = vote["frontiers"], dict(vote["probabilities"]), dict(vote["reasons"])
+    told = elected if elected in ids else max(ids, key=lambda id: (p.get(id, 0.0), -id))
+    share = f" ({100 * p[told]:.0f} % of its belief)" if told in p else ""
+    what = f"votes for {listed([str(id) for id in ids])}"
+    if told != elected and elected is not None:
+        what += f", not for {elected}"
+    return f"{what}; for {told}{share}: {reasons.get(told, vote['reason'])}"
 
 
 def _finish(run_dir: Path, result: EpisodeResult) -> None:

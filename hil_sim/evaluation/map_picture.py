@@ -209,7 +209,9 @@ def _title(meta: dict[str, Any], summary: dict[str, Any]) -> str:
     if not summary:
         return title
     result = "success" if summary.get("success") else "failure"
-    parts = [f"{title} in {summary.get('scene', '?')}: {result} ({summary.get('ended', '')})"]
+    where, how = summary.get("scene", "?"), summary.get("method")
+    title = f"{title} in {where}" + (f" by {how}" if how else "")
+    parts = [f"{title}: {result} ({summary.get('ended', '')})"]
     if summary.get("path_m") is not None:
         shortest, spl = summary.get("shortest_path_m"), summary.get("spl")
         parts.append(

@@ -41,8 +41,10 @@ def with_fallback(name: str, rungs: Sequence[Rung]) -> Expert:
             if outcome.why.is_answer:
                 told = "; ".join([*causes, outcome.detail] if outcome.detail else causes)
                 return replace(outcome, expert=name, detail=told)
-            unseen = outcome.why is Absence.NO_IMAGES  # which is so whoever is asked
-            causes.append(outcome.cause if unseen else f"{_called(rung)}: {outcome.cause}")
+            if outcome.why is Absence.NO_IMAGES:  # which is so whoever is asked
+                causes.append(outcome.detail or "no view of a frontier yet")
+            else:
+                causes.append(f"{_called(rung)}: {outcome.cause}")
         return Missing(name, Absence.NO_MODEL, "; ".join(causes))
 
     return ask

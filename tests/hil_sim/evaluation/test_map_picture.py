@@ -1,5 +1,6 @@
 """The picture of an episode: what lies close together stays readable."""
 
+import json
 from pathlib import Path
 from typing import Any
 
@@ -89,3 +90,15 @@ def test_a_journal_without_expectations_has_no_discs(
 ) -> None:
     monkeypatch.setattr(Axes, "add_patch", lambda axes, patch: pytest.fail(str(patch)))
     draw_map(expecting(run_folder(tmp_path), {}), tmp_path / "map.png")
+
+
+def test_the_title_names_the_method(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    titles: list[str] = []
+    real = Axes.set_title
+    monkeypatch.setattr(Axes, "set_title", lambda axes, text, **more: (
+        titles.append(text), real(axes, text, **more))[1])  # fmt: skip
+    folder = run_folder(tmp_path)
+    told = {"scene": "maple", "method": "closest", "success": True, "ended": "stop"}
+    (folder / "summary.json").write_text(json.dumps(told))
+    draw_map(folder, tmp_path / "map.png")
+    assert titles == ["find a toilet in maple by closest: success (stop)"]
