@@ -26,7 +26,7 @@ from hil_sim.ground_truth.goals import category_word
 from hil_sim.ground_truth.witness import TARGET_MODES, Claim
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
-from hil_sim.simulation.faults import Fault, model_fault, parse_faults
+from hil_sim.simulation.faults import HELP, Fault, model_fault, parse_faults
 from hil_sim.simulation.protocol import EXTRAS, Protocol, protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from hil_sim.simulation.rover_stand_in import RoverStandIn
@@ -66,7 +66,7 @@ METHOD = "rfnav"
               show_default=True, help="The base's wire; mavlink: to a stand-in.")  # fmt: skip
 @click.option("--dialect", type=click.Choice(["ros2dds", "rmw_zenoh"]), default="ros2dds",
               show_default=True, help="How the robot speaks ROS 2 over Zenoh.")  # fmt: skip
-@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
+@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]", help=HELP)
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")

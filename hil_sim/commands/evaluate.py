@@ -16,8 +16,8 @@ from hil_sim.evaluation.results import Results, errors, falls, sole, stages
 from hil_sim.evaluation.starts import survey
 from hil_sim.evaluation.summary import table
 from hil_sim.evaluation.worker import Settings, protocol_for
-from hil_sim.ground_truth.episodes import Episode, load_suite
-from hil_sim.simulation.faults import parse_faults
+from hil_sim.ground_truth.episodes import Episode, known_suites, load_suite
+from hil_sim.simulation.faults import HELP, parse_faults
 from hil_sim.simulation.protocol import EXTRAS
 from runtime.errors import RfNavError
 from runtime.journal import plain
@@ -28,7 +28,8 @@ from runtime.journal import plain
     epilog="Examples:  hil-sim eval --suite smoke --method rfnav --method closest   |   "
     "hil-sim eval --episodes DIR --limit 100 --protocol robothor",
 )
-@click.option("--suite", default="smoke", show_default=True, help="Bundled name, or a suite file.")
+@click.option("--suite", default="smoke", show_default=True,
+              help=f"{', '.join(known_suites())}, or a suite file.")  # fmt: skip
 @click.option("--episodes", "folder", type=click.Path(path_type=Path),
               help="RoboTHOR's folder of episodes, instead of a suite.")  # fmt: skip
 @click.option("--limit", default=0, help="Only so many episodes: a suite's first.")
@@ -42,7 +43,7 @@ from runtime.journal import plain
 @click.option("--tilt", type=click.Choice(["level", "episode"]), default="level")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(EXTRAS))
 @click.option("--realtime", is_flag=True, help="In real time; results do not repeat exactly.")
-@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
+@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]", help=HELP)
 @click.option("--config", type=click.Path(path_type=Path), help="The runtime's TOML file.")
 @click.option("--set", "sets", multiple=True, metavar="KEY=VALUE", help="Override one key of it.")
 @click.option("--out", type=click.Path(path_type=Path), help="Default: out/eval-SUITE.")

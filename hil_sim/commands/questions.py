@@ -17,7 +17,7 @@ from hil_sim.expert_bench.scene_plan import KINDS, ScenePlan
 @click.command(
     "questions",
     epilog="Examples:  hil-sim questions --bank out/questions --side fit   |   "
-    "hil-sim questions --bank out/questions --side test --out docs/experts.md   |   "
+    "hil-sim questions --bank out/questions --side test --out docs/lab/experts-tables.md   |   "
     "hil-sim questions --bank out/questions --homes 0 --side fit --quick "
     "--set research.experts_bar=1.3   |   hil-sim questions --expert sle --views out/beyond/dev "
     "--counted out/beyond/train --bank out/questions --homes 0 --side all",

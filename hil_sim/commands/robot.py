@@ -14,7 +14,7 @@ from hil_sim.driving.rig import open_world
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
-from hil_sim.simulation.faults import parse_faults
+from hil_sim.simulation.faults import HELP, parse_faults
 from hil_sim.simulation.mishaps import Mishaps
 from hil_sim.simulation.noise import generator
 from hil_sim.simulation.protocol import EXTRAS, Protocol, protocol_named
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # PyBullet prints when it is imported
 @click.option("--start", default=0, show_default=True, help="Which of the random start poses.")
 @click.option("--listen", default="tcp/127.0.0.1:7447", show_default=True, help="Its bus.")
 @click.option("--sensor", "sensors", multiple=True, type=click.Choice(EXTRAS))
-@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]")
+@click.option("--fault", "faults", multiple=True, metavar="NAME[:KEY=VALUE,…]", help=HELP)
 @click.option("--seed", default=0, show_default=True, help="Of noise and faults.")
 @click.option(
     "--renderer", type=click.Choice(["auto", "egl", "tiny"]), default="auto", show_default=True

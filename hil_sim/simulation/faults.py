@@ -122,6 +122,11 @@ KINDS: dict[str, Kind] = {
         timed=False, model="cloud-down", settings=BUDGET,
     ),
 }  # fmt: skip
+HELP = (
+    f"What goes wrong on purpose: {', '.join(KINDS)}. KEY: `at` and `for`, in observations (30) or "
+    "simulated seconds (12s), and `size`; each fault has its own defaults."
+)
+"""Of the option of every command that takes faults."""
 AT = 20.0
 _LENGTH = re.compile(r"(\d+(?:\.\d+)?)(s?)")
 

@@ -55,7 +55,7 @@ class ConsensusConfig:
     detour_m: float = key(
         math.inf,
         "No vote wins a frontier that is so much farther than the fallback's; 1.0 costs least a "
-        "decision with weak models (docs/experts.md), the paper has no bound.",
+        "decision with weak models (docs/lab/experts.md), the paper has no bound.",
         "m",
         research="consensus_detour_m",
         within=(0.0, math.inf),
