@@ -177,7 +177,7 @@ def main(out: Path | None, vlfm: Sequence[Path], semexp: Path | None) -> None:
     larger = grown(recorded, world, config) if out else {}
     if out:
         out.parent.mkdir(parents=True, exist_ok=True)
-        draw_growth(SIDES, larger, out.parent / "figures" / "core-growth.png")
+        draw_growth(SIDES, larger, GOALS, out.parent / "figures" / "core-growth.png")
     text = page(machine(), times.median_ms(REFERENCE), lines, field, SIDES, larger)
     if out:
         out.write_text(text, encoding="utf-8")

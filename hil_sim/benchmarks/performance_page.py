@@ -11,6 +11,8 @@ from hil_sim.benchmarks.drive import BOXES, FRAMES, HOME
 
 DPI = 110
 NOT_A_TIME = "megabytes"
+TICKS_MS = tuple(step * 10**power for power in range(-3, 4) for step in (1, 2, 5))
+LEAST_ROOM = 0.9  # of the axis, below what is drawn, and above
 
 
 @dataclass(frozen=True)
@@ -97,15 +99,32 @@ def _growth(sides: Sequence[int], larger: Mapping[str, Sequence[float]]) -> list
     return lines
 
 
-def draw_growth(sides: Sequence[int], larger: Mapping[str, Sequence[float]], out: Path) -> None:
-    """Medians by stage over the side of the known map, both axes logarithmic."""
+def draw_growth(
+    sides: Sequence[int],
+    larger: Mapping[str, Sequence[float]],
+    goals: Mapping[str, tuple[float, float] | None],
+    out: Path,
+) -> None:
+    """Medians by stage over the side of the known map, both axes logarithmic; dashed, in a stage's
+    colour, the goal of its median, of (median, p99) ms."""
     figure = Figure(figsize=(7.5, 4.6), dpi=DPI, layout="constrained")
     axes = figure.add_subplot()
-    for stage, values in larger.items():
-        if stage != NOT_A_TIME:
-            axes.loglog(sides, values, "o-", label=stage)
+    stages = {stage: values for stage, values in larger.items() if stage != NOT_A_TIME}
+    bounds = [goal[0] for stage in stages if (goal := goals.get(stage))]
+    for number, (stage, values) in enumerate(stages.items()):
+        axes.loglog(sides, values, "o-", color=f"C{number}", label=stage)
+        if goal := goals.get(stage):
+            axes.axhline(goal[0], color=f"C{number}", ls="--", lw=1.0)
+    if bounds:
+        axes.plot([], [], "--", color="0.4", lw=1.0, label="goal of that colour")
     axes.set_xticks(sides, [str(side) for side in sides])
+    drawn = [*bounds, *(value for values in stages.values() for value in values)]
+    low, high = LEAST_ROOM * min(drawn), max(drawn) / LEAST_ROOM
+    ticks = [tick for tick in TICKS_MS if low <= tick <= high]
+    axes.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+    axes.set_ylim(low, high)
     axes.minorticks_off()
+    axes.grid(axis="y", color="0.9")
     axes.set_xlabel("side of the known map, cells")
     axes.set_ylabel("median, ms")
     axes.legend(fontsize=8, loc="upper left", bbox_to_anchor=(1.0, 1.0))

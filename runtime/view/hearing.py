@@ -16,6 +16,7 @@ import numpy as np
 
 from runtime.errors import SensorError
 from runtime.loops.drawings import TOPICS
+from runtime.map_look import room_hue
 from runtime.robot import drawn_messages, wire
 from runtime.robot.dialects.choice import spoken
 from runtime.robot.dialects.dialect import RosTopic
@@ -152,7 +153,9 @@ class PageHearing:
         newest = self.newest
         if newest.scene:
             state = newest.state
-            beside = {"rooms": self.rooms, "belief": belief_of(state, origin_of(state))}
+            hues = [room_hue(name) for name in self.rooms]
+            belief = belief_of(state, origin_of(state))
+            beside = {"rooms": self.rooms, "hues": hues, "belief": belief}
             self._audience.tell("scene", {**newest.scene, **beside})
 
     def scene_json(self) -> str:

@@ -334,7 +334,8 @@ class ReplayFeed:
         ]
         things = [{**one, "goal": one["name"] == then.goal_name} for one in marks.get("things", ())]
         step = max(1, -(-len(path) // 500))
-        drawn = {"plan": then.plan, "path": path[::-step][::-1], "area": None, "rooms": []}
+        drawn = {"plan": then.plan, "path": path[::-step][::-1], "area": None, "rooms": [],
+                 "hues": []}  # fmt: skip
         told_scene = {"goal": then.goal_name, "frontiers": frontiers, "things": things, **drawn}
         self._tell("scene", {**told_scene, "belief": []})
 

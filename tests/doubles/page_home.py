@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from page_double import PageDouble
 
+from runtime.map_look import room_hue
+
 CELLS_A_M = 20
 ROOMS = ["kitchen", "living room", "bedroom", "bathroom", "hallway"]
 X0_M, Y0_M = -1.0, -4.0
@@ -97,6 +99,7 @@ def scene(**more: Any) -> dict[str, Any]:
         ],
         "things": [dict(zip(names, thing, strict=True)) for thing in things],
         "plan": PLAN, "path": PATH, "area": None, "rooms": ROOMS,
+        "hues": [room_hue(name) for name in ROOMS],
         "belief": [
             {"kind": "surface", "id": 4, "xy": [5.8, -3.0], "p": 0.34, "why": "mugs are by sinks"},
             {"kind": "frontier", "id": 7, "xy": [6.0, 2.2], "p": 0.22, "why": "unknown behind it"},

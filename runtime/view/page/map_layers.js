@@ -11,11 +11,12 @@ const FULL_TURN = 2 * Math.PI;
 
 export function drawMap(context, view, model, tiles, colours, drawing) {
   const { width, height } = view;
+  const scene = model.drawn;
+  colours.paint(scene.hues);
   context.fillStyle = colours.unknown;
   context.fillRect(0, 0, width, height);
   grid(context, view, colours);
   cells(context, view, tiles, colours);
-  const scene = model.drawn;
   const labels = new Labels(context, view, colours.halo);
   rooms(view, tiles, scene.rooms, colours, labels);
   const { target: goes, pose } = model.past ? {} : (model.state ?? {});
@@ -151,13 +152,21 @@ function edge(context, view, frontier, { taken, marked }, colours, labels) {
     context.fillRect(x - size / 2, y - size / 2, size, size);
   }
   context.globalAlpha = 1;
-  const at = view.toScreen(frontier.xy);
+  const at = view.toScreen(middleDot(frontier));
   if (marked) {
     disc(context, at, 19);
     stroke(context, colour, 3);
   }
   const style = { colour, badge: taken || marked, rank: taken || marked ? 6 : 3, must: taken };
   if (reachable || taken || marked) labels.add(String(frontier.id), at, style);
+}
+
+/** That dot of a frontier that is nearest to their middle; where it is driven to, without dots. */
+function middleDot({ cells, xy }) {
+  if (!cells?.length) return xy;
+  const [x, y] = middle(cells);
+  const away = cells.map((cell) => Math.hypot(cell[0] - x, cell[1] - y));
+  return cells[away.indexOf(Math.min(...away))];
 }
 
 function named(context, view, { name, xy }, colours, labels) {

@@ -6,7 +6,7 @@ export class Model {
   constructor() {
     this.welcome = null;
     this.state = null;
-    this.scene = { frontiers: [], things: [], plan: [], path: [], area: null, rooms: [], belief: [] };
+    this.scene = { frontiers: [], things: [], plan: [], path: [], area: null, rooms: [], hues: [], belief: [] };
     this.zones = [];
     this.bound = true;
     this.places = [];

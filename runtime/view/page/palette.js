@@ -1,11 +1,10 @@
 /** The colours of the map, of the theme that is on. */
 
 const NAMES = ["unknown", "grid", "free", "wall", "drop", "path", "plan", "frontier", "taken", "zone", "thing", "goal", "place", "belief", "halo"];
-const GOLDEN_DEG = 137.508; // neighbours in the list of rooms are far from each other in hue
-const FIRST_DEG = 205;
 
 export class Palette {
   constructor() {
+    this.hues = []; // of the types of room, degrees
     this.#read();
     this.listeners = [];
     for (const query of ["(prefers-color-scheme: dark)", "(prefers-contrast: more)"]) {
@@ -20,10 +19,18 @@ export class Palette {
     this.listeners.push(then);
   }
 
+  /** Takes what hue each type of room has, as `rfnav view` tells it. */
+  paint(hues) {
+    if (String(hues) === String(this.hues)) return;
+    this.hues = hues;
+    this.#read();
+  }
+
   #read() {
     const style = getComputedStyle(document.documentElement);
     for (const name of NAMES) this[name] = style.getPropertyValue(`--map-${name}`).trim();
     const strength = Number(style.getPropertyValue("--map-tint"));
+    const saturation = style.getPropertyValue("--map-tint-saturation").trim();
     const light = style.getPropertyValue("--map-tint-light").trim();
     const [free, wall] = [rgb(this.free), rgb(this.wall)];
     const tints = new Map();
@@ -31,8 +38,9 @@ export class Palette {
       free: word(free),
       wall: word(wall),
       room: (index) => {
+        if (this.hues[index] === undefined) return word(free);
         if (!tints.has(index)) {
-          const hue = rgb(`hsl(${(FIRST_DEG + index * GOLDEN_DEG) % 360} 48% ${light})`);
+          const hue = rgb(`hsl(${this.hues[index]} ${saturation} ${light})`);
           tints.set(index, word(free.map((c, i) => c + strength * (hue[i] - c))));
         }
         return tints.get(index);

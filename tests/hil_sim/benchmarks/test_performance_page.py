@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from matplotlib.figure import Figure
 
 from hil_sim.benchmarks.performance_page import StageRow, draw_growth, page
 
@@ -30,7 +31,19 @@ def test_others_and_growth_are_told_where_they_were_measured():
     assert "| megabytes | 11 | 18 |" in told
 
 
-def test_the_plot_is_written(tmp_path: Path):
+def test_the_plot_has_plain_numbers_and_the_goals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     out = tmp_path / "figures" / "growth.png"
-    draw_growth((240, 480), {"integrate": [1.0, 1.2], "megabytes": [1.0, 2.0]}, out)
+    drawn: list[Figure] = []
+    real = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *where: (
+        drawn.append(figure), real(figure, *where)))  # fmt: skip
+    larger = {"integrate": [0.3, 1.2], "frontiers": [0.2, 0.4], "megabytes": [1.0, 2.0]}
+    goals = {"integrate": None, "frontiers": (4.0, 8.0), "plan": (50.0, 60.0)}
+    draw_growth((240, 480), larger, goals, out)
     assert out.read_bytes().startswith(b"\x89PNG")
+    (axes,) = drawn[0].axes
+    assert [label.get_text() for label in axes.get_yticklabels()] == ["0.2", "0.5", "1", "2"]
+    dashed = {line.get_ydata()[0] for line in axes.lines
+              if line.get_linestyle() == "--" and len(line.get_ydata())}  # fmt: skip
+    assert dashed == {4.0}
+    assert axes.get_ylim()[1] > 4.0

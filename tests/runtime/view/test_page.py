@@ -2,9 +2,12 @@
 
 import re
 
+import numpy as np
 import page_home as home
 from chromium import needs_chromium, page_at, until
 from page_double import serving
+
+from runtime.map_look import room_tint
 
 pytestmark = list(needs_chromium)
 SPOILT = '<img src=x onerror="document.title=1">'
@@ -54,6 +57,10 @@ def test_the_map_appears_and_grows(told):
         return [...n]; }"""
     )
     assert {0xE6E2D9, 0x343A44} <= set(seen)  # unknown, and walls
+    for name in home.ROOMS:
+        tint = np.array(room_tint(name))
+        away = min(np.abs(tint - [one >> 16, one >> 8 & 255, one & 255]).max() for one in seen)
+        assert away <= 2, name  # Chromium rounds on the way
     assert page.locator("#map-empty").is_hidden()
 
 

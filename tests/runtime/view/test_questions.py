@@ -13,6 +13,7 @@ from page_service import PageService, told_rooms
 
 from runtime.core.geometry import GridFrame
 from runtime.core.mapping.grid import MapCopy
+from runtime.map_look import room_hue
 from runtime.robot.drawn_messages import Stamp, encode_map
 from runtime.service.atlas import atlas_of, nothing_told
 from runtime.view.live import LiveFeed
@@ -104,7 +105,8 @@ def test_the_map_comes_with_its_rooms(
     looked_at(live_feed, service)
     service.tell("rfnav/scene", {"goal": "mug"})
     service.publish("rfnav/map", grid(np.ones((70, 70), bool)))
-    audience.wait("scene", lambda s: s["rooms"] == ["kitchen", "hallway"])
+    scene = audience.wait("scene", lambda s: s["rooms"] == ["kitchen", "hallway"])
+    assert scene["hues"] == [room_hue("kitchen"), room_hue("hallway")]
     until(lambda: audience.maps >= 2)
     message, _ = live_feed.tiles.since(TilesHeld()) or (b"", TilesHeld())
     assert struct.unpack_from("<H", message, 28)[0] == 4
