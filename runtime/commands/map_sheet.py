@@ -56,7 +56,7 @@ KEY: Final[Mapping[str, Colour]] = MappingProxyType({
 
 
 @dataclass(frozen=True)
-class Label:
+class MapWord:
     """Words in a `box`, `low` their base line; `point`: what a line leads to, None beside it."""
 
     text: str
@@ -91,7 +91,7 @@ class Sheet:
     cell_px: int
     resolution_m: float
     origin_xy: tuple[float, float]
-    labels: list[Label] = field(default_factory=list)
+    labels: list[MapWord] = field(default_factory=list)
     used: set[str] = field(default_factory=set)
 
     @classmethod
@@ -207,7 +207,7 @@ class Sheet:
         for left, low in spots:
             box = left, low - height, left + width, low + base
             if must or self._fits(box):
-                self.labels.append(Label(text, box, low, size, colour, point))
+                self.labels.append(MapWord(text, box, low, size, colour, point))
                 return True
         return False
 
