@@ -279,8 +279,6 @@ class Missing:
     @property
     def cause(self) -> str:
         """The same for people."""
-        if self.why is Absence.NO_IMAGES:
-            return self.detail or "no view of a frontier yet"
         if not self.detail:
             return self.why.value
         return self.detail if self.why.is_told_by_detail else f"{self.why.value}: {self.detail}"
@@ -313,14 +311,12 @@ class Decision:
     why: str  # the event that made it due
     without: tuple[tuple[str, int | None], ...] = ()
     """By expert that was heard: what would have been elected without its word."""
-    order: tuple[int, ...] = field(default=(), metadata=UNWRITTEN)
-    """In which the robot would look behind the frontiers, where that is planned."""
+    order: tuple[int, ...] = field(default=(), metadata=UNWRITTEN)  # of looks, where planned
     belief: Belief | None = field(default=None, repr=False, metadata=UNWRITTEN)
     """Where the thing may be, where that is worked out."""
     said: Evidence = field(default_factory=dict, repr=False, metadata=UNWRITTEN)
     """What experts have said of frontiers so far, where that is remembered."""
     taken: Taken | None = field(default=None, compare=False, repr=False, metadata=UNWRITTEN)
-    """What the elected frontier was taken for."""
 
 
 class Action(StrEnum):

@@ -15,8 +15,6 @@ from runtime.core.types import Absence, Missing
         (Absence.NOT_AFFORDED, "cap per day: 0.1 USD left", "cap per day: 0.1 USD left"),
         (Absence.CALL_FAILED, "cannot be reached", "cannot be reached"),
         (Absence.HAS_VOTED, "", "the cloud has voted"),
-        (Absence.NO_IMAGES, "", "no view of a frontier yet"),
-        (Absence.NO_IMAGES, "of 2 views none shows anything", "of 2 views none shows anything"),
         (Absence.NO_MODEL, "", "no model"),
         (Absence.NO_MODEL, "local: late; cloud: not ready", "local: late; cloud: not ready"),
     ],
