@@ -636,10 +636,10 @@ def test_why_it_goes_there_and_why_it_stood_is_told_on_asking(tmp_path: Path):
     assert first["in_words"][0].startswith('Decision 1 of the search for "toilet", ')
     elected = robot.decisions[0]["frontier"]
     assert first["in_words"][2].startswith(f"Taken: frontier {elected}, at (")
-    assert any(line.startswith("o2f, by the objects near by, votes") for line in first["in_words"])
+    assert any(line.startswith("Objects near by (o2f): votes for ") for line in first["in_words"])
     assert answer["stop"]["kind"] in ("odometry", "plan")
     assert answer["stop"]["in_words"][2].startswith("It began ")
-    assert unknown["error"].startswith("why: decision 999: is not remembered; 1 to ")
+    assert unknown["error"].startswith("why: decision 999: there is none yet; the last is ")
     assert status["votes"]["o2f"]["local"] >= 1
     assert status["journal"] == str(tmp_path / "decisions.jsonl")
     assert status["elapsed_s"] > 0

@@ -181,5 +181,5 @@ def test_why_is_answered_and_what_cannot_be_is_refused():
     )
     request = Request("why", {"decision": 4}, query, "rfnav/why")
     assert telemetry.why(request) == {
-        "accepted": False, "error": "why: decision 4: is not remembered; 3 to 3 are",
+        "accepted": False, "error": "why: decision 4: there is none yet; the last is 3",
     }  # fmt: skip
