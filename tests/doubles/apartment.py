@@ -53,12 +53,14 @@ class Apartment:
         return cls(fine, pose)
 
     def observe(self) -> Observation:
-        """Depth and pose; the colour image is black but for one pixel, which numbers it."""
+        """Depth and pose; the colour image is black but for one pixel, which numbers the pose."""
         self.stamp_ns += 100_000_000
         pose = self.pose  # a robot in real time goes on meanwhile
-        depth = self._depth(rays(INTRINSICS, MOUNT, 1), pose)
+        depth = self.depth(rays(INTRINSICS, MOUNT, 1), pose)
         rgb = np.zeros((*depth.shape, 3), np.uint8)
-        number = (self.stamp_ns // 100_000_000) % (1 << 24)
+        number = max(self.shown, default=0)
+        if not self.shown or self.shown[number].pose != pose:  # else all is as it was
+            number += 1
         rgb[0, 0] = [number & 255, number >> 8 & 255, number >> 16]
         obs = Observation(self.stamp_ns, rgb, depth, pose, INTRINSICS)
         self.shown[number] = obs
@@ -70,7 +72,7 @@ class Apartment:
         red, green, blue = (int(value) for value in rgb[0, 0])
         return self.shown.get(red | green << 8 | blue << 16) or self.observe()
 
-    def _depth(self, table: Rays, pose: Pose) -> np.ndarray:
+    def depth(self, table: Rays, pose: Pose) -> np.ndarray:
         w = table.up.shape[1]
         floor = np.where(table.up < -1e-6, -MOUNT.z_m / np.minimum(table.up, -1e-6), np.inf)
         depth = floor

@@ -45,7 +45,7 @@ def films(robot: RobotDouble, home: Apartment) -> None:
             pose.y_m + BESIDE_M * math.cos(pose.yaw_rad),
             pose.yaw_rad,
         )
-        depth = Apartment(home.heights, there)._depth(rays(WIDER, MOUNT, 1))
+        depth = home.depth(rays(WIDER, MOUNT, 1), there)
         return wire.encode_depth(np.ascontiguousarray(np.rot90(depth)), stamp_ns, DEPTH)
 
     robot.filmed, robot.telling = filmed, telling

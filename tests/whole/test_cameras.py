@@ -61,18 +61,24 @@ def test_a_camera_shows_what_is_there(cameras: str, name: str):
 
 PATIENT = "safety.odom_stale_s=2.0", "safety.frame_stale_s=4.0", "safety.plan_stale_s=5.0"
 HALF = replace(INTRINSICS, width=INTRINSICS.width // 2, height=INTRINSICS.height // 2)
-MM = np.full((INTRINSICS.height, INTRINSICS.width), 2000, np.uint16)
+
+
+def mm(ns: int) -> np.ndarray:
+    """Of a depth image that lives, as its colour does."""
+    return np.full((INTRINSICS.height, INTRINSICS.width), 2000 + ns // 1000 % 50, np.uint16)
+
+
 WRONG = {
     "camera/color/camera_info: nothing received in 5 s": ("camera_info", lambda ns: b""),
     "camera/color/image_raw: encoding 'nv21': publish rgb8, bgr8": (
         "color", lambda ns: image("nv21", (4, 4), bytes(24), stamp_ns=ns),
     ),
     "camera/depth/image_raw: is a CompressedImage, '16UC1; compressedDepth png': add \"depth\"": (
-        "depth", lambda ns: compressed_image(*compressed_depth(png(MM)), ns),
+        "depth", lambda ns: compressed_image(*compressed_depth(png(mm(ns))), ns),
     ),
     "describes 80x60": ("camera_info", lambda ns: wire.encode_camera_info(HALF, ns)),
     "where one step is 0.001 m: if it is 0.0001 m, set camera.depth_unit_m = 0.0001": (
-        "depth", lambda ns: image("16UC1", (160, 120), (MM * 20).tobytes(), stamp_ns=ns),
+        "depth", lambda ns: image("16UC1", (160, 120), (mm(ns) * 20).tobytes(), stamp_ns=ns),
     ),
 }  # fmt: skip
 
