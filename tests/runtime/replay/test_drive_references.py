@@ -19,7 +19,7 @@ from runtime.recording.schemas import JSON_SCHEMAS
 from runtime.robot import wire
 
 LOOPS = ("lockstep", "realtime")
-SIZE_MB = 8.0  # of both together
+SIZE_MB = 9.0  # of both together
 LAYOUT = ROOT / "deploy/foxglove/rf-nav.json"
 
 

@@ -47,7 +47,7 @@ def test_a_page_is_told_what_there_is_to_go_through(feed: ReplayFeed, audience: 
     times_ns = [message.log_time_ns for message in messages(DRIVE)]
     assert (span["from_s"], span["to_s"]) == (min(times_ns) / 1e9, max(times_ns) / 1e9)
     assert [one["goal"] for one in span["goals"]] == ["toilet"]
-    assert [one["number"] for one in span["decisions"]] == list(range(1, 11))
+    assert [one["number"] for one in span["decisions"]] == list(range(1, 9))
     assert feed.welcome()["mode"] == "replay"
     assert feed.welcome()["can"] == {"teleop": False, "command": False, "camera": True}
     assert audience.wait("at", lambda told: True)["speed"] == 0.0
