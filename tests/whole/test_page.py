@@ -150,7 +150,7 @@ def test_the_same_page_plays_a_recording(recording):
         page.click("#play >> text=Halt")
         page.focus("#scrub")
         page.keyboard.press("End")
-        page.wait_for_selector("#why-body >> text=Decision 10, for “toilet”")
+        page.wait_for_selector("#why-body >> text=Decision 8, for “toilet”")
         page.wait_for_selector("#now-does >> text=Found.")
         ended_m2 = known_m2(page)
         page.fill("#scrub", "60")  # tenths of a second
