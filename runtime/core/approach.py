@@ -202,7 +202,7 @@ def _toward(
         return Reached.HELD_UP, None
     verb = "approach" if confirmed(thing, world.goal) else "inspect"
     why = f"{verb} {what}{' from another side' if again else ''}"
-    action, course = policy.drive(world, field)
+    action, course = policy.drive(world, field, candidate.exactly)
     command = Command(action, Mode.TARGET, thing.xy, why, course=course)
     return Reached.ON_THE_WAY, toward(field, world.pose, command)
 

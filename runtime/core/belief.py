@@ -117,6 +117,11 @@ class Ahead:
         return self.between_m.size > 0
 
 
+def signed(nats: float) -> str:
+    """ "+0.4"; never "-0.0"."""
+    return f"{round(nats, 1) + 0.0:+.1f}"
+
+
 def believed(ahead: Ahead, nats: Mapping[int, float], said: Mapping[int, str] = NOBODY) -> Belief:
     """What lies behind frontiers by their unknown area and the evidence, nats by id; on surfaces by
     theirs and how likely it was missed there. `said`: whose the evidence is, by id."""
@@ -125,7 +130,7 @@ def believed(ahead: Ahead, nats: Mapping[int, float], said: Mapping[int, str] = 
         mass = area_m2 * float(np.exp(nats.get(id, 0.0)))
         why = f"{area_m2:.1f} m² unknown behind it"
         if said.get(id):
-            why += f", {round(nats.get(id, 0.0), 1) + 0.0:+.1f} nats by {said[id]}"
+            why += f", {signed(nats.get(id, 0.0))} nats by {said[id]}"
         weighed.append(Expected("frontier", id, xy, mass, why))
     for patch in ahead.patches:
         mass = STANDING * patch.area_m2 * patch.missed

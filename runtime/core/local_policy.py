@@ -61,8 +61,8 @@ class LocalPolicy(Protocol):
     def undoes(self, world: World, turn: Action) -> bool:
         """Whether a turn to face something only undoes the one before."""
 
-    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
-        """The way down a field."""
+    def drive(self, world: World, field: Field, exactly: bool = False) -> tuple[Action, Course]:
+        """The way down a field, `exactly` to where it ends, as by `arrived`."""
 
     def steer(self, world: World, command: Command) -> Command:
         """The command as the base is told it until the next observation."""
@@ -145,7 +145,7 @@ class WholeSteps:
         few = way.actions.count(Action.MOVE_FORWARD) <= STEPS_INTO
         return way.actions if few else ()
 
-    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
+    def drive(self, world: World, field: Field, exactly: bool = False) -> tuple[Action, Course]:
         """One action, or the next of several planned together where none leads on by itself."""
         course, body_m = Along(world.terrain, field), self.cfg.robot.radius_m
         place = world.terrain, field, world.pose, body_m
@@ -155,7 +155,7 @@ class WholeSteps:
             return action or Action.TURN_LEFT, course
         if not step_search.clear(world.terrain, world.pose, p.plan, body_m):
             p.plan = ()
-        if not p.plan and self._beside(world, field):
+        if exactly and not p.plan and self._beside(world, field):
             p.plan = self._into(world, field)
         if not p.plan and p.idle > (PATIENCE if action else 0):
             field = world.plan.farther(field, world.terrain, world.pose, step_search.BEYOND_M)
@@ -247,7 +247,7 @@ class Velocities:
     def undoes(self, world: World, turn: Action) -> bool:
         return False  # a rate that overshoots comes back by itself
 
-    def drive(self, world: World, field: Field) -> tuple[Action, Course]:
+    def drive(self, world: World, field: Field, exactly: bool = False) -> tuple[Action, Course]:
         # The control loop follows it in a thread of its own, while the terrain goes on changing.
         near = world.terrain.around(world.pose, COURSE_M)
         ground = footing(world.map, world.pose, COURSE_M, world.lens)

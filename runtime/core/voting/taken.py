@@ -3,7 +3,7 @@ experts say of it, its share of the belief, and its place in the order."""
 
 from typing import Final
 
-from runtime.core.belief import Ahead, Evidence, Said, Taken
+from runtime.core.belief import Ahead, Evidence, Said, Taken, signed
 from runtime.core.types import Decision
 from runtime.core.voting.names import listed, who
 
@@ -52,11 +52,6 @@ def in_words(taken: Taken, asked: bool) -> str:
         nth = "first" if taken.place == 1 else f"number {taken.place}"
         parts.append(f"{nth} of {taken.planned} in the planned order")
     return ", ".join(parts)
-
-
-def signed(nats: float) -> str:
-    """ "+0.4"; never "-0.0"."""
-    return f"{round(nats, 1) + 0.0:+.1f}"
 
 
 def _named(one: Said) -> str:

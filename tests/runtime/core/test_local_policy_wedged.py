@@ -111,7 +111,7 @@ def test_exactly_at_a_place_the_robot_gets_by_a_few_whole_steps():
     world.pursuit.aim = Aim(AimKind.TARGET, 1)
     world.pursuit.progress[world.pursuit.aim] = Progress()
     while not policy.arrived(world, field, exactly=True):
-        action, _ = policy.drive(world, field)
+        action, _ = policy.drive(world, field, exactly=True)
         world.pose, steps = moved(world.pose, action), steps + 1
         assert steps < 30
     assert steps > 0

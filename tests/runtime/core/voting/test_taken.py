@@ -2,9 +2,9 @@
 
 import pytest
 
-from runtime.core.belief import Belief, Expected, Said, Taken
+from runtime.core.belief import Belief, Expected, Said, Taken, signed
 from runtime.core.types import Ballot, Decision
-from runtime.core.voting.taken import LEAST_NATS, by_whom, in_words, said_of, signed, taken
+from runtime.core.voting.taken import LEAST_NATS, by_whom, in_words, said_of, taken
 
 
 def test_only_who_says_something_of_it_is_named_and_who_said_it_earlier_is_told_so():
