@@ -21,6 +21,7 @@ from runtime.core.mapping.zones import Zone
 from runtime.core.motion.contact import Met
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
+from runtime.core.objects.gone import hidden
 from runtime.core.outlook import Outlook, around
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig as NavigateConfig
@@ -101,8 +102,10 @@ def place(
 ) -> World:
     """What the detector tells of an observation that was surveyed, now or a while ago: semantic map
     and keyframes."""
-    semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
-    world.looked_from = obs.pose
+    names = semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
+    called = world.semantic.called(world.goal)
+    missed = (thing for thing in called if world.goal not in names.get(thing.id, ()))
+    world.looked_from, world.hidden = obs.pose, hidden(missed, obs, mount)
     if cfg.search.last_looks == "closer":
         world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
     if detections.scene.size or cfg.keyframes.image_width_px:

@@ -53,8 +53,10 @@ def approach_target(
         reached, command = _toward(world, candidate, cfg)
         if command is not None:
             return command
+        if reached is Reached.FACED and progress.hidden_from_here(world, thing):
+            reached = Reached.UNSEEN
         outcome = verdict(thing, goal, reached)
-        if reached is Reached.FACED:
+        if reached in (Reached.FACED, Reached.UNSEEN):
             world.held_up.pop(thing.id, None)
             world.sought.discard(thing.id)
         elif reached is Reached.HELD_UP and (
@@ -144,17 +146,23 @@ def _first(world: World, least: float | None) -> _Candidate | None:
         again = verdict(thing, goal, Reached.ON_THE_WAY) is Verdict.OTHER_SIDE
         if again:
             stands = standpoints.other_sides(*_place(world, thing), goal)
-        exactly = not again and world.seen_from_m(thing) > standpoints.STOP_M
+        off = max(world.standoff(thing)) > standpoints.STOP_M
+        exactly = off and not again and not thing.unseen
         return _Candidate(thing, stands, again, exactly)
     return None
 
 
 def _stands(world: World, thing: Instance) -> Mask:
     """From where it can be faced; what the way was lost to, from any side but where it was come no
-    nearer to."""
+    nearer to; what was not in the image from there, from a little farther or beside."""
     place, tried = _place(world, thing), world.held_up.get(thing.id)
-    close = world.seen_from_m(thing), world.explored.closer.wanted.reaches_m
+    standoff = world.standoff(thing)
+    if thing.unseen:
+        standoff = standpoints.stepped_back(standoff)
+    close = standoff, world.explored.closer.wanted.reaches_m
     stands = standpoints.standpoints(*place, world.goal, *close)
+    if thing.unseen:
+        stands = standpoints.elsewhere(world.terrain, stands, thing.unseen)
     if tried is None or stands.any():
         return stands
     return standpoints.any_side(*place, tried, *close)
@@ -201,7 +209,8 @@ def _toward(
     if progress.stalled(world, aim, field, cfg):
         return Reached.HELD_UP, None
     verb = "approach" if confirmed(thing, world.goal) else "inspect"
-    why = f"{verb} {what}{' from another side' if again else ''}"
+    whence = " from another side" if again else " from where it may be seen" if thing.unseen else ""
+    why = f"{verb} {what}{whence}"
     action, course = policy.drive(world, field, candidate.exactly)
     command = Command(action, Mode.TARGET, thing.xy, why, course=course)
     return Reached.ON_THE_WAY, toward(field, world.pose, command)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -99,19 +100,29 @@ class Rays:
     azimuths: F32
 
 
-def seen_from_m(intrinsics: Intrinsics, mount: Mount, low_m: float, high_m: float) -> float:
-    """How far before the base a thing that reaches from `low_m` up to `high_m` must be for its top
-    to be in the image, or its middle where all of it is above the camera, m; inf when the camera
-    looks past it wherever it is."""
+class Standoff(NamedTuple):
+    """How far before the base a thing has to be at least to be in the image, m: what of it is
+    nearest, and its middle. 0: wherever it is; inf: the camera looks past it anyway."""
+
+    nearest_m: float = 0.0
+    middle_m: float = 0.0
+
+
+def standoff(intrinsics: Intrinsics, mount: Mount, low_m: float, high_m: float) -> Standoff:
+    """For a thing that reaches from `low_m` up to `high_m`: what is below the camera is seen by the
+    top of its nearest side; what is above it by its middle, for it may lean over what is below."""
     down = math.atan2(intrinsics.height - intrinsics.cy, intrinsics.fy) + mount.pitch_rad
     up = math.atan2(intrinsics.cy, intrinsics.fy) - mount.pitch_rad
     if high_m < mount.z_m:
-        edge, off_m = down, mount.z_m - high_m
-    elif low_m > mount.z_m:
-        edge, off_m = up, 0.5 * (low_m + high_m) - mount.z_m
-    else:
-        return 0.0
-    return mount.x_m + off_m / math.tan(edge) if edge > 0 else math.inf
+        return Standoff(nearest_m=_off(mount, mount.z_m - high_m, down))
+    if low_m > mount.z_m:
+        return Standoff(middle_m=_off(mount, 0.5 * (low_m + high_m) - mount.z_m, up))
+    return Standoff()
+
+
+def _off(mount: Mount, off_m: float, edge_rad: float) -> float:
+    """How far before the base an edge of the image is so far below or above the camera, m."""
+    return mount.x_m + off_m / math.tan(edge_rad) if edge_rad > 0 else math.inf
 
 
 @lru_cache(maxsize=8)

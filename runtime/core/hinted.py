@@ -57,9 +57,8 @@ def _next_thing(world: World) -> Instance | None:
 def _visit(world: World, thing: Instance, cfg: NavigateConfig) -> Command | None:
     """The step to before it, or the turn to it; None when it is faced or cannot be."""
     policy, aim = local_policy(cfg), Aim(AimKind.NEAR, thing.id)
-    seen_from_m = world.seen_from_m(thing)
     place = world.map, world.terrain, world.reach, thing, thing.name
-    stands = standpoints.standpoints(*place, seen_from_m)
+    stands = standpoints.standpoints(*place, world.standoff(thing))
     if not stands.any():
         return None
     what = f"near {thing.name} {thing.id}, as was said"

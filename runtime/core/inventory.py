@@ -71,7 +71,7 @@ def in_doubt(world: World) -> list[dict[str, object]]:
 def _told(thing: Instance, world: World) -> dict[str, object]:
     spot = None
     if world.seen is not None:
-        spot = look_from(world.map, *world.seen, thing, world.seen_from_m(thing))
+        spot = look_from(world.map, *world.seen, thing, world.standoff(thing))
     known = sorted(thing.evidence.items())
     rejected = {name: about.rejections for name, about in known if about.rejections}
     return {

@@ -95,7 +95,7 @@ def _bare(thing: Instance) -> Instance:
         for name, known in thing.evidence.items()
     }
     views, cells_xy = thing.views[gone:], thing.cells_xy.copy()
-    return replace(thing, evidence=evidence, views=views, looks=[], cells_xy=cells_xy)
+    return replace(thing, evidence=evidence, views=views, looks=[], unseen=[], cells_xy=cells_xy)
 
 
 def turned_onto(known: Keepsake, at: Pose, frame: GridFrame) -> Keepsake:

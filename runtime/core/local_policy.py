@@ -115,10 +115,14 @@ class WholeSteps:
 
     def arrived(self, world: World, field: Field, exactly: bool = False) -> bool:
         """At the sources, or half a step from them and a step ahead would lead no nearer: whole
-        steps do not end anywhere. `exactly`: only where a few of them lead no nearer, either."""
-        if not self._beside(world, field):
-            return field.at(world.pose.x_m, world.pose.y_m) <= 0
-        return not (exactly and self._into(world, field))
+        steps do not end anywhere. `exactly`: only where a few of them lead no nearer, either. Who
+        has arrived, and turns to face what is there, goes on being there."""
+        left, last = field.at(world.pose.x_m, world.pose.y_m), world.body.last
+        if left <= 0:
+            return True
+        if last is not None and last.mode is Mode.FACE and left <= discrete_policy.FORWARD_M / 2:
+            return True
+        return self._beside(world, field) and not (exactly and self._into(world, field))
 
     def turn(self, world: World, xy: tuple[float, float]) -> Action | None:
         toward_rad = bearing((world.pose.x_m, world.pose.y_m), xy)

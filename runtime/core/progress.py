@@ -8,6 +8,7 @@ from runtime.core.distances.planner import Field
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.contact import Met, Touch
+from runtime.core.objects.instances import Instance
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose
 from runtime.core.world import Aim, Progress, Pursuit, World
@@ -89,6 +90,11 @@ def looked_from_here(world: World) -> bool:
         return False
     turned_rad = abs(wrap_angle(now.yaw_rad - then.yaw_rad))
     return turned_rad <= HERE_RAD and float(np.hypot(*(now.xy - then.xy))) <= HERE_M
+
+
+def hidden_from_here(world: World, thing: Instance) -> bool:
+    """Whether that image is of here, and does not show a thing that is called what is sought."""
+    return thing.id in world.hidden and looked_from_here(world)
 
 
 def _blind(obs: Observation) -> bool:

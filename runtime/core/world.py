@@ -12,7 +12,7 @@ from runtime.core.distances.kept_plan import KeptPlan
 from runtime.core.distances.passages import Passages
 from runtime.core.distances.planner import Field, descend
 from runtime.core.distances.terrain import Terrain, TerrainSurvey
-from runtime.core.geometry import seen_from_m
+from runtime.core.geometry import Standoff, standoff
 from runtime.core.kernels import walking
 from runtime.core.mapping.frontiers import Boundary, FrontierMemory
 from runtime.core.mapping.grid import NavigationMap
@@ -198,6 +198,7 @@ class World:
     stamp_ns: int = 0
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
     looked_from: Pose | None = None  # where the image was taken whose detections came last
+    hidden: frozenset[int] = frozenset()  # near things called as the goal that it does not show
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     survey: TerrainSurvey = field(default_factory=TerrainSurvey, repr=False)  # behind that view
@@ -259,9 +260,9 @@ class World:
         assert self.seen is not None
         return self.seen[1]
 
-    def seen_from_m(self, thing: Instance) -> float:
+    def standoff(self, thing: Instance) -> Standoff:
         """How far away a thing is in the image, by its height."""
-        return seen_from_m(*self.lens, thing.low_m, thing.high_m) if self.lens else 0.0
+        return standoff(*self.lens, thing.low_m, thing.high_m) if self.lens else Standoff()
 
     def may_reach(self, pose: Pose, margin_m: float) -> bool:
         """Whether the grid could be grown so that a pose keeps `margin_m` to each side."""

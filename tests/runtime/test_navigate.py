@@ -64,16 +64,14 @@ def home(x: float = 1.0, y: float = 3.2, yaw: float = 0.0) -> Apartment:
 def test_the_target_is_found_faced_and_stopped_at(yaw: float):
     there = home(yaw=yaw)
     there.things = {"toilet": (7.4, 2.2, 0.3)}
-    _, commands, decisions = search(there, "toilet")
+    world, commands, decisions = search(there, "toilet")
     assert [c.mode for c in commands[:12]] == ["look"] * 12
     assert commands[-1].mode == "stop"
     assert commands[-1].reason.startswith("found toilet")
-    gap = math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2)
-    assert gap < 1.3
-    bearing = math.atan2(2.2 - there.pose.y_m, 7.4 - there.pose.x_m)
-    wide = math.asin(min(1.0, 0.3 / gap))  # from its middle to its edge
-    off = abs(math.remainder(bearing - there.pose.yaw_rad, math.tau))
-    assert off < max(math.radians(25), wide)
+    assert math.hypot(there.pose.x_m - 7.4, there.pose.y_m - 2.2) < 1.3
+    ((x_m, y_m),) = [thing.xy for thing in world.semantic.called("toilet")]
+    bearing = math.atan2(y_m - there.pose.y_m, x_m - there.pose.x_m)
+    assert abs(math.remainder(bearing - there.pose.yaw_rad, math.tau)) < math.radians(16)
     assert there.collisions == 0
     assert all(d.rule == "ahead" for d in decisions)
 

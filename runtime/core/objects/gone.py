@@ -1,5 +1,6 @@
-"""Objects that were taken away: the image shows what is beyond the place where one was."""
+"""Objects whose place an image shows without them, for they were taken away, or does not show."""
 
+import math
 from collections.abc import Iterable
 from typing import Final
 
@@ -19,6 +20,9 @@ READ_M: Final = (
 BEYOND_M: Final = 0.3  # farther than the thing all has to be that is read there
 SHARE: Final = 0.9  # of what is read
 LEAST: Final = 0.5  # of the points looked at that tell anything
+FRONT_M: Final = 0.2  # deep is what of a thing has to be shown,
+HIDES_M: Final = 0.15  # nearer than that is what hides it,
+HIDDEN: Final = 0.7  # of the points looked at out of the image or behind something
 CELLS: Final = 6  # of a thing that are looked at,
 HEIGHTS: Final = (0.25, 0.5, 0.75)  # at these shares of what is between its lowest and its highest
 
@@ -36,14 +40,33 @@ def seen_through(things: Iterable[Instance], obs: Observation, mount: Mount) -> 
     ]
 
 
+def hidden(things: Iterable[Instance], obs: Observation, mount: Mount) -> frozenset[int]:
+    """Those of some things, by id, that are near, of whose place the image shows too little: it is
+    out of the image, or something stands before it."""
+    near = (thing for thing in things if math.dist(thing.xy, obs.pose.xy) <= NEAR_M)
+    return frozenset(thing.id for thing in near if _hides(thing, obs, mount))
+
+
+def _hides(thing: Instance, obs: Observation, mount: Mount) -> bool:
+    away = np.hypot(*(thing.cells_xy - obs.pose.xy).T)
+    front = thing.cells_xy[away <= away.min() + FRONT_M]
+    shown = _beyond_m(_points(thing, front), obs, mount) > -HIDES_M
+    return bool(shown.sum() <= (1.0 - HIDDEN) * len(shown))
+
+
 def _all_of(thing: Instance, obs: Observation, mount: Mount) -> bool:
     """Whether it is so all over the thing, of which the middle may be a gap."""
-    few = np.linspace(0, len(thing.cells_xy) - 1, min(CELLS, len(thing.cells_xy))).astype(int)
-    high = thing.low_m + np.array(HEIGHTS) * (thing.high_m - thing.low_m)
-    cells = np.repeat(thing.cells_xy[few], len(high), axis=0)
-    beyond = _beyond_m(np.column_stack([cells, np.tile(high, len(few))]), obs, mount)
+    beyond = _beyond_m(_points(thing, thing.cells_xy), obs, mount)
     told = beyond[np.isfinite(beyond)]
     return len(told) >= LEAST * len(beyond) and (told > BEYOND_M).sum() >= SHARE * len(told)
+
+
+def _points(thing: Instance, cells_xy: F64) -> F64:
+    """(N, 3) m, map frame: some all over a thing on some of its cells, (M, 2) m."""
+    few = np.linspace(0, len(cells_xy) - 1, min(CELLS, len(cells_xy))).astype(int)
+    high = thing.low_m + np.array(HEIGHTS) * (thing.high_m - thing.low_m)
+    cells = np.repeat(cells_xy[few], len(high), axis=0)
+    return np.column_stack([cells, np.tile(high, len(few))])
 
 
 def _beyond_m(points: F64, obs: Observation, mount: Mount) -> F64:

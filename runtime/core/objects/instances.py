@@ -81,6 +81,7 @@ class Instance:
     range_m: float = math.inf  # of the nearest view
     views: list[Pose] = field(default_factory=list)  # distinct poses that it was seen from
     looks: list[Pose] = field(default_factory=list)  # from where it was faced, and left undecided
+    unseen: list[Pose] = field(default_factory=list)  # and from where it was hidden
     seen_through: int = 0  # so often its place was, since it was seen last
     _embedding: tuple[F32, F32] | None = field(default=None, repr=False, compare=False)
     _sides: tuple[F64, tuple[float, float]] | None = field(default=None, repr=False, compare=False)
@@ -179,6 +180,7 @@ def reject(instance: Instance, name: str, odds_each: float) -> None:
     known.since = len(instance.views)
     known.forget_views()
     instance.looks.clear()
+    instance.unseen.clear()
 
 
 def fuse(

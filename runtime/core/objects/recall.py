@@ -34,6 +34,7 @@ def recall(
     """
     for instance in semantic.instances.values():
         instance.looks.clear()
+        instance.unseen.clear()
         for known in instance.evidence.values():
             known.forget_views()
     found = []

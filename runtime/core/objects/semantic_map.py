@@ -158,8 +158,9 @@ def place(
     detections: Detections,
     outline: F64,
     mount: Mount,
-) -> None:
-    """Fuse one image's detections and its room type into the map, which what has gone leaves."""
+) -> dict[int, set[str]]:
+    """Fuse one image's detections and its room type into the map, which what has gone leaves.
+    Returns what the image calls each instance in it, by id."""
     names: dict[int, set[str]] = {}
     whole: set[int] = set()
     places = semantic.places
@@ -183,6 +184,7 @@ def place(
         if instance.seen_through == LOOKS:
             semantic.forget(instance)
     _credit_room(semantic, grid.frame, obs.pose, detections.rooms, outline)
+    return names
 
 
 def _miss(

@@ -8,13 +8,14 @@ import numpy as np
 
 from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
-from runtime.core.geometry import GridFrame
+from runtime.core.geometry import GridFrame, Standoff
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance
 from runtime.core.objects.verdict import SECOND_SIDE_RAD
 from runtime.core.types import F64, Mask, Pose
 
 STOP_M = 0.70  # from the nearest seen cell of the target
+MIDDLE_M = 1.1  # from its middle, if there is a place, and it is not larger itself
 LOW_M = 0.90  # the same at most, where the camera looks over what is nearer
 REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
@@ -22,6 +23,8 @@ ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easi
 VIEW_CONE_RAD = math.radians(80.0)  # stand where it was seen from, not behind its wall
 NEAREST_M = 0.08  # farther than the nearest place is as near
 BACK_M = 0.15  # from where it was looked at before, to be there again
+ANYWHERE = Standoff()
+UNSEEN_M = 0.25  # from where it was not in the image, it is not, either
 TRIED_RAD = math.radians(45.0)  # of a side on which it was come no nearer to
 
 
@@ -31,29 +34,30 @@ def standpoints(
     reach: Field,
     instance: Instance,
     goal: str,
-    seen_from_m: float = 0.0,
+    standoff: Standoff = ANYWHERE,
     reaches_m: float = math.inf,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
-    nearer than `seen_from_m`, where it is in the image (or than LOW_M, for what lies on the
-    floor), nor behind a wall where another place will do. If furniture keeps it further away, the
-    nearest reachable cells; none beyond REACH_M. `reaches_m`: how far one may reach from its
+    nearer than `standoff`, where it is in the image (or than LOW_M, for what lies on the floor or
+    hangs high), nor behind a wall where another place will do. If furniture keeps it further away,
+    the nearest reachable cells; none beyond REACH_M. `reaches_m`: how far one may reach from its
     middle; what else was taken for it does not count."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
-    candidates = _within_reach(reach, distance, seen_from_m)
+    candidates = _within_reach(terrain, reach, instance, distance, standoff)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
     if not candidates.any():
         return candidates
-    near = _nearest(candidates, distance, seen_from_m)
+    near = _nearest(candidates, distance, standoff)
     before = _before_walls(grid, terrain, near, instance)
     if not before.any():
         few = candidates.copy()
         few[::2], few[:, ::2] = False, False  # every other one will do to tell how far away
         few = _before_walls(grid, terrain, few, instance)
         farther = candidates & (distance >= distance[few].min(initial=math.inf))
-        near = _nearest(farther, distance, seen_from_m) if few.any() else near
+        near = _nearest(farther, distance, standoff) if few.any() else near
         before = _before_walls(grid, terrain, near, instance) if few.any() else near
-    return _in_sight(grid, terrain, before, instance)
+    clear = _in_sight(grid, terrain, before, instance)
+    return _by_middle(terrain, clear, instance, reaches_m)
 
 
 def any_side(
@@ -62,24 +66,37 @@ def any_side(
     reach: Field,
     instance: Instance,
     tried: Sequence[Pose],
-    seen_from_m: float = 0.0,
+    standoff: Standoff = ANYWHERE,
     reaches_m: float = math.inf,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the target can be faced up close as it is
     by `standpoints`, whatever side that is, but not one where it was `tried` in vain. Nothing may
     hide it from there."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
-    candidates = _within_reach(reach, distance, seen_from_m)
+    candidates = _within_reach(terrain, reach, instance, distance, standoff)
     candidates &= ~_seen_side(terrain, instance, tried, TRIED_RAD)
     if not candidates.any():
         return candidates
-    return _nearest(_clear_of(grid, terrain, candidates, instance), distance, seen_from_m)
+    return _nearest(_clear_of(grid, terrain, candidates, instance), distance, standoff)
 
 
 def close_to(terrain: Terrain, reach: Field, xy: F64) -> Mask:
     """(r, c) of the terrain: the reachable cells round a place (2,) m where the robot has stood."""
     near = _distance_to(terrain, xy[None]) <= BACK_M
     return np.asarray(near & np.isfinite(reach.arrival_m), bool)
+
+
+def stepped_back(standoff: Standoff) -> Standoff:
+    """As far from a thing that was not in the image as is stood before anything."""
+    return standoff._replace(middle_m=LOW_M) if standoff.middle_m else Standoff(LOW_M)
+
+
+def elsewhere(terrain: Terrain, stands: Mask, unseen: Sequence[Pose]) -> Mask:
+    """(r, c) of the terrain: those of some stands that are not where a thing was `unseen` from; all
+    where there are none."""
+    beside = _distance_to(terrain, np.array([pose.xy for pose in unseen])) <= UNSEEN_M
+    others = stands & ~beside
+    return np.asarray(others if others.any() else stands, bool)
 
 
 def other_sides(
@@ -131,11 +148,11 @@ def look_from(
     terrain: Terrain,
     reach: Field,
     instance: Instance,
-    seen_from_m: float = 0.0,
+    standoff: Standoff = ANYWHERE,
 ) -> tuple[float, float] | None:
     """Where to look at an object from, m in the map frame: of its standpoints the one that is
     nearest on foot; None when it cannot be reached."""
-    stands = standpoints(grid, terrain, reach, instance, instance.name, seen_from_m)
+    stands = standpoints(grid, terrain, reach, instance, instance.name, standoff)
     if not stands.any():
         return None
     away = np.where(stands, reach.arrival_m, np.inf)
@@ -171,18 +188,30 @@ def _before_walls(grid: NavigationMap, terrain: Terrain, cells: Mask, instance: 
     return found
 
 
-def _within_reach(reach: Field, distance: F64, seen_from_m: float) -> Mask:
+def _within_reach(
+    terrain: Terrain, reach: Field, instance: Instance, distance: F64, standoff: Standoff
+) -> Mask:
     """(r, c) reachable cells so far from a thing, m, that an approach may end there."""
-    near = (distance <= REACH_M) & (distance >= min(seen_from_m, LOW_M))
+    near = (distance <= REACH_M) & (distance >= min(standoff.nearest_m, LOW_M))
+    if standoff.middle_m > 0:
+        near &= _distance_to(terrain, np.array([instance.xy])) >= min(standoff.middle_m, LOW_M)
     return np.asarray(near & np.isfinite(reach.arrival_m), bool)
 
 
-def _nearest(cells: Mask, distance: F64, seen_from_m: float) -> Mask:
+def _nearest(cells: Mask, distance: F64, standoff: Standoff) -> Mask:
     """(r, c) of the cells those where a thing is stood before; where furniture keeps the robot
     further away, the nearest."""
     best = float(distance[cells].min(initial=math.inf))
-    most_m = max(STOP_M, best + NEAREST_M, min(seen_from_m, LOW_M) + NEAREST_M)
+    most_m = max(STOP_M, best + NEAREST_M, min(standoff.nearest_m, LOW_M) + NEAREST_M)
     return np.asarray(cells & (distance <= most_m), bool)
+
+
+def _by_middle(terrain: Terrain, cells: Mask, instance: Instance, reaches_m: float) -> Mask:
+    """(r, c) those of the cells that are near the middle of a thing, or so near as one of them is:
+    what stands under it or before it may be taken for its edge."""
+    away = _distance_to(terrain, np.array([instance.xy]))
+    best = float(away[cells].min(initial=math.inf))
+    return np.asarray(cells & (away <= max(MIDDLE_M, reaches_m, best + NEAREST_M)), bool)
 
 
 def _middle(instance: Instance, reaches_m: float) -> F64:

@@ -14,6 +14,7 @@ CONFIRM_VIEWS = 2  # at least, of which two must differ
 SECOND_SIDE_RAD = math.radians(20.0)  # in bearing by this,
 SECOND_NEARER = 1.4  # or in range by this factor
 REJECTION_LOG_ODDS = -1.0  # what is left of the evidence after a look from close by
+UNSEEN_LOOKS = 2  # more, at what was not in the image from where it was faced
 SEEN_M = 1.8  # a target is stopped at only when it was seen from as near as this
 
 
@@ -22,6 +23,7 @@ class Reached(Enum):
 
     ON_THE_WAY = auto()
     FACED = auto()  # it stands before it and faces it
+    UNSEEN = auto()  # the same, but from there it is not in the image
     HELD_UP = auto()  # it comes no nearer
     NO_OTHER_SIDE = auto()  # there is no place to look at it from another side
 
@@ -31,6 +33,7 @@ class Verdict(Enum):
 
     APPROACH = auto()  # go to where it can be faced
     OTHER_SIDE = auto()  # go to where it is seen from another side
+    STEP_BACK = auto()  # go to where it is seen from about as near
     FOUND = auto()
     REJECT = auto()
 
@@ -45,10 +48,11 @@ def verdict(instance: Instance, goal: str, reached: Reached) -> Verdict:
     match reached:
         case Reached.ON_THE_WAY:
             return Verdict.OTHER_SIDE if undecided else Verdict.APPROACH
-        case Reached.FACED:
+        case Reached.FACED | Reached.UNSEEN:
             sole = len(instance.looks) > 1 and supported(instance, goal)
             if near and (sole or believed):
-                return Verdict.FOUND
+                seen = reached is Reached.FACED or len(instance.unseen) >= UNSEEN_LOOKS
+                return Verdict.FOUND if seen else Verdict.STEP_BACK
             again = not instance.looks and instance.odds_of(goal) >= INSPECT_LOG_ODDS
             return Verdict.OTHER_SIDE if again else Verdict.REJECT
         case Reached.HELD_UP if not undecided:
@@ -61,6 +65,8 @@ def settle(instance: Instance, goal: str, outcome: Verdict, pose: Pose) -> None:
     """Book that a look from `pose` led to this verdict."""
     if outcome is Verdict.REJECT:
         instances.reject(instance, goal, REJECTION_LOG_ODDS)
+    elif outcome is Verdict.STEP_BACK:
+        instance.unseen.append(pose)
     elif outcome is not Verdict.FOUND:
         instance.looks.append(pose)
 

@@ -11,12 +11,14 @@ from runtime import navigate
 from runtime.core import approach
 from runtime.core.approach import TRIES, approach_target, out_of_reach, settle_for
 from runtime.core.distances.planner import look_around
+from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import GIVE_UP_AFTER_S
 from runtime.core.mapping.fineness import GoalSize
 from runtime.core.motion.courses import ControlConfig
+from runtime.core.motion.discrete_policy import FORWARD_M, TURN_RAD
 from runtime.core.objects.gone import LOOKS
 from runtime.core.objects.instances import Evidence, Instance
-from runtime.core.objects.verdict import INSPECT_LOG_ODDS, Reached, from_two_sides
+from runtime.core.objects.verdict import INSPECT_LOG_ODDS, UNSEEN_LOOKS, Reached, from_two_sides
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Ballot, Pose, SearchState
@@ -69,6 +71,36 @@ def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_
     found = approach_target(world, cfg)
     assert found is not None
     assert found.mode == "stop"
+
+
+def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen():
+    world, _ = before_a_table()
+    sofa, why = world.semantic.instances[1], "approach sofa 1 (p 0.98) from where it may be seen"
+    world.hidden = frozenset({1})
+    at: list[Pose] = []
+    while (command := approach_target(world, NavigateConfig())) and command.mode is not Mode.STOP:
+        assert command.mode is Mode.FACE or command.reason == why
+        at.append(world.pose)
+        turn = {Action.TURN_LEFT: 1, Action.TURN_RIGHT: -1}.get(command.action, 0)
+        yaw_rad, step_m = world.pose.yaw_rad, 0.0 if turn else FORWARD_M
+        x_m, y_m = world.pose.xy + step_m * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
+        world.pose = Pose(float(x_m), float(y_m), wrap_angle(yaw_rad + turn * TURN_RAD))
+        world.looked_from, world.body.last = world.pose, command
+        world.seen = look_around(world.map, world.pose, RADIUS_M)
+        assert len(at) < 60
+    assert command is not None
+    assert command.ended is SearchState.FOUND  # none of the places showed it
+    assert sofa.unseen[0] == POSE
+    assert len(sofa.unseen) == UNSEEN_LOOKS
+    assert len({(pose.x_m, pose.y_m) for pose in at}) > 2
+
+
+def test_an_image_from_elsewhere_does_not_tell_that_it_is_hidden_from_here():
+    world, _ = before_a_table()
+    world.hidden, world.looked_from = frozenset({1}), Pose(-1.0, 0.0, 0.0)
+    looking = approach_target(world, NavigateConfig())
+    assert looking is not None
+    assert looking.reason.startswith("look at sofa")
 
 
 def test_what_is_believed_and_cannot_be_stood_before_is_out_of_reach():

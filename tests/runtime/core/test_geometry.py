@@ -12,6 +12,7 @@ from numpy_things import base_to_map
 
 from runtime.core.geometry import (
     GridFrame,
+    Standoff,
     map_to_optical,
     mount_of,
     optical_to_base,
@@ -19,7 +20,7 @@ from runtime.core.geometry import (
     project,
     rays,
     seen_from,
-    seen_from_m,
+    standoff,
     wrap_angle,
 )
 from runtime.core.types import Intrinsics, Mount, Pose
@@ -134,13 +135,13 @@ def test_a_part_of_a_grid_has_the_numbers_of_the_whole(x: float, y: float, row: 
 def test_how_far_away_a_thing_is_in_the_image():
     lens = Intrinsics(fx=240.0, fy=240.0, cx=320.0, cy=240.0, width=640, height=480)
     ahead = replace(MOUNT, x_m=0.1, z_m=0.9)  # its lowest ray falls by 45 degrees
-    assert seen_from_m(lens, ahead, 0.0, 0.4) == pytest.approx(0.6)
-    assert seen_from_m(lens, ahead, 0.0, 0.9) == seen_from_m(lens, ahead, 0.5, 1.5) == 0.0
-    assert seen_from_m(lens, replace(ahead, pitch_rad=0.3), 0.0, 0.4) < 0.5
-    assert seen_from_m(lens, replace(ahead, pitch_rad=-1.0), 0.0, 0.4) == math.inf
-    assert seen_from_m(lens, ahead, 1.3, 1.5) == pytest.approx(0.6)
-    assert seen_from_m(lens, replace(ahead, pitch_rad=-0.3), 1.3, 1.5) < 0.5
-    assert seen_from_m(lens, replace(ahead, pitch_rad=1.0), 1.3, 1.5) == math.inf
+    assert standoff(lens, ahead, 0.0, 0.4) == Standoff(nearest_m=pytest.approx(0.6))
+    assert standoff(lens, ahead, 0.0, 0.9) == standoff(lens, ahead, 0.5, 1.5) == Standoff()
+    assert standoff(lens, replace(ahead, pitch_rad=0.3), 0.0, 0.4).nearest_m < 0.5
+    assert standoff(lens, replace(ahead, pitch_rad=-1.0), 0.0, 0.4).nearest_m == math.inf
+    assert standoff(lens, ahead, 1.3, 1.5) == Standoff(middle_m=pytest.approx(0.6))
+    assert standoff(lens, replace(ahead, pitch_rad=-0.3), 1.3, 1.5).middle_m < 0.5
+    assert standoff(lens, replace(ahead, pitch_rad=1.0), 1.3, 1.5).middle_m == math.inf
 
 
 @given(POSES, POSES)

@@ -1,4 +1,4 @@
-"""What was taken away: its place has been seen through, and it leaves the map."""
+"""What was taken away: its place has been seen through, and it leaves the map. What is hidden."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 from boxes import CAMERA, HERE, MOUNT, Box, depth_of, seen, wall
 
 from runtime.core.mapping.grid import NavigationMap
-from runtime.core.objects.gone import LOOKS, NEAR_M, seen_through
+from runtime.core.objects.gone import LOOKS, NEAR_M, hidden, seen_through
+from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.semantic_map import SemanticMap, place
 from runtime.core.types import Detections, Observation, Pose
 
@@ -141,3 +142,28 @@ def test_where_nothing_was_missed_nothing_is_asked():
         )
         == []
     )
+
+
+LOW_WALL = Box(1.4, 0.0, (0.1, 3.0), 0.0, 0.3)
+
+
+@pytest.mark.parametrize(
+    ("x_m", "y_m", "before", "is_hidden"),
+    [
+        (2.0, 0.0, (), False),
+        (2.0, 0.0, (wall(1.2),), True),
+        (2.0, 0.0, (LOW_WALL,), False),  # but its lowest part
+        (0.6, 0.0, (), True),  # below the image
+        (0.0, 2.0, (), True),  # beside it
+        (NEAR_M + 0.3, 0.0, (wall(1.2),), False),  # too far away to ask
+    ],
+)
+def test_what_is_near_is_hidden_where_its_place_is_not_in_the_image(
+    x_m: float, y_m: float, before: tuple[Box, ...], is_hidden: bool
+):
+    stool = Box(x_m, y_m, (0.4, 0.4), 0.0, 0.6)
+    side = np.linspace(-0.15, 0.15, 7)
+    cells = np.stack(np.meshgrid(x_m + side, y_m + side), -1).reshape(-1, 2)
+    thing = Instance(7, {"stool": Evidence(4.0)}, (x_m, y_m), 0.3, cells, 0.0, 0.6)
+    obs = seen(depth_of(WALL, stool, *before))
+    assert hidden([thing], obs, MOUNT) == (frozenset({7}) if is_hidden else frozenset())

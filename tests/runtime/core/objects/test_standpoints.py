@@ -10,19 +10,23 @@ from hypothesis import strategies as st
 from open_floor import POSE, RADIUS_M, SPOT, at, axes, bed, floor, open_floor
 
 from runtime.core.distances.planner import look_around
-from runtime.core.geometry import seen_from_m
+from runtime.core.geometry import Standoff, standoff
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.standpoints import (
     BACK_M,
     LOW_M,
+    MIDDLE_M,
     REACH_M,
     STOP_M,
     TRIED_RAD,
+    UNSEEN_M,
     any_side,
     close_to,
+    elsewhere,
     look_from,
     other_sides,
     standpoints,
+    stepped_back,
 )
 from runtime.core.objects.verdict import SECOND_SIDE_RAD
 from runtime.core.types import Intrinsics, Pose
@@ -88,8 +92,8 @@ def test_what_lies_low_is_stood_before_where_the_camera_still_sees_it():
     ball = bed(Pose(0.0, 0.0, 0.0))
     lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
     for high_m, nearest_m, farthest_m in ((0.2, 0.89, 1.0), (0.5, 0.6, 0.72), (1.2, 0.0, 0.72)):
-        seen_from = seen_from_m(lens, MOUNT, 0.0, high_m)
-        stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
+        far = standoff(lens, MOUNT, 0.0, high_m)
+        stands = standpoints(grid, terrain, reach, ball, "bed", far)
         away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
         gaps = np.hypot(*away.T)
         assert nearest_m - 0.03 < gaps.min()
@@ -102,11 +106,11 @@ def test_what_is_high_up_is_stood_before_where_the_camera_still_sees_it():
     ball = bed(Pose(0.0, 0.0, 0.0))
     lens = Intrinsics(fx=388.0, fy=388.0, cx=320.0, cy=240.0, width=640, height=480)
     low_m = MOUNT.z_m + 0.43
-    seen_from = seen_from_m(lens, MOUNT, low_m, low_m + 0.24)
-    assert seen_from == pytest.approx(MOUNT.x_m + 0.55 * 388.0 / 240.0)
-    stands = standpoints(grid, terrain, reach, ball, "bed", seen_from)
-    away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - ball.cells_xy[0]
-    assert np.hypot(*away.T).min() > min(seen_from, LOW_M) - 0.03
+    far = standoff(lens, MOUNT, low_m, low_m + 0.24)
+    assert far.middle_m == pytest.approx(MOUNT.x_m + 0.55 * 388.0 / 240.0)
+    stands = standpoints(grid, terrain, reach, ball, "bed", far)
+    away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - SPOT
+    assert np.hypot(*away.T).min() > min(far.middle_m, LOW_M) - 0.04
 
 
 def test_what_else_was_taken_for_a_small_thing_is_not_stood_before():
@@ -116,15 +120,54 @@ def test_what_else_was_taken_for_a_small_thing_is_not_stood_before():
     aside = SPOT + np.stack([np.zeros(21), np.linspace(-0.5, 0.5, 21)], 1)  # a table's edge
     mug.cells_xy = aside
     for find in (
-        lambda reaches_m: standpoints(grid, terrain, reach, mug, "bed", 0.0, reaches_m),
-        lambda reaches_m: any_side(grid, terrain, reach, mug, (), 0.0, reaches_m),
+        lambda reaches_m: standpoints(grid, terrain, reach, mug, "bed", reaches_m=reaches_m),
+        lambda reaches_m: any_side(grid, terrain, reach, mug, (), reaches_m=reaches_m),
     ):
         for reaches_m, farthest_m in ((math.inf, 1.3), (0.18, STOP_M + 0.18 + 0.08)):
             stands = terrain.frame.centres(np.argwhere(find(reaches_m)).astype(np.int32))
             away = np.hypot(*(stands - SPOT).T).max()
             assert farthest_m - 0.25 < away < farthest_m
     mug.xy = (SPOT[0] + 5.0, SPOT[1])  # of none of its cells
-    assert standpoints(grid, terrain, reach, mug, "bed", 0.0, 0.18).any()
+    assert standpoints(grid, terrain, reach, mug, "bed", reaches_m=0.18).any()
+
+
+def test_what_stands_under_a_thing_is_not_what_is_stood_before():
+    """A television on a dresser, whose front was taken for its own."""
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    television = bed(at(math.pi, 1.5))
+    x, y = np.meshgrid(np.linspace(-0.5, 0.0, 11), np.linspace(-0.5, 0.5, 21))
+    television.cells_xy = SPOT + np.stack([x.ravel(), y.ravel()], 1)
+    for reaches_m, farthest_m in ((1.0, MIDDLE_M), (1.25, 1.25)):
+        stands = standpoints(grid, terrain, reach, television, "bed", reaches_m=reaches_m)
+        away = np.hypot(*(terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - SPOT).T)
+        assert farthest_m - 0.06 < away.max() < farthest_m + 0.06
+
+
+def test_what_hangs_over_a_thing_is_stood_before_by_its_own_middle():
+    """A television on a dresser that is too high to be seen whole from right before it."""
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    television = bed(at(math.pi, 1.5))
+    television.cells_xy = SPOT + np.stack([np.linspace(-0.5, 0.0, 11), np.zeros(11)], 1)
+    stands = standpoints(grid, terrain, reach, television, "bed", Standoff(middle_m=0.8), 1.0)
+    away = np.hypot(*(terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - SPOT).T)
+    assert 0.8 - 0.06 < away.min() < away.max() < MIDDLE_M + 0.06
+    back = stepped_back(Standoff(middle_m=0.8))
+    assert (back, stepped_back(Standoff())) == (Standoff(middle_m=LOW_M), Standoff(LOW_M))
+
+
+def test_where_it_was_hidden_it_is_not_stood_again_if_there_is_another_place():
+    grid, pose = open_floor()
+    terrain, reach = look_around(grid, pose, 0.18)
+    stands = standpoints(grid, terrain, reach, bed(at(math.pi, 1.5)), "bed")
+    unseen = [at(math.pi, 0.6), at(math.pi + 0.5, 0.6)]
+    others = elsewhere(terrain, stands, unseen)
+    assert others.any()
+    assert not (others & ~stands).any()
+    xy = terrain.frame.centres(np.argwhere(others).astype(np.int32))
+    assert min(np.hypot(*(xy - was.xy).T).min() for was in unseen) > UNSEEN_M - 0.05
+    assert (elsewhere(terrain, others, [Pose(x, y, 0.0) for x, y in xy.tolist()]) == others).all()
 
 
 def test_where_it_has_stood_it_can_stand_again():

@@ -2,13 +2,15 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from open_floor import at, bed
 
-from runtime.core.objects.instances import Instance
+from runtime.core.objects.instances import Instance, reject
 from runtime.core.objects.verdict import (
     REJECTION_LOG_ODDS,
+    UNSEEN_LOOKS,
     Reached,
     Verdict,
     confirmed,
@@ -112,3 +114,19 @@ def test_three_looks_always_end_it(odds: float, second_side: list[bool]):
         if other:
             thing.evidence["bed"].backing.append(at(1.0, 1.0))
     raise AssertionError("neither believed nor rejected")
+
+
+def test_what_is_hidden_where_it_is_faced_is_looked_for_from_some_more_places():
+    thing = bed(at(0, 1), at(1.0, 1.0))
+    for n in range(UNSEEN_LOOKS):
+        assert come(thing, Reached.UNSEEN, at(0, 1 - n / 10)) is Verdict.STEP_BACK
+        assert not wants_other_side(thing)
+    assert [pose.x_m for pose in thing.unseen] == pytest.approx([3.0, 2.9])
+    assert come(thing, Reached.UNSEEN, at(0, 1)) is Verdict.FOUND  # it is nowhere to be seen from
+    reject(thing, "bed", REJECTION_LOG_ODDS)
+    assert not thing.unseen
+
+
+def test_what_is_hidden_and_not_believed_is_rejected_as_ever():
+    thing = bed(at(0, 1), odds=0.0)
+    assert come(thing, Reached.UNSEEN, at(0, 1)) is Verdict.REJECT
