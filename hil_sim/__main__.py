@@ -57,6 +57,11 @@ COMMANDS = {
         "A Sweet Home 3D drawing as a scene.",
     ),
     "generate": ("hil_sim.commands.generate", "generate_command", "Draw furnished homes by seed."),
+    "placed": (
+        "hil_sim.commands.placed",
+        "placed_command",
+        "How far from where they are things are placed.",
+    ),
     "questions": (
         "hil_sim.commands.questions",
         "questions_command",

@@ -1,7 +1,6 @@
 """Drives through homes, as maps: one that is remembered, and beginnings elsewhere in the same home,
 each by an odometry of its own that drifts and a depth camera that is noisy."""
 
-import math
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -23,7 +22,6 @@ from runtime.core.mapping.grid import MapCopy
 from runtime.core.types import Action, Detections, Observation, Pose
 
 if TYPE_CHECKING:  # PyBullet prints when it is imported: see open_world
-    from hil_sim.ground_truth.freespace import FreeSpace
     from hil_sim.simulation.scene_physics import ScenePhysics
 
 ROBOT = replace(HM3D, noise=replace(USUAL, motion=1.0))
@@ -83,17 +81,10 @@ def _driven(home: str) -> list[DrivenMap]:
         lengths = (REMEMBERED_FRAMES, *(BEGINNING_FRAMES,) * BEGINNINGS)
         told = []
         for number, frames in enumerate(lengths):
-            start = _start(space, rng)
+            start = space.anywhere(rng)
             looks = _looks(world, start, frames, generator(0, home, number, "relocation"))
             told.append(DrivenMap(start, tuple(looks)))
         return told
-
-
-def _start(space: "FreeSpace", rng: random.Random) -> Pose:
-    """A free place, facing any way."""
-    cells = np.argwhere(space.free)
-    x, y = space.points(cells[rng.randrange(len(cells))][None])[0]
-    return Pose(float(x), float(y), rng.uniform(-math.pi, math.pi))
 
 
 def _looks(

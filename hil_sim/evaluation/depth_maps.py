@@ -10,7 +10,7 @@ from typing import Final
 import cv2
 import numpy as np
 
-from hil_sim.ground_truth.freespace import FreeSpace, build_free_space
+from hil_sim.ground_truth.freespace import build_free_space
 from hil_sim.scenes.furniture.assets import Assets
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.camera import CameraModel
@@ -86,7 +86,7 @@ def compare(
             rng = random.Random(f"depth/{seed}/{home}")
             for number in range(places):
                 place = f"{home}/{number}"
-                yield _around(world, _start(space, rng), cases, sways, seed, place)
+                yield _around(world, space.anywhere(rng), cases, sways, seed, place)
 
 
 def _around(
@@ -151,12 +151,6 @@ def _in_range(depth_m: F32, camera: str) -> F32:
         near_m, far_m = CAMERAS[camera].near_m, CAMERAS[camera].far_m
     inside = (depth_m >= near_m) & (depth_m <= far_m)
     return HM3D.sensed(np.where(inside, depth_m, np.float32(0)))
-
-
-def _start(space: FreeSpace, rng: random.Random) -> Pose:
-    cells = np.argwhere(space.free)
-    x, y = space.points(cells[rng.randrange(len(cells))][None])[0]
-    return Pose(float(x), float(y), rng.uniform(-math.pi, math.pi))
 
 
 def _widened(mask: Mask) -> Mask:

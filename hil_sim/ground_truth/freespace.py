@@ -6,6 +6,7 @@ Only the harness reads this; the runtime never does.
 import hashlib
 import json
 import math
+import random
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,6 +18,7 @@ from numpy.typing import NDArray
 from hil_sim.ground_truth.goals import categories_of as categories_of
 from hil_sim.scenes.format import Scene, SceneError
 from hil_sim.scenes.scene_file import scene_to_json
+from runtime.core.types import Pose
 
 CELL_M = 0.05
 BODY_RADIUS_M = 0.18
@@ -66,6 +68,12 @@ class FreeSpace:
     def is_free(self, x_m: float, y_m: float) -> bool:
         cell = self.cell(x_m, y_m)
         return cell is not None and bool(self.free[cell])
+
+    def anywhere(self, rng: random.Random) -> Pose:
+        """A free place and a heading, drawn, scene frame."""
+        cells = np.argwhere(self.free)
+        x, y = self.points(cells[rng.randrange(len(cells))][None])[0]
+        return Pose(float(x), float(y), rng.uniform(-math.pi, math.pi))
 
     def nearest_free(self, x_m: float, y_m: float, within_m: float = 0.15) -> Points | None:
         """(2,) middle of the nearest free cell, None if none is `within_m`."""
