@@ -1,7 +1,7 @@
 """Where the runtime places what a camera sees, by boxes that are true, and where it is."""
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 
 from hil_sim.ground_truth.freespace import build_free_space
-from hil_sim.ground_truth.labels import LABELLED
-from hil_sim.ground_truth.true_labels import LEAST_PIXELS, pixels
+from hil_sim.ground_truth.labels import LABELLED, CameraView, labels
+from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
+from hil_sim.scenes.furniture.boxes import box_of
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.camera import Frame
 from hil_sim.simulation.protocol import HM3D
@@ -43,8 +44,8 @@ class PlacedThing:
 
 
 def placed_things(homes: Sequence[str], views: int, seed: int) -> Iterator[list[PlacedThing]]:
-    """From so many places of each home, the things in one image each: of 100 pixels and more, as
-    the protocol `hm3d` has cameras."""
+    """From so many places of each home, the things in one image each that a detector would be
+    taught, as the protocol `hm3d` has cameras."""
     for home in homes:
         scene, assets = open_scene(home), Assets()
         with ScenePhysics(scene, assets) as world:
@@ -53,22 +54,27 @@ def placed_things(homes: Sequence[str], views: int, seed: int) -> Iterator[list[
             for _ in range(views):
                 at = space.anywhere(rng)
                 frame = world.render(at.x_m, at.y_m, at.yaw_rad, colour=False)
-                names = [thing.category for thing in scene.objects]
-                yield in_frame(frame, names)
+                yield in_frame(frame, labelled(frame, scene, at))
 
 
-def in_frame(frame: Frame, categories: Sequence[str]) -> list[PlacedThing]:
-    """The things of one image, each by its true box; `categories` of the scene's objects."""
+def labelled(frame: Frame, scene: Scene, at: Pose) -> dict[int, str]:
+    """The scene's objects of which enough is in view, by number, and what they are."""
+    view = CameraView(at.x_m, at.y_m, HM3D.camera_z_m, at.yaw_rad, 0.0, HM3D.hfov_rad)
+    boxes = [box_of(thing) for thing in scene.objects]
+    told = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
+    seen = np.unique(frame.segmentation[frame.segmentation >= 0]).tolist()
+    named = [index for index in seen if scene.objects[index].category in LABELLED]
+    pairs = zip(named, told, strict=True)
+    return {index: label.category for index, label in pairs if not label.ignore}
+
+
+def in_frame(frame: Frame, things: Mapping[int, str]) -> list[PlacedThing]:
+    """Some things of one image, by number, each by its true box alone."""
     depth_m = HM3D.sensed(frame.depth_m)
     blank = np.zeros((*depth_m.shape, 3), np.uint8)
     obs = Observation(0, blank, depth_m, HERE, HM3D.intrinsics)
-    counts = pixels(frame.segmentation, len(categories))
-    found = []
-    for index in np.flatnonzero(counts >= LEAST_PIXELS).tolist():
-        if categories[index] in LABELLED:
-            mask = frame.segmentation == index
-            found.append(_placed(categories[index], mask, frame, obs))
-    return found
+    masks = ((name, frame.segmentation == index) for index, name in things.items())
+    return [_placed(name, mask, frame, obs) for name, mask in masks]
 
 
 def _placed(category: str, mask: Mask, frame: Frame, obs: Observation) -> PlacedThing:
