@@ -115,6 +115,22 @@ def test_an_invisible_obstacle_does_not_trap_the_robot():
     )  # the last step's is not perceived yet
 
 
+def test_what_is_sought_and_near_and_not_in_the_newest_image_is_known_as_hidden():
+    there = home(6.4, 2.2, 0.0)
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    obs = there.observe()
+    world = World.begin("toilet", NAMES, ROOMS, obs.pose, 0.18)
+    navigate.perceive(world, obs, there.detect(NAMES, obs), MOUNT, CFG)
+    (toilet,) = world.semantic.called("toilet")
+    assert not world.hidden
+    for yaw_rad, goal, hidden in ((1.5, "toilet", {toilet.id}), (1.5, "bed", set())):
+        there.pose, world.goal = Pose(6.4, 2.2, yaw_rad), goal
+        obs = there.observe()
+        navigate.perceive(world, obs, there.detect(NAMES, obs), MOUNT, CFG)
+        assert world.hidden == hidden
+        assert world.looked_from == obs.pose
+
+
 def test_a_target_with_nowhere_to_stand_does_not_hide_the_next(monkeypatch: pytest.MonkeyPatch):
     there = home()
     there.things = {"toilet": (4.0, 2.2, 0.3)}
