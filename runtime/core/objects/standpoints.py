@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 
 from runtime.core.distances.planner import Field
-from runtime.core.distances.terrain import Terrain
+from runtime.core.distances.terrain import SLOWEST, Terrain
 from runtime.core.geometry import GridFrame, Standoff
 from runtime.core.mapping.grid import NavigationMap
 from runtime.core.objects.instances import Instance
@@ -115,6 +115,7 @@ def other_sides(
     candidates &= ~_seen_side(terrain, instance, [*views, *instance.looks], SECOND_SIDE_RAD)
     if not candidates.any():
         return candidates
+    candidates = _fitting(terrain, candidates)
     roomy = candidates & (2 * distance >= STOP_M + REACH_M)  # nearer, it may be out of view
     return _in_sight(grid, terrain, roomy if roomy.any() else candidates, instance)
 
@@ -195,7 +196,14 @@ def _within_reach(
     near = (distance <= REACH_M) & (distance >= min(standoff.nearest_m, LOW_M))
     if standoff.middle_m > 0:
         near &= _distance_to(terrain, np.array([instance.xy])) >= min(standoff.middle_m, LOW_M)
-    return np.asarray(near & np.isfinite(reach.arrival_m), bool)
+    return _fitting(terrain, near & np.isfinite(reach.arrival_m))
+
+
+def _fitting(terrain: Terrain, cells: Mask) -> Mask:
+    """(r, c) those of the cells in which the body has room; all where there are none: what is about
+    the robot is passable without, so that it can leave, and nowhere to be."""
+    fits = cells & (terrain.speed > SLOWEST)
+    return np.asarray(fits if fits.any() else cells, bool)
 
 
 def _nearest(cells: Mask, distance: F64, standoff: Standoff) -> Mask:

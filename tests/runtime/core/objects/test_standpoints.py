@@ -170,6 +170,27 @@ def test_where_it_was_hidden_it_is_not_stood_again_if_there_is_another_place():
     assert (elsewhere(terrain, others, [Pose(x, y, 0.0) for x, y in xy.tolist()]) == others).all()
 
 
+def test_where_the_body_has_no_room_it_does_not_stand_though_it_could_leave():
+    """A vase at the end of a gap that is too narrow, and the robot right before the gap."""
+    grid = floor()
+    x, y = axes(grid)
+    grid.evidence[(np.abs(y) > 0.15) & (np.abs(x - 1.4) < 0.6)] = 10
+    grid.changed()
+    cells = np.array([[1.625, 0.025]])
+    vase = Instance(1, {"vase": Evidence(4.0)}, (1.6, 0.0), 0.4, cells, views=[POSE])
+    before = Pose(0.65, 0.0, 0.0)
+    terrain, reach = look_around(grid, before, RADIUS_M)
+    at_gap = terrain.frame.cell(0.9, 0.0)
+    assert np.isfinite(reach.arrival_m[at_gap])  # so that it could get out
+    stands = standpoints(grid, terrain, reach, vase, "vase")
+    assert stands.any()
+    assert terrain.clearance_m[stands].min() > RADIUS_M
+    grid.evidence[(np.abs(x - 0.85) < 0.05) | (np.abs(x - 2.1) < 0.1)] = 10  # it has been shut in
+    grid.changed()
+    there, way = look_around(grid, Pose(1.2, 0.0, 0.0), RADIUS_M)
+    assert there.clearance_m[standpoints(grid, there, way, vase, "vase")].min() < RADIUS_M
+
+
 def test_where_it_has_stood_it_can_stand_again():
     grid, pose = open_floor()
     terrain, reach = look_around(grid, pose, 0.18)
