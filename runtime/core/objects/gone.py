@@ -22,7 +22,7 @@ SHARE: Final = 0.9  # of what is read
 LEAST: Final = 0.5  # of the points looked at that tell anything
 FRONT_M: Final = 0.2  # deep is what of a thing has to be shown,
 HIDES_M: Final = 0.15  # nearer than that is what hides it,
-HIDDEN: Final = 0.7  # of the points looked at out of the image or behind something
+HIDDEN: Final = 0.9  # of the points looked at out of the image or behind something
 CELLS: Final = 6  # of a thing that are looked at,
 HEIGHTS: Final = (0.25, 0.5, 0.75)  # at these shares of what is between its lowest and its highest
 
