@@ -53,7 +53,11 @@ def approach_target(
         reached, command = _toward(world, candidate, cfg)
         if command is not None:
             return command
-        if reached is Reached.FACED and progress.hidden_from_here(world, thing):
+        if reached is Reached.HELD_UP and _near_enough(world, candidate):
+            world.halted[thing.id] = world.pose
+            continue
+        held = thing.id in world.halted
+        if reached is Reached.FACED and progress.hidden_from_here(world, thing) and not held:
             reached = Reached.UNSEEN
         outcome = verdict(thing, goal, reached)
         if reached in (Reached.FACED, Reached.UNSEEN):
@@ -63,12 +67,23 @@ def approach_target(
             thing.id in world.held_up or (outcome is Verdict.REJECT and supported(thing, goal))
         ):
             world.held_up.setdefault(thing.id, []).append(world.pose)
+        if outcome is not Verdict.FOUND:
+            world.halted.pop(thing.id, None)
         settle(thing, goal, outcome, world.pose)
         world.semantic.learnt((thing,))
         if outcome is Verdict.FOUND:
             what, found = f"found {_named(thing, goal)}", SearchState.FOUND
             return Command(Action.STOP, Mode.STOP, thing.xy, what, ended=found)
     return None
+
+
+def _near_enough(world: World, candidate: _Candidate) -> bool:
+    """Whether what is come no nearer to can be judged from here: it is about as near as what is
+    low is stood before, and no wall hides it. Once, until the verdict."""
+    thing, reaches_m = candidate.instance, world.explored.closer.wanted.reaches_m
+    if candidate.again or thing.id in world.halted:
+        return False
+    return standpoints.before(*_place(world, thing), world.pose, reaches_m)
 
 
 def settle_for(world: World, cfg: NavigateConfig) -> Command | None:
@@ -156,6 +171,8 @@ def _stands(world: World, thing: Instance) -> Mask:
     """From where it can be faced; what the way was lost to, from any side but where it was come no
     nearer to; what was not in the image from there, from a little farther or beside."""
     place, tried = _place(world, thing), world.held_up.get(thing.id)
+    if thing.id in world.halted:
+        return standpoints.close_to(world.terrain, world.reach, world.halted[thing.id].xy)
     standoff = world.standoff(thing)
     if thing.unseen:
         standoff = standpoints.stepped_back(standoff)

@@ -210,6 +210,8 @@ class World:
     sought: set[int] = field(default_factory=set)  # believed to be the goal, with a way there
     held_up: dict[int, list[Pose]] = field(default_factory=dict)
     """Believed to be the goal, and the way there was lost; from where it was come no nearer to."""
+    halted: dict[int, Pose] = field(default_factory=dict)
+    """Come no nearer to, but near enough to be judged from there."""
     doubted: dict[int, tuple[float, Pose]] = field(default_factory=dict)
     """Looked at from near and not believed to be the goal: what spoke for it then, log-odds, and
     from where it was looked at from nearest."""

@@ -80,6 +80,23 @@ def any_side(
     return _nearest(_clear_of(grid, terrain, candidates, instance), distance, standoff)
 
 
+def before(
+    grid: NavigationMap,
+    terrain: Terrain,
+    reach: Field,
+    instance: Instance,
+    pose: Pose,
+    reaches_m: float = math.inf,
+) -> bool:
+    """Whether a robot that cannot come nearer stands before a thing: as near as what is low is
+    stood before, and nothing high stands between."""
+    row, col = terrain.frame.cell(pose.x_m, pose.y_m)
+    here = np.zeros(terrain.frame.shape, bool)
+    here[row, col] = True
+    away = _distance_to(terrain, _middle(instance, reaches_m))[row, col]
+    return bool(away <= LOW_M and _before_walls(grid, terrain, here, instance).any())
+
+
 def close_to(terrain: Terrain, reach: Field, xy: F64) -> Mask:
     """(r, c) of the terrain: the reachable cells round a place (2,) m where the robot has stood."""
     near = _distance_to(terrain, xy[None]) <= BACK_M

@@ -95,6 +95,45 @@ def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen():
     assert len({(pose.x_m, pose.y_m) for pose in at}) > 2
 
 
+def test_what_is_come_no_nearer_to_is_judged_from_there_if_that_is_near_enough(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    there, asked = approach._toward, []
+
+    def toward(world: World, candidate: approach._Candidate, cfg: NavigateConfig):
+        asked.append(candidate)
+        return there(world, candidate, cfg) if world.halted else (Reached.HELD_UP, None)
+
+    monkeypatch.setattr(approach, "_toward", toward)
+    world, _ = before_a_table()
+    found = approach_target(world, NavigateConfig())
+    assert found is not None
+    assert found.ended is SearchState.FOUND
+    assert (len(asked), world.halted) == (2, {1: POSE})
+    away = Pose(-1.5, 0.0, 0.0)
+    world, _ = before_a_table()
+    world.pose, world.seen = away, look_around(world.map, away, RADIUS_M)
+    assert approach_target(world, NavigateConfig()) is None
+    assert not world.halted
+    assert list(world.held_up) == [1]
+
+
+def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_nowhere_else():
+    world, _ = before_a_table()
+    sofa = world.semantic.instances[1]
+    world.hidden, world.halted = frozenset({1}), {1: POSE}
+    found = approach_target(world, NavigateConfig())
+    assert found is not None
+    assert found.ended is SearchState.FOUND
+    assert not sofa.unseen
+    world, _ = before_a_table()
+    world.halted, sofa = {1: POSE}, world.semantic.instances[1]
+    sofa.evidence["sofa"] = Evidence(1.0, backing=[POSE], near_m=1.0)
+    sofa.looks.extend([POSE, POSE])
+    assert approach_target(world, NavigateConfig()) is None  # rejected, and with it the place
+    assert not world.halted
+
+
 def test_an_image_from_elsewhere_does_not_tell_that_it_is_hidden_from_here():
     world, _ = before_a_table()
     world.hidden, world.looked_from = frozenset({1}), Pose(-1.0, 0.0, 0.0)

@@ -14,6 +14,7 @@ from runtime.core.geometry import Standoff, standoff
 from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.standpoints import (
     BACK_M,
+    HIGH,
     LOW_M,
     MIDDLE_M,
     REACH_M,
@@ -21,6 +22,7 @@ from runtime.core.objects.standpoints import (
     TRIED_RAD,
     UNSEEN_M,
     any_side,
+    before,
     close_to,
     elsewhere,
     look_from,
@@ -189,6 +191,21 @@ def test_where_the_body_has_no_room_it_does_not_stand_though_it_could_leave():
     grid.changed()
     there, way = look_around(grid, Pose(1.2, 0.0, 0.0), RADIUS_M)
     assert there.clearance_m[standpoints(grid, there, way, vase, "vase")].min() < RADIUS_M
+
+
+def test_who_is_near_and_sees_it_stands_before_it():
+    grid = floor()
+    terrain, reach = look_around(grid, POSE, RADIUS_M)
+    thing = bed(at(math.pi, 1.5))
+    for away_m, reaches_m, is_before in ((0.8, 1.0, True), (1.1, 1.0, False), (0.1, 1.0, True)):
+        here = at(math.pi, away_m)
+        assert before(grid, terrain, reach, thing, here, reaches_m) is is_before
+    x, y = axes(grid)
+    grid.evidence[(np.abs(x - SPOT[0] + 0.5) < 0.05) & (np.abs(y) < 0.5)] = 10
+    grid.changed()
+    assert before(grid, terrain, reach, thing, at(math.pi, 0.8))  # the camera looks over it
+    grid.stood[grid.occupied] = HIGH
+    assert not before(grid, terrain, reach, thing, at(math.pi, 0.8))
 
 
 def test_where_it_has_stood_it_can_stand_again():
