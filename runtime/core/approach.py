@@ -83,7 +83,7 @@ def _near_enough(world: World, candidate: _Candidate) -> bool:
     thing, reaches_m = candidate.instance, world.explored.closer.wanted.reaches_m
     if candidate.again or thing.id in world.halted:
         return False
-    return standpoints.before(*_place(world, thing), world.pose, reaches_m)
+    return standpoints.stands_before(*_place(world, thing), world.pose, reaches_m)
 
 
 def settle_for(world: World, cfg: NavigateConfig) -> Command | None:

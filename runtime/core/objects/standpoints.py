@@ -17,6 +17,7 @@ from runtime.core.types import F64, Mask, Pose
 STOP_M = 0.70  # from the nearest seen cell of the target
 MIDDLE_M = 1.1  # from its middle, if there is a place, and it is not larger itself
 LOW_M = 0.90  # the same at most, where the camera looks over what is nearer
+OVER_M = 1.0  # from the middle of what is above the camera, at most for it to be in the image
 REACH_M = 1.3  # an approach that ends further away is no arrival
 HIGH = 1 << 5  # of the heights at which something stood: 0.8 m and more hide what is behind
 ROOMY = 0.5  # relative speed: where it is slower the robot gets stuck more easily
@@ -38,10 +39,10 @@ def standpoints(
     reaches_m: float = math.inf,
 ) -> Mask:
     """(r, c) of the terrain: reachable cells from which the robot can face the target up close, not
-    nearer than `standoff`, where it is in the image (or than LOW_M, for what lies on the floor or
-    hangs high), nor behind a wall where another place will do. If furniture keeps it further away,
-    the nearest reachable cells; none beyond REACH_M. `reaches_m`: how far one may reach from its
-    middle; what else was taken for it does not count."""
+    nearer than `standoff`, where it is in the image (or than LOW_M and OVER_M, for what lies on the
+    floor or hangs high), nor behind a wall where another place will do. If furniture keeps it
+    further away, the nearest reachable cells; none beyond REACH_M. `reaches_m`: how far one may
+    reach from its middle; what else was taken for it does not count."""
     distance = _distance_to(terrain, _middle(instance, reaches_m))
     candidates = _within_reach(terrain, reach, instance, distance, standoff)
     candidates &= _seen_side(terrain, instance, instance.views_as(goal), VIEW_CONE_RAD)
@@ -80,7 +81,7 @@ def any_side(
     return _nearest(_clear_of(grid, terrain, candidates, instance), distance, standoff)
 
 
-def before(
+def stands_before(
     grid: NavigationMap,
     terrain: Terrain,
     reach: Field,
@@ -105,7 +106,7 @@ def close_to(terrain: Terrain, reach: Field, xy: F64) -> Mask:
 
 def stepped_back(standoff: Standoff) -> Standoff:
     """As far from a thing that was not in the image as is stood before anything."""
-    return standoff._replace(middle_m=LOW_M) if standoff.middle_m else Standoff(LOW_M)
+    return Standoff(middle_m=OVER_M) if standoff.middle_m else Standoff(nearest_m=LOW_M)
 
 
 def elsewhere(terrain: Terrain, stands: Mask, unseen: Sequence[Pose]) -> Mask:
@@ -212,7 +213,7 @@ def _within_reach(
     """(r, c) reachable cells so far from a thing, m, that an approach may end there."""
     near = (distance <= REACH_M) & (distance >= min(standoff.nearest_m, LOW_M))
     if standoff.middle_m > 0:
-        near &= _distance_to(terrain, np.array([instance.xy])) >= min(standoff.middle_m, LOW_M)
+        near &= _distance_to(terrain, np.array([instance.xy])) >= min(standoff.middle_m, OVER_M)
     return _fitting(terrain, near & np.isfinite(reach.arrival_m))
 
 

@@ -17,17 +17,18 @@ from runtime.core.objects.standpoints import (
     HIGH,
     LOW_M,
     MIDDLE_M,
+    OVER_M,
     REACH_M,
     STOP_M,
     TRIED_RAD,
     UNSEEN_M,
     any_side,
-    before,
     close_to,
     elsewhere,
     look_from,
     other_sides,
     standpoints,
+    stands_before,
     stepped_back,
 )
 from runtime.core.objects.verdict import SECOND_SIDE_RAD
@@ -112,7 +113,7 @@ def test_what_is_high_up_is_stood_before_where_the_camera_still_sees_it():
     assert far.middle_m == pytest.approx(MOUNT.x_m + 0.55 * 388.0 / 240.0)
     stands = standpoints(grid, terrain, reach, ball, "bed", far)
     away = terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - SPOT
-    assert np.hypot(*away.T).min() > min(far.middle_m, LOW_M) - 0.04
+    assert np.hypot(*away.T).min() > min(far.middle_m, OVER_M) - 0.04
 
 
 def test_what_else_was_taken_for_a_small_thing_is_not_stood_before():
@@ -156,7 +157,7 @@ def test_what_hangs_over_a_thing_is_stood_before_by_its_own_middle():
     away = np.hypot(*(terrain.frame.centres(np.argwhere(stands).astype(np.int32)) - SPOT).T)
     assert 0.8 - 0.06 < away.min() < away.max() < MIDDLE_M + 0.06
     back = stepped_back(Standoff(middle_m=0.8))
-    assert (back, stepped_back(Standoff())) == (Standoff(middle_m=LOW_M), Standoff(LOW_M))
+    assert (back, stepped_back(Standoff())) == (Standoff(middle_m=OVER_M), Standoff(LOW_M))
 
 
 def test_where_it_was_hidden_it_is_not_stood_again_if_there_is_another_place():
@@ -199,13 +200,13 @@ def test_who_is_near_and_sees_it_stands_before_it():
     thing = bed(at(math.pi, 1.5))
     for away_m, reaches_m, is_before in ((0.8, 1.0, True), (1.1, 1.0, False), (0.1, 1.0, True)):
         here = at(math.pi, away_m)
-        assert before(grid, terrain, reach, thing, here, reaches_m) is is_before
+        assert stands_before(grid, terrain, reach, thing, here, reaches_m) is is_before
     x, y = axes(grid)
     grid.evidence[(np.abs(x - SPOT[0] + 0.5) < 0.05) & (np.abs(y) < 0.5)] = 10
     grid.changed()
-    assert before(grid, terrain, reach, thing, at(math.pi, 0.8))  # the camera looks over it
+    assert stands_before(grid, terrain, reach, thing, at(math.pi, 0.8))  # the camera looks over it
     grid.stood[grid.occupied] = HIGH
-    assert not before(grid, terrain, reach, thing, at(math.pi, 0.8))
+    assert not stands_before(grid, terrain, reach, thing, at(math.pi, 0.8))
 
 
 def test_where_it_has_stood_it_can_stand_again():
