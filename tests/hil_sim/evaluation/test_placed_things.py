@@ -55,7 +55,7 @@ def test_what_is_beyond_the_cameras_range_is_placed_nowhere() -> None:
 @pytest.mark.slow
 def test_in_a_home_nearly_all_are_placed_where_they_are() -> None:
     views = list(placed.placed_things(["maple"], 3, seed=0))
-    assert views == list(placed.placed_things(["maple"], 3, seed=0))
+    assert len(views) == 3
     things = [thing for view in views for thing in view]
     assert len(things) > 5
     assert not {thing.category for thing in things} & {"other", "door"}
