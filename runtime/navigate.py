@@ -21,7 +21,6 @@ from runtime.core.mapping.zones import Zone
 from runtime.core.motion.contact import Met
 from runtime.core.motion.courses import Spin
 from runtime.core.objects import semantic_map
-from runtime.core.objects.gone import hidden
 from runtime.core.outlook import Outlook, around
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig as NavigateConfig
@@ -39,7 +38,7 @@ from runtime.core.types import (
 )
 from runtime.core.voting import brief, consensus, prior
 from runtime.core.voting.brief import SemanticCopy
-from runtime.core.world import Command, Mode, Snapshot, StandingDecision, World
+from runtime.core.world import Command, Mode, NewestImage, Snapshot, StandingDecision, World
 
 ROOM_M = 20.0  # around the robot, frontiers are told to be in its own room or not
 WEAK_LOG_ODDS = -1.0  # a target worth a look when nothing is left to explore
@@ -103,9 +102,8 @@ def place(
     """What the detector tells of an observation that was surveyed, now or a while ago: semantic map
     and keyframes."""
     names = semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
-    called = world.semantic.called(world.goal)
-    missed = (thing for thing in called if world.goal not in names.get(thing.id, ()))
-    world.looked_from, world.hidden = obs.pose, hidden(missed, obs, mount)
+    called = frozenset(id for id, those in names.items() if world.goal in those)
+    world.looked_from, world.newest = obs.pose, NewestImage(obs, mount, called)
     if cfg.search.last_looks == "closer":
         world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
     if detections.scene.size or cfg.keyframes.image_width_px:

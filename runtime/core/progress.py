@@ -8,6 +8,7 @@ from runtime.core.distances.planner import Field
 from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import local_policy
 from runtime.core.motion.contact import Met, Touch
+from runtime.core.objects.gone import hidden
 from runtime.core.objects.instances import Instance
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Observation, Pose
@@ -93,8 +94,11 @@ def looked_from_here(world: World) -> bool:
 
 
 def hidden_from_here(world: World, thing: Instance) -> bool:
-    """Whether that image is of here, and does not show a thing that is called what is sought."""
-    return thing.id in world.hidden and looked_from_here(world)
+    """Whether that image is of here, calls a thing nothing, and does not show its place."""
+    image = world.newest
+    if image is None or thing.id in image.called or not looked_from_here(world):
+        return False
+    return hidden(thing, image.obs, image.mount)
 
 
 def _blind(obs: Observation) -> bool:

@@ -33,6 +33,7 @@ from runtime.core.types import (
     Intrinsics,
     Mask,
     Mount,
+    Observation,
     Pose,
     SearchState,
     Twist,
@@ -186,6 +187,15 @@ class Pursuit:
     progress: dict[Aim, Progress] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class NewestImage:
+    """An image whose detections were placed, and the instances that it calls what is sought."""
+
+    obs: Observation
+    mount: Mount
+    called: frozenset[int]
+
+
 @dataclass
 class World:
     """All state of one search: what is known of the home, and what the robot does in it."""
@@ -198,7 +208,7 @@ class World:
     stamp_ns: int = 0
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
     looked_from: Pose | None = None  # where the image was taken whose detections came last
-    hidden: frozenset[int] = frozenset()  # near things called as the goal that it does not show
+    newest: NewestImage | None = None  # that image
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     survey: TerrainSurvey = field(default_factory=TerrainSurvey, repr=False)  # behind that view

@@ -1,6 +1,5 @@
 """Objects whose place an image shows without them, for they were taken away, or does not show."""
 
-import math
 from collections.abc import Iterable
 from typing import Final
 
@@ -40,15 +39,12 @@ def seen_through(things: Iterable[Instance], obs: Observation, mount: Mount) -> 
     ]
 
 
-def hidden(things: Iterable[Instance], obs: Observation, mount: Mount) -> frozenset[int]:
-    """Those of some things, by id, that are near, of whose place the image shows too little: it is
-    out of the image, or something stands before it."""
-    near = (thing for thing in things if math.dist(thing.xy, obs.pose.xy) <= NEAR_M)
-    return frozenset(thing.id for thing in near if _hides(thing, obs, mount))
-
-
-def _hides(thing: Instance, obs: Observation, mount: Mount) -> bool:
+def hidden(thing: Instance, obs: Observation, mount: Mount) -> bool:
+    """Whether an image shows too little of a thing's place: it is out of the image, or something
+    stands before it. What is not near is not asked about."""
     away = np.hypot(*(thing.cells_xy - obs.pose.xy).T)
+    if away.min() > NEAR_M:
+        return False
     front = thing.cells_xy[away <= away.min() + FRONT_M]
     shown = _beyond_m(_points(thing, front), obs, mount) > -HIDES_M
     return bool(shown.sum() <= (1.0 - HIDDEN) * len(shown))

@@ -212,16 +212,18 @@ def _within_reach(
 ) -> Mask:
     """(r, c) reachable cells so far from a thing, m, that an approach may end there."""
     near = (distance <= REACH_M) & (distance >= min(standoff.nearest_m, LOW_M))
+    near &= np.isfinite(reach.arrival_m)
     if standoff.middle_m > 0:
-        near &= _distance_to(terrain, np.array([instance.xy])) >= min(standoff.middle_m, OVER_M)
-    return _fitting(terrain, near & np.isfinite(reach.arrival_m))
+        near[near] = _from_middle(terrain, near, instance) >= min(standoff.middle_m, OVER_M)
+    return _fitting(terrain, near)
 
 
 def _fitting(terrain: Terrain, cells: Mask) -> Mask:
     """(r, c) those of the cells in which the body has room; all where there are none: what is about
     the robot is passable without, so that it can leave, and nowhere to be."""
-    fits = cells & (terrain.speed > SLOWEST)
-    return np.asarray(fits if fits.any() else cells, bool)
+    fits = cells.copy()
+    fits[cells] = terrain.speed[cells] > SLOWEST
+    return fits if fits.any() else cells
 
 
 def _nearest(cells: Mask, distance: F64, standoff: Standoff) -> Mask:
@@ -235,9 +237,16 @@ def _nearest(cells: Mask, distance: F64, standoff: Standoff) -> Mask:
 def _by_middle(terrain: Terrain, cells: Mask, instance: Instance, reaches_m: float) -> Mask:
     """(r, c) those of the cells that are near the middle of a thing, or so near as one of them is:
     what stands under it or before it may be taken for its edge."""
-    away = _distance_to(terrain, np.array([instance.xy]))
-    best = float(away[cells].min(initial=math.inf))
-    return np.asarray(cells & (away <= max(MIDDLE_M, reaches_m, best + NEAREST_M)), bool)
+    away, kept = _from_middle(terrain, cells, instance), cells.copy()
+    best = float(away.min(initial=math.inf))
+    kept[cells] = away <= max(MIDDLE_M, reaches_m, best + NEAREST_M)
+    return kept
+
+
+def _from_middle(terrain: Terrain, cells: Mask, instance: Instance) -> F64:
+    """(N,) m, how far some cells, (r, c), are from the middle of a thing, in their order."""
+    centres = terrain.frame.centres(np.argwhere(cells).astype(np.int32))
+    return np.asarray(np.hypot(*(centres - np.array(instance.xy)).T), np.float64)
 
 
 def _middle(instance: Instance, reaches_m: float) -> F64:

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from apartment import MOUNT, TWO_ROOMS, Apartment
+from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
-from runtime.core import approach
+from runtime.core import approach, progress
 from runtime.core.approach import TRIES, approach_target, out_of_reach, settle_for
 from runtime.core.distances.planner import look_around
 from runtime.core.geometry import wrap_angle
@@ -21,8 +21,13 @@ from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import INSPECT_LOG_ODDS, UNSEEN_LOOKS, Reached, from_two_sides
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Ballot, Pose, SearchState
-from runtime.core.world import Mode, World
+from runtime.core.types import Action, Ballot, Observation, Pose, SearchState
+from runtime.core.world import Mode, NewestImage, World
+
+DEPTH_M = np.zeros((120, 160), np.float32)  # nothing is read
+IMAGE = NewestImage(
+    Observation(0, np.zeros((120, 160, 3), np.uint8), DEPTH_M, POSE, INTRINSICS), MOUNT, frozenset()
+)
 
 
 def before_a_table() -> tuple[World, Instance]:
@@ -73,10 +78,13 @@ def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_
     assert found.mode == "stop"
 
 
-def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen():
+def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen(
+    monkeypatch: pytest.MonkeyPatch,
+):
     world, _ = before_a_table()
+    world.newest = IMAGE
     sofa, why = world.semantic.instances[1], "approach sofa 1 (p 0.98) from where it may be seen"
-    world.hidden = frozenset({1})
+    monkeypatch.setattr(progress, "hidden", lambda *_: True)
     at: list[Pose] = []
     while (command := approach_target(world, NavigateConfig())) and command.mode is not Mode.STOP:
         assert command.mode is Mode.FACE or command.reason == why
@@ -118,10 +126,13 @@ def test_what_is_come_no_nearer_to_is_judged_from_there_if_that_is_near_enough(
     assert list(world.held_up) == [1]
 
 
-def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_nowhere_else():
+def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_nowhere_else(
+    monkeypatch: pytest.MonkeyPatch,
+):
+    monkeypatch.setattr(progress, "hidden", lambda *_: True)
     world, _ = before_a_table()
     sofa = world.semantic.instances[1]
-    world.hidden, world.halted = frozenset({1}), {1: POSE}
+    world.newest, world.halted = IMAGE, {1: POSE}
     found = approach_target(world, NavigateConfig())
     assert found is not None
     assert found.ended is SearchState.FOUND
@@ -136,7 +147,7 @@ def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_no
 
 def test_an_image_from_elsewhere_does_not_tell_that_it_is_hidden_from_here():
     world, _ = before_a_table()
-    world.hidden, world.looked_from = frozenset({1}), Pose(-1.0, 0.0, 0.0)
+    world.newest, world.looked_from = IMAGE, Pose(-1.0, 0.0, 0.0)
     looking = approach_target(world, NavigateConfig())
     assert looking is not None
     assert looking.reason.startswith("look at sofa")
