@@ -302,15 +302,18 @@ def _clear(
     """(N, 2) m each -> (N,) whether no obstacle is on the line between, but for those at some
     cells of its own, (M, 2) m, and right beside them."""
     t = np.linspace(0.0, 1.0, samples)[None, :, None]
-    line = start[:, None] * (1 - t) + end[:, None] * t
-    rc = frame.cells(line)
-    mine = frame.cells(own_xy)
-    low = mine.min(axis=0) - 1
-    own = np.zeros(np.ptp(mine, axis=0) + 3, np.uint8)
-    own[tuple((mine - low).T)] = 1
-    near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
-    blocked = occupied[rc[..., 0], rc[..., 1]]
-    beside = blocked & ((rc >= low) & (rc < low + own.shape)).all(axis=-1)
-    at = rc[beside] - low
-    blocked[beside] = ~near[at[:, 0], at[:, 1]]
-    return np.asarray(~blocked.any(axis=1), bool)
+    line = start[:, None] + (end - start)[:, None] * t
+    rc = frame.cells(line).reshape(-1, 2)
+    blocked = occupied[rc[:, 0], rc[:, 1]]
+    hit = np.flatnonzero(blocked)
+    if hit.size:
+        mine = frame.cells(own_xy)
+        low = mine.min(axis=0) - 1
+        own = np.zeros(np.ptp(mine, axis=0) + 3, np.uint8)
+        own[tuple((mine - low).T)] = 1
+        near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
+        at = rc[hit] - low
+        beside = ((at >= 0) & (at < near.shape)).all(axis=1)
+        beside[beside] = near[tuple(at[beside].T)]
+        blocked[hit[beside]] = False
+    return np.asarray(~blocked.reshape(-1, samples).any(axis=1), bool)
