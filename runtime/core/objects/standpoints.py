@@ -301,10 +301,12 @@ def _clear(
 ) -> Mask:
     """(N, 2) m each -> (N,) whether no obstacle is on the line between, but for those at some
     cells of its own, (M, 2) m, and right beside them."""
-    t = np.linspace(0.0, 1.0, samples)[None, :, None]
-    line = start[:, None] + (end - start)[:, None] * t
-    rc = frame.cells(line).reshape(-1, 2)
-    blocked = occupied[rc[:, 0], rc[:, 1]]
+    t, origin = np.linspace(0.0, 1.0, samples), (frame.x0_m, frame.y0_m)
+    from_xy, to_xy = (start - origin) / frame.resolution_m, (end - origin) / frame.resolution_m
+    x, y = (a[:, None] + (b - a)[:, None] * t for a, b in zip(from_xy.T, to_xy.T, strict=True))
+    rows = np.floor(y).astype(np.int32).ravel() - frame.first_row
+    cols = np.floor(x).astype(np.int32).ravel() - frame.first_col
+    blocked = occupied[rows, cols]
     hit = np.flatnonzero(blocked)
     if hit.size:
         mine = frame.cells(own_xy)
@@ -312,7 +314,7 @@ def _clear(
         own = np.zeros(np.ptp(mine, axis=0) + 3, np.uint8)
         own[tuple((mine - low).T)] = 1
         near = cv2.dilate(own, np.ones((3, 3), np.uint8)) > 0  # more would hide a wall behind it
-        at = rc[hit] - low
+        at = np.stack([rows[hit], cols[hit]], axis=1) - low
         beside = ((at >= 0) & (at < near.shape)).all(axis=1)
         beside[beside] = near[tuple(at[beside].T)]
         blocked[hit[beside]] = False
