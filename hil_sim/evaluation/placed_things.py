@@ -12,7 +12,7 @@ from hil_sim.ground_truth.freespace import build_free_space
 from hil_sim.ground_truth.labels import LABELLED, CameraView, labels
 from hil_sim.scenes.format import Scene
 from hil_sim.scenes.furniture.assets import Assets
-from hil_sim.scenes.furniture.boxes import box_of
+from hil_sim.scenes.furniture.boxes import Box, box_of
 from hil_sim.scenes.open import open_scene
 from hil_sim.simulation.camera import Frame
 from hil_sim.simulation.protocol import HM3D
@@ -26,6 +26,9 @@ MISPLACED_M: Final = 0.35  # from the nearest of it that is in view
 HERE: Final = Pose(0.0, 0.0, 0.0)
 MOUNT: Final = Mount(z_m=HM3D.camera_z_m)
 SIDE: Final = 800  # cells of the map round the camera
+GRID: Final = GridFrame(
+    -SIDE * RESOLUTION_M / 2, -SIDE * RESOLUTION_M / 2, RESOLUTION_M, SIDE, SIDE
+)
 _NAMES: Final = ("thing",)
 
 
@@ -50,17 +53,17 @@ def placed_things(homes: Sequence[str], views: int, seed: int) -> Iterator[list[
         scene, assets = open_scene(home), Assets()
         with ScenePhysics(scene, assets) as world:
             space = build_free_space(scene, world.obstacle_triangles())
+            boxes = [box_of(thing) for thing in scene.objects]
             rng = random.Random(f"placed/{seed}/{home}")
             for _ in range(views):
                 at = space.anywhere(rng)
                 frame = world.render(at.x_m, at.y_m, at.yaw_rad, colour=False)
-                yield in_frame(frame, labelled(frame, scene, at))
+                yield in_frame(frame, labelled(frame, scene, boxes, at))
 
 
-def labelled(frame: Frame, scene: Scene, at: Pose) -> dict[int, str]:
+def labelled(frame: Frame, scene: Scene, boxes: list[Box], at: Pose) -> dict[int, str]:
     """The scene's objects of which enough is in view, by number, and what they are."""
     view = CameraView(at.x_m, at.y_m, HM3D.camera_z_m, at.yaw_rad, 0.0, HM3D.hfov_rad)
-    boxes = [box_of(thing) for thing in scene.objects]
     told = labels(scene, boxes, view, frame.depth_m, frame.segmentation)
     seen = np.unique(frame.segmentation[frame.segmentation >= 0]).tolist()
     named = [index for index in seen if scene.objects[index].category in LABELLED]
@@ -84,9 +87,7 @@ def _placed(category: str, mask: Mask, frame: Frame, obs: Observation) -> Placed
     told = Detections(
         box, np.ones(1, np.float32), np.zeros(1, np.int32), none, np.zeros(0, np.float32)
     )
-    side_m = SIDE * RESOLUTION_M
-    grid = GridFrame(-side_m / 2, -side_m / 2, RESOLUTION_M, SIDE, SIDE)
-    seen = locate(obs, told, _NAMES, MOUNT, grid)
+    seen = locate(obs, told, _NAMES, MOUNT, GRID)
     there = _on_plan(mask, frame)
     range_m = float(np.hypot(*there.T).min())
     if not seen:

@@ -46,8 +46,8 @@ def hidden(thing: Instance, obs: Observation, mount: Mount) -> bool:
     if away.min() > NEAR_M:
         return False
     front = thing.cells_xy[away <= away.min() + FRONT_M]
-    shown = _beyond_m(_points(thing, front), obs, mount) > -HIDES_M
-    return bool(shown.sum() <= (1.0 - HIDDEN) * len(shown))
+    lost = _beyond_m(_points(thing, front), obs, mount) < -HIDES_M  # where nothing is read is none
+    return bool(lost.sum() >= HIDDEN * len(lost))
 
 
 def _all_of(thing: Instance, obs: Observation, mount: Mount) -> bool:
@@ -67,9 +67,9 @@ def _points(thing: Instance, cells_xy: F64) -> F64:
 
 def _beyond_m(points: F64, obs: Observation, mount: Mount) -> F64:
     """(N, 3) m, map frame -> (N,) how much farther than each the image reads there, m; NaN where it
-    reads nothing, or where a point is out of view or too far away."""
+    reads nothing, -inf where a point is out of view or too far away."""
     optical = map_to_optical(points, obs.pose, mount)
-    beyond = np.full(len(points), np.nan)
+    beyond = np.full(len(points), -np.inf)
     at = np.flatnonzero((optical[:, 2] > 0.1) & (optical[:, 2] <= NEAR_M))
     col, row = np.rint(project(optical[at], obs.intrinsics)).astype(np.int64).T
     height, width = obs.depth_m.shape

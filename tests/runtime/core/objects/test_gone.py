@@ -156,6 +156,7 @@ LOW_WALL = Box(1.4, 0.0, (0.1, 3.0), 0.0, 0.3)
         (0.6, 0.0, (), True),  # below the image
         (0.0, 2.0, (), True),  # beside it
         (NEAR_M + 0.3, 0.0, (wall(1.2),), False),  # too far away to ask
+        (2.0, 0.0, (wall(1.2, glass=True),), False),  # nothing is read: nothing is told
     ],
 )
 def test_what_is_near_is_hidden_where_its_place_is_not_in_the_image(
