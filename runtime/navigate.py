@@ -103,7 +103,7 @@ def place(
     and keyframes."""
     names = semantic_map.place(world.semantic, world.map, obs, detections, outline, mount)
     called = frozenset(id for id, those in names.items() if world.goal in those)
-    world.looked_from, world.newest = obs.pose, NewestImage(obs, mount, called)
+    world.newest = NewestImage(obs, mount, called)
     if cfg.search.last_looks == "closer":
         world.explored.closer.fineness.look(world.map, obs, mount, cfg.map.max_depth_m)
     if detections.scene.size or cfg.keyframes.image_width_px:

@@ -86,9 +86,9 @@ def stalled(world: World, aim: Aim, field: Field | None, cfg: NavigateConfig) ->
 def looked_from_here(world: World) -> bool:
     """Whether the newest image that the detector has seen was taken about where the robot stands:
     it may be behind, and a verdict is of what is seen from here."""
-    then, now = world.looked_from, world.pose
-    if then is None:
+    if world.newest is None:
         return False
+    then, now = world.newest.obs.pose, world.pose
     turned_rad = abs(wrap_angle(now.yaw_rad - then.yaw_rad))
     return turned_rad <= HERE_RAD and float(np.hypot(*(now.xy - then.xy))) <= HERE_M
 

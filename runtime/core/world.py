@@ -189,7 +189,7 @@ class Pursuit:
 
 @dataclass(frozen=True)
 class NewestImage:
-    """An image whose detections were placed, and the instances that it calls what is sought."""
+    """The image whose detections came last, and the instances that it calls what is sought."""
 
     obs: Observation
     mount: Mount
@@ -207,8 +207,7 @@ class World:
     explored: Explored
     stamp_ns: int = 0
     lens: tuple[Intrinsics, Mount] | None = None  # of the last observation
-    looked_from: Pose | None = None  # where the image was taken whose detections came last
-    newest: NewestImage | None = None  # that image
+    newest: NewestImage | None = None
     keyframes: list[Keyframe] = field(default_factory=list)
     seen: tuple[Terrain, Field] | None = None  # the planner's view; distance from the robot
     survey: TerrainSurvey = field(default_factory=TerrainSurvey, repr=False)  # behind that view

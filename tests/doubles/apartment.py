@@ -10,6 +10,7 @@ import numpy as np
 
 from runtime.core.geometry import Rays, rays
 from runtime.core.types import Action, Detections, Intrinsics, Mount, Observation, Pose
+from runtime.core.world import NewestImage
 
 INTRINSICS = Intrinsics(97.06, 97.06, 80.0, 60.0, 160, 120)
 MOUNT = Mount()
@@ -192,3 +193,10 @@ TWO_ROOMS = """
 #                                      #
 ########################################
 """
+
+
+def looked_from(pose: Pose, *called: int) -> NewestImage:
+    """An image of which no more is known than where it was taken and which instances it calls what
+    is sought; nothing is read in it."""
+    rgb, depth_m = np.zeros((120, 160, 3), np.uint8), np.zeros((120, 160), np.float32)
+    return NewestImage(Observation(0, rgb, depth_m, pose, INTRINSICS), MOUNT, frozenset(called))

@@ -130,7 +130,7 @@ def test_what_is_sought_and_near_and_not_in_the_newest_image_is_known_as_hidden(
     obs = there.observe()
     navigate.perceive(world, obs, there.detect(NAMES, obs), MOUNT, CFG)
     assert not world.newest.called
-    assert world.looked_from == obs.pose
+    assert world.newest.obs is obs
     assert hidden_from_here(world, toilet)
     world.pose = Pose(6.4, 2.2, 0.0)  # it has turned back since
     assert not hidden_from_here(world, toilet)

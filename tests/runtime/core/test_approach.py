@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from apartment import INTRINSICS, MOUNT, TWO_ROOMS, Apartment
+from apartment import MOUNT, TWO_ROOMS, Apartment, looked_from
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
@@ -21,13 +21,8 @@ from runtime.core.objects.instances import Evidence, Instance
 from runtime.core.objects.verdict import INSPECT_LOG_ODDS, UNSEEN_LOOKS, Reached, from_two_sides
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Ballot, Observation, Pose, SearchState
-from runtime.core.world import Mode, NewestImage, World
-
-DEPTH_M = np.zeros((120, 160), np.float32)  # nothing is read
-IMAGE = NewestImage(
-    Observation(0, np.zeros((120, 160, 3), np.uint8), DEPTH_M, POSE, INTRINSICS), MOUNT, frozenset()
-)
+from runtime.core.types import Action, Ballot, Pose, SearchState
+from runtime.core.world import Mode, World
 
 
 def before_a_table() -> tuple[World, Instance]:
@@ -45,7 +40,7 @@ def before_a_table() -> tuple[World, Instance]:
     views = [POSE, Pose(1.9, -2.0, 1.5)]
     believed = {"sofa": Evidence(4.0, backing=views, near_m=1.0)}
     target = Instance(1, believed, (1.9, 0.0), 0.4, both, 0.0, 0.8, views=[POSE])
-    world.semantic.instances[1], world.looked_from = target, POSE
+    world.semantic.instances[1], world.newest = target, looked_from(POSE, 1)
     return world, Instance(2, {"coffee table": Evidence(4.0)}, (0.8, 0.0), 0.3, before, 0.0, 0.45)
 
 
@@ -64,7 +59,7 @@ def test_the_table_before_a_sofa_is_not_stopped_at_for_the_sofa():
 def test_a_detector_that_is_behind_is_waited_for_before_the_verdict_but_not_for_ever(behind):
     world, _ = before_a_table()
     cfg = replace(NavigateConfig(), control=ControlConfig(mode="velocity"))
-    world.looked_from, world.body.dt_s = behind, 1.0
+    world.newest, world.body.dt_s = looked_from(behind, 1) if behind else None, 1.0
     waits = 0
     while (command := approach_target(world, cfg)) and command.mode == "face":
         waits += 1
@@ -82,7 +77,7 @@ def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen(
     monkeypatch: pytest.MonkeyPatch,
 ):
     world, _ = before_a_table()
-    world.newest = IMAGE
+    world.newest = looked_from(POSE)
     sofa, why = world.semantic.instances[1], "approach sofa 1 (p 0.98) from where it may be seen"
     monkeypatch.setattr(progress, "hidden", lambda *_: True)
     at: list[Pose] = []
@@ -93,7 +88,7 @@ def test_what_is_hidden_where_it_is_faced_is_gone_to_where_it_may_be_seen(
         yaw_rad, step_m = world.pose.yaw_rad, 0.0 if turn else FORWARD_M
         x_m, y_m = world.pose.xy + step_m * np.array([np.cos(yaw_rad), np.sin(yaw_rad)])
         world.pose = Pose(float(x_m), float(y_m), wrap_angle(yaw_rad + turn * TURN_RAD))
-        world.looked_from, world.body.last = world.pose, command
+        world.newest, world.body.last = looked_from(world.pose), command
         world.seen = look_around(world.map, world.pose, RADIUS_M)
         assert len(at) < 60
     assert command is not None
@@ -132,7 +127,7 @@ def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_no
     monkeypatch.setattr(progress, "hidden", lambda *_: True)
     world, _ = before_a_table()
     sofa = world.semantic.instances[1]
-    world.newest, world.halted = IMAGE, {1: POSE}
+    world.newest, world.halted = looked_from(POSE), {1: POSE}
     found = approach_target(world, NavigateConfig())
     assert found is not None
     assert found.ended is SearchState.FOUND
@@ -147,7 +142,7 @@ def test_what_is_judged_from_where_it_was_come_no_nearer_to_is_looked_at_from_no
 
 def test_an_image_from_elsewhere_does_not_tell_that_it_is_hidden_from_here():
     world, _ = before_a_table()
-    world.newest, world.looked_from = IMAGE, Pose(-1.0, 0.0, 0.0)
+    world.newest = looked_from(Pose(-1.0, 0.0, 0.0))
     looking = approach_target(world, NavigateConfig())
     assert looking is not None
     assert looking.reason.startswith("look at sofa")
@@ -206,7 +201,7 @@ def before_a_wall(*ways: tuple[float, float]) -> tuple[World, Instance]:
     cells = np.stack([x[vase], y[vase]], 1)
     seen = {"vase": Evidence(2.3, backing=[POSE, Pose(0.5, 0.1, 0.0)], near_m=1.6)}
     thing = Instance(1, seen, (2.2, 0.0), 0.4, cells, 0.0, 0.8, views=[POSE])
-    world.semantic.instances[1], world.looked_from = thing, POSE
+    world.semantic.instances[1], world.newest = thing, looked_from(POSE, 1)
     open_to(world, *ways)
     return world, thing
 
@@ -303,7 +298,7 @@ def test_what_was_likest_is_settled_for_where_it_was_looked_at_from_nearest():
     back = settle_for(world, NavigateConfig())
     assert back is not None
     assert (back.mode, back.ended) == ("target", None)
-    world.pose = world.looked_from = nearer
+    world.pose, world.newest = nearer, looked_from(nearer, 1)
     world.seen = look_around(world.map, world.pose, RADIUS_M)
     there = settle_for(world, NavigateConfig())
     assert there is not None
@@ -316,13 +311,13 @@ def test_what_was_stood_before_and_faded_at_the_next_look_may_be_settled_for():
     world, _ = before_a_table()
     sofa = world.semantic.instances[1]
     sofa.evidence["sofa"] = Evidence(2.0, backing=[POSE], near_m=1.0)
-    world.looked_from = None
+    world.newest = None
     looking = approach_target(world, NavigateConfig())
     assert looking is not None
     assert looking.mode is Mode.FACE
     sofa.evidence["sofa"].odds = -1.0
     assert approach_target(world, NavigateConfig()) is None
-    world.looked_from = POSE
+    world.newest = looked_from(POSE, 1)
     there = settle_for(world, NavigateConfig())
     assert there is not None
     assert "(p 0.88)" in there.reason

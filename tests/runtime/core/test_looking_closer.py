@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from apartment import NO_DETECTIONS
+from apartment import NO_DETECTIONS, looked_from
 from open_floor import POSE, RADIUS_M, axes, floor
 
 from runtime import navigate
@@ -38,7 +38,7 @@ def world(wanted: GoalSize = MUG, code: int = 60, sides: int = 1) -> World:
     closer.fineness.level[:] = _coarse(top)
     closer.fineness.fine[RAISED][_coarse(top)] = code
     closer.fineness.sides[:] = sides
-    found.looked_from = POSE
+    found.newest = looked_from(POSE)
     navigate.with_frontiers(found, CFG)
     return found
 
@@ -58,7 +58,7 @@ def driven(found: World, sees: bool = True, most: int = 200) -> list[Command]:
         ahead_m = 0.25 if command.action is Action.MOVE_FORWARD else 0.0
         x, y = at.x_m + ahead_m * math.cos(at.yaw_rad), at.y_m + ahead_m * math.sin(at.yaw_rad)
         found.pose = Pose(x, y, math.remainder(at.yaw_rad + turn * math.pi / 6, math.tau))
-        found.looked_from = found.pose
+        found.newest = looked_from(found.pose)
         if sees:
             _see(found)
         navigate.with_frontiers(found, CFG)
