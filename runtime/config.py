@@ -79,6 +79,12 @@ class ModelsConfig:
         'Classifier for goals that the detector has no word for; "": none.',
         research="second_look",
     )
+    scene_layout: str = key(
+        "",
+        'The network behind `research.scene_layout`, a name or an ONNX file; "": the one that was '
+        "taught on what a configured detector sees.",
+        research="scene_layout_file",
+    )
     others_every: int = key(
         2,
         "Frames between two looks of a detector that was trained for the other domain, and of ours "

@@ -1,5 +1,6 @@
 """`hil-sim beyond`: what robots see toward frontiers, and what truly lies behind them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,7 +27,8 @@ class BeyondPlan:
 @click.command(
     "beyond",
     epilog="Examples:  hil-sim beyond --out out/beyond/train --homes 250 --seed 200000 --replicas "
-    "|  hil-sim beyond --out out/beyond/dev --homes 40 --split val --seed 300000",
+    "|  hil-sim beyond --out out/beyond/dev --homes 40 --split val --seed 300000 "
+    "--also detector.onnx",
 )
 @click.option("--out", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--homes", default=100, show_default=True, type=click.IntRange(1))
@@ -34,10 +36,14 @@ class BeyondPlan:
 @click.option("--split", type=click.Choice(["train", "val"]), default="train", show_default=True)
 @click.option("--replicas", is_flag=True,
               help=f"Train replicas of RoboTHOR, of side {SIDES[0]}, among them.")  # fmt: skip
+@click.option("--also", "others", multiple=True, metavar="MODEL",
+              help="Keep in OUT/MODEL what another detector, a name or an ONNX file, sees in the "
+                   "same frames; may be given more than once.")  # fmt: skip
 @click.option("--workers", default=2, show_default=True, type=click.IntRange(1, 64))
 def beyond_command(
-    out: Path, homes: int, seed: int, split: str, replicas: bool, workers: int
-) -> None:
+    out: Path, homes: int, seed: int, split: str, replicas: bool, others: tuple[str, ...],
+    workers: int,
+) -> None:  # fmt: skip
     """Drive through homes with true object names, and keep, for each frontier, the views toward it
     and what lies behind: to train the scene-layout expert on, and to judge it by.
 
@@ -45,17 +51,25 @@ def beyond_command(
     """
     if replicas and split != "train":
         raise click.UsageError("--replicas are of the split train alone: leave out one of the two")
-    names, folder = home_names(homes, seed, split, replicas), out / HOMES
-    folder.mkdir(parents=True, exist_ok=True)
-    claim(out / PLAN_FILE, BeyondPlan(seed, split, replicas))
-    todo = [name for name in names if not (folder / f"{name}.npz").exists()]
-    make_homes(names, todo, workers, partial(make_home, folder))
+    stems = [HOMES, *(Path(other).stem for other in others)]
+    if len(set(stems)) < len(stems):
+        raise click.UsageError("--also: two models of one name, or one called homes: rename it")
+    from hil_sim.expert_bench.seeing import DETECTOR
     from hil_sim.expert_bench.views import read_views
 
-    homes_views = [read_views(folder / f"{name}.npz") for name in names]
-    rows, frames = (sum(len(column) for column in columns) for columns in (
-        [v.frame for v in homes_views], [v.room for v in homes_views]))  # fmt: skip
-    click.echo(f"{len(names)} homes in {folder}: {rows} views in {frames} frames")
+    names = home_names(homes, seed, split, replicas)
+    folders = {DETECTOR: out, **{other: out / Path(other).stem for other in others}}
+    for folder in folders.values():
+        (folder / HOMES).mkdir(parents=True, exist_ok=True)
+        claim(folder / PLAN_FILE, BeyondPlan(seed, split, replicas))
+    files = {name: files_of(folders, name) for name in names}
+    todo = [name for name in names if not all(file.exists() for file in files[name].values())]
+    make_homes(names, todo, workers, partial(make_home, folders))
+    for detector, folder in folders.items():
+        homes_views = [read_views(files[name][detector]) for name in names]
+        rows, frames = (sum(len(column) for column in columns) for columns in (
+            [v.frame for v in homes_views], [v.room for v in homes_views]))  # fmt: skip
+        click.echo(f"{len(names)} homes in {folder / HOMES}: {rows} views in {frames} frames")
 
 
 def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:
@@ -73,7 +87,12 @@ def home_names(count: int, seed: int, split: str, replicas: bool) -> list[str]:
     return names
 
 
-def make_home(folder: Path, name: str) -> None:
+def files_of(folders: Mapping[str, Path], name: str) -> dict[str, Path]:
+    """A home's file in each detector's folder."""
+    return {detector: folder / HOMES / f"{name}.npz" for detector, folder in folders.items()}
+
+
+def make_home(folders: Mapping[str, Path], name: str) -> None:
     """A worker's task: one home."""
     keep_stdout_for_python()
     import cv2
@@ -81,4 +100,4 @@ def make_home(folder: Path, name: str) -> None:
     from hil_sim.expert_bench.views import make_views
 
     cv2.setNumThreads(1)
-    make_views(folder / f"{name}.npz", name)
+    make_views(files_of(folders, name), name)

@@ -96,9 +96,11 @@ def _expert(plan: ScenePlan) -> tuple[str, dict[str, Any]]:
     from hil_sim.expert_bench.never_taught import never_taught
     from hil_sim.expert_bench.scene import measure
     from hil_sim.expert_bench.voting import Voters
+    from runtime.config import load
     from runtime.perception.beholders import open_beholders
 
-    found = measure(plan, *open_beholders(plan.kinds), never_taught(), Voters)
+    opened = open_beholders(plan.kinds, load(None, plan.settings).models)
+    found = measure(plan, *opened, never_taught(), Voters)
     return scene_report.section(found, plan.seed), scene_report.figures(found, plan.seed)
 
 

@@ -3,7 +3,7 @@ detector's word on rooms and views."""
 
 import hashlib
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Final, Self
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from runtime.core.types import Detections, Pose
 from runtime.perception.loaded_models import LoadedModels
 from runtime.robot.labels import read_labels
 
+DETECTOR: Final = "rfnav-det"
+
 
 @dataclass(frozen=True)
 class BenchDetector:
@@ -29,22 +31,22 @@ class BenchDetector:
     config: Config
 
     @classmethod
-    def open(cls) -> Self:
+    def open(cls, detector: str = DETECTOR) -> Self:
         """ModelError when a model is missing."""
-        config = cls.settings()
+        config = cls.settings(detector)
         models = LoadedModels(config, SystemClock())
         goal, _ = models.accept("toilet", config)
         return cls(models, tuple(known[0] for known in goal.classes), config)
 
     @staticmethod
-    def settings() -> Config:
+    def settings(detector: str = DETECTOR) -> Config:
         """As `oracle-perception/geometry` sets the runtime, without experts."""
         names = ", ".join(repr(name) for name in LABELLED)
         labels = f"research.detector_labels=[{names}]"
         sets = (
             "panel.experts=[]",
             "models.threads=1",
-            'models.detectors=["rfnav-det"]',  # rooms and views are its words
+            f"models.detectors=[{detector!r}]",  # rooms and views are its words
             *GEOMETRY,
             labels,
         )

@@ -6,7 +6,8 @@ one frontier at one moment, by one of the keyframes that show it. See `HomeViews
 """
 
 import os
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -94,12 +95,17 @@ KINDS = {
 OF_FRAMES = ("features", "depth", "scene", "rooms", "room", "in_view")
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Seen:
-    """A frame of the drive, its pose on the map, and what is true of it."""
+    """A frame of the drive, its pose on the map, what is seen in it and what is true of it."""
 
-    pose: Pose
+    obs: Observation
     values: dict[str, Any]
+
+    def again(self, detector: BenchDetector) -> "_Seen":
+        """The same frame as another detector sees it."""
+        said = _said(self.obs, detector.models.detect(self.obs.rgb))
+        return replace(self, values=self.values | said)
 
 
 @dataclass
@@ -120,19 +126,28 @@ class _Watcher:
         view = CameraView(at.x_m, at.y_m, camera.z_m, at.yaw_rad, 0.0, camera.hfov_rad)
         room = seen_room(self.scene, view, frame.depth_m)
         here = {self.scene.objects[n].category for n in np.flatnonzero(shown)}
-        self.frames.append(_Seen(obs.pose, {
-            "features": seen.features,
-            "depth": sight_depth(obs.depth_m, *seen.features.shape[1:]),
-            "scene": seen.scene,
-            "rooms": seen.rooms,
+        self.frames.append(_Seen(obs, _said(obs, seen) | {
             "room": ROOM_TYPES.index(room) if room in ROOM_TYPES else -1,
             "in_view": [name in here for name in LABELLED],
         }))  # fmt: skip
 
 
-def views_of(name: str, detector: BenchDetector, plan: BankPlan = PLAN) -> HomeViews:
-    """Drive through a home, and keep what is seen toward frontiers; SceneError when the home cannot
-    be opened."""
+def _said(obs: Observation, seen: Detections) -> dict[str, Any]:
+    """What a detector says of a whole frame, and how far the parts are that it tells of."""
+    return {
+        "features": seen.features,
+        "depth": sight_depth(obs.depth_m, *seen.features.shape[1:]),
+        "scene": seen.scene,
+        "rooms": seen.rooms,
+    }
+
+
+def views_of(
+    name: str, detector: BenchDetector, plan: BankPlan = PLAN, others: Sequence[BenchDetector] = ()
+) -> list[HomeViews]:
+    """Drive through a home by one detector's word, and keep what is seen toward frontiers: as it
+    sees it, then as each of the others sees the same frames (`told_rooms` stay the first one's).
+    SceneError when the home cannot be opened."""
     scene, assets = open_scene(name), Assets()
     with open_world(scene, assets, "auto") as world:
         from hil_sim.ground_truth.truth import SceneTruth
@@ -147,7 +162,7 @@ def views_of(name: str, detector: BenchDetector, plan: BankPlan = PLAN) -> HomeV
                 rows += _rows(stop, number * plan.moments + moment, there, watcher, len(frames),
                               detector)  # fmt: skip
             frames += watcher.frames
-        return _packed(frames, rows, detector.sha256())
+        return _packed(frames, rows, (detector, *others))
 
 
 def _rows(
@@ -185,7 +200,7 @@ def _rows(
         for place, n in found:
             seen = watcher.frames[n]
             shape = seen.values["features"].shape[1:]
-            column, range_m = way_of(cells[told.id], seen.pose, mount, intrinsics, *shape)
+            column, range_m = way_of(cells[told.id], seen.obs.pose, mount, intrinsics, *shape)
             rows.append(common | {"frame": before + n, "best": place == 0, "column": column,
                                   "range_m": range_m})  # fmt: skip
     return rows
@@ -194,7 +209,8 @@ def _rows(
 def _kept(known: World, watcher: _Watcher) -> tuple[list[int], NDArray[np.float64]]:
     """Of the keyframes that the robot has: which frame of the drive each is, -1 where it tells no
     parts; their poses (N, 3), m, rad."""
-    number = {seen.pose: n for n, seen in enumerate(watcher.frames)}  # equal poses, equal images
+    # Equal poses, equal images.
+    number = {seen.obs.pose: n for n, seen in enumerate(watcher.frames)}
     frames = [number[f.pose] if f.features.size else -1 for f in known.keyframes]
     poses = [(f.pose.x_m, f.pose.y_m, f.pose.yaw_rad) for f in known.keyframes]
     return frames, np.array(poses).reshape(-1, 3)
@@ -219,18 +235,28 @@ def _unknown(stop: Stop, space: "FreeSpace") -> NDArray[np.bool_]:
     return unknown.reshape(space.free.shape)
 
 
-def _packed(frames: list[_Seen], rows: list[dict[str, object]], detector: str) -> HomeViews:
-    """Only frames that a row is of."""
+def _packed(
+    frames: Sequence[_Seen], rows: list[dict[str, object]], detectors: Sequence[BenchDetector]
+) -> list[HomeViews]:
+    """Only frames that a row is of, which the first detector has seen already."""
     used = sorted({int(str(row["frame"])) for row in rows})
     place = {old: new for new, old in enumerate(used)}
-    columns: dict[str, Array] = {}
-    for name, kind in KINDS.items():
-        if name in OF_FRAMES:
-            columns[name] = np.array([frames[n].values[name] for n in used], kind)
-        else:
-            columns[name] = np.array([row[name] for row in rows], kind)
+    kept = [frames[n] for n in used]
+    columns: dict[str, Array] = {
+        name: np.array([row[name] for row in rows], kind)
+        for name, kind in KINDS.items()
+        if name not in OF_FRAMES
+    }
     columns["frame"] = np.array([place[n] for n in columns["frame"].tolist()], np.int32)
-    return HomeViews(**columns, detector=detector)
+    seen = [kept, *([frame.again(other) for frame in kept] for other in detectors[1:])]
+    return [
+        HomeViews(**columns, **_columns(by), detector=detector.sha256())
+        for detector, by in zip(detectors, seen, strict=True)
+    ]
+
+
+def _columns(frames: Sequence[_Seen]) -> dict[str, Array]:
+    return {name: np.array([f.values[name] for f in frames], KINDS[name]) for name in OF_FRAMES}
 
 
 def write_views(path: Path, views: HomeViews) -> None:
@@ -255,9 +281,18 @@ def read_views(path: Path) -> HomeViews:
         raise RfNavError(f"{path}: not a home's views ({error}); remove it") from error
 
 
-def make_views(path: Path, name: str) -> None:
-    """One home into its file."""
-    detector = BenchDetector.open()
-    views = views_of(name, detector)
-    detector.models.close()
-    write_views(path, views)
+def make_views(files: Mapping[str, Path], name: str) -> None:
+    """One home into a file for each detector, of which the first one's word is driven by.
+    RfNavError for one that does not tell features."""
+    detectors = [BenchDetector.open(detector) for detector in files]
+    for detector, named in zip(detectors, files, strict=True):
+        if not detector.sha256():
+            raise RfNavError(
+                f"{named}: does not tell what its backbone sees; python -m models.train.features "
+                "makes a file of it that does"
+            )
+    views = views_of(name, detectors[0], others=detectors[1:])
+    for detector in detectors:
+        detector.models.close()
+    for path, seen in zip(files.values(), views, strict=True):
+        write_views(path, seen)

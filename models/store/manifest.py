@@ -58,6 +58,7 @@ class Entry:
     style: str = "score"  # of a language or vision model: "score" or "reason"
     handler: str = ""  # of a vision model: see models/language/vision.py
     terms: str = ""  # where its licence can be read, if that is not permissive
+    beside: str = ""  # of a scene layout: the detector whose features it was taught on
 
     @property
     def size(self) -> int:
@@ -126,6 +127,7 @@ def _entry(path: Path, name: str, body: dict[str, Any]) -> Entry:
             style=_text(body.get("style", "score")),
             handler=_text(body.get("handler", "")),
             terms=_text(body.get("terms", "")),
+            beside=_text(body.get("beside", "")),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         wrong = " ".join(str(error).split())[:200]

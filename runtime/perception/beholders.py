@@ -12,6 +12,7 @@ from models.language.scene_layout import SceneLayout, SceneLooks
 from models.language.scoring import LanguageModel
 from models.store import manifest
 from models.words.text_encoder import TextEncoder
+from runtime.config import ModelsConfig
 from runtime.core.types import F32
 from runtime.core.voting.likelihood_experts import SCENE, VIEW_SCALE
 from runtime.core.voting.sight_experts import SIGHT_REFERENCES, preferences
@@ -19,8 +20,9 @@ from runtime.errors import ModelError
 from runtime.experts.scene_layout import HALFWAY_M
 from runtime.perception.loaded_models import TEXT_MODEL
 from runtime.perception.model_errors import models_told
-from runtime.perception.scene_layout import MODEL
+from runtime.perception.scene_layout import layout_for
 
+DEFAULT = ModelsConfig()
 LANGUAGE = "smollm2-135m"  # which the soft tokens were made for
 THREADS = 1
 BATCH = 64
@@ -150,10 +152,11 @@ class Opened(NamedTuple):
 
 
 @models_told()
-def open_beholders(kinds: Sequence[str]) -> Opened:
-    """Those of these kinds, with the default models. Raises ModelError when one cannot be had."""
+def open_beholders(kinds: Sequence[str], models: ModelsConfig = DEFAULT) -> Opened:
+    """Those of these kinds, with the default models but for the scene layout. Raises ModelError
+    when one cannot be had."""
     embed = TextEncoder(manifest.fetch(TEXT_MODEL), THREADS).embed
-    projector = SceneLayout(manifest.first_file(MODEL), THREADS)
+    projector = SceneLayout(manifest.first_file(layout_for(models)), THREADS)
     found: dict[str, ByEmbedding | ByHead | ByLanguage] = {}
     for kind in kinds:
         if kind == "embedding":

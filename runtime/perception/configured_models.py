@@ -18,6 +18,7 @@ def check_models(models: ModelsConfig) -> None:
         *(("models.detectors", name) for name in models.detectors),
         ("models.vision", models.vision),
         ("research.second_look", models.second_look),
+        ("research.scene_layout_file", models.scene_layout),
     ]
     for key, name in named:
         if name:

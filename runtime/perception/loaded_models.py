@@ -34,7 +34,7 @@ from runtime.perception.detection import SeekingDetector
 from runtime.perception.goal_words import Goal
 from runtime.perception.heard_goal import hear, hear_each, sized, with_labels, words_of
 from runtime.perception.model_errors import models_told
-from runtime.perception.scene_layout import MODEL, Speaker, seat_layout
+from runtime.perception.scene_layout import Speaker, layout_for, seat_layout
 
 TEXT_MODEL = "minilm"  # it embeds words and pictures' prompts; all classes are measured with it
 REPLY_TOKENS = 200  # of a model that reasons: a set of frontiers and a sentence are 60
@@ -247,7 +247,7 @@ class LoadedModels:
 
     def _open_layout(self) -> SceneLayoutExperts | Unseated:
         return seat_layout(
-            lambda: manifest.first_file(MODEL),
+            lambda: manifest.first_file(layout_for(self._models)),
             self._detector.features_of(),
             self._speaker,
             lambda text: self._encoder.embed([text])[0],

@@ -7,12 +7,15 @@ from typing import Final, NamedTuple
 
 from models.errors import ModelFileError
 from models.language.scene_layout import SceneLayout
+from models.store import manifest
+from runtime.config import ModelsConfig
 from runtime.core.types import F32
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
 from runtime.experts.seating import Unseated
 
-MODEL: Final = "scene-layout"  # as the manifest has it
+MODEL: Final = "scene-layout"  # as the manifest has it, of the default detector
+TASK: Final = "scene layout"
 REMEDY: Final = 'research.scene_layout = "embedding"'
 
 
@@ -21,6 +24,16 @@ class Speaker(NamedTuple):
 
     sha256: str
     scorer: Scorer
+
+
+def layout_for(models: ModelsConfig) -> str:
+    """Name or path of the network that is to be opened: the configured one, else of the manifest
+    one that was taught on what a configured detector sees, else the default's. ModelFileError where
+    the manifest cannot be read."""
+    known = manifest.load_manifest().values()
+    taught = {entry.beside: entry.name for entry in known if entry.task == TASK and entry.beside}
+    fitting = (taught[name] for name in models.detectors if name in taught)
+    return models.scene_layout or next(fitting, MODEL)
 
 
 def seat_layout(

@@ -46,6 +46,31 @@ def test_a_folder_goes_on_with_more_homes(made: Path):
     assert more.output == f"3 homes in {made / HOMES}: 72 views in 72 frames\n"
 
 
+def test_what_another_detector_sees_is_kept_beside(made: Path, monkeypatch: pytest.MonkeyPatch):
+    asked = list[str]()
+
+    def make_homes(names: list[str], todo: list[str], workers: int, make: object) -> None:
+        for name in todo:
+            asked.append(name)
+            write_views(made / "clean" / HOMES / f"{name}.npz", home_views())
+
+    monkeypatch.setattr("hil_sim.commands.beyond.make_homes", make_homes)
+    told = run(made, "--homes", "2", "--seed", "7", "--also", "files/clean.onnx")
+    assert asked == ["train-7", "train-8"]  # though they are there already
+    homes = [f"2 homes in {folder / HOMES}" for folder in (made, made / "clean")]
+    assert [line.partition(":")[0] for line in told.output.splitlines()] == homes
+    assert json.loads((made / "clean" / PLAN_FILE).read_text())["seed"] == 7
+
+
+@pytest.mark.parametrize("others", [("a/x.onnx", "b/x.onnx"), ("homes.onnx",)])
+def test_two_models_that_would_be_kept_in_one_folder_are_refused(
+    tmp_path: Path, others: tuple[str, ...]
+):
+    refused = run(tmp_path, *(part for other in others for part in ("--also", other)))
+    assert refused.exit_code == 2
+    assert "--also: two models of one file name" in refused.output
+
+
 @pytest.mark.parametrize(
     ("options", "changed"),
     [

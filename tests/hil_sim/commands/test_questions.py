@@ -149,7 +149,7 @@ def test_an_expert_is_judged_by_itself(
     bank: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened = beholders.Opened({"head": Blind()}, lambda names: np.eye(len(names)), DETECTOR)
-    monkeypatch.setattr(beholders, "open_beholders", lambda kinds: opened)
+    monkeypatch.setattr(beholders, "open_beholders", lambda kinds, models: opened)
     monkeypatch.setattr(voting, "Voters", Voting)
     dev, out = write_homes(tmp_path / "dev", homes=3, rows=64), tmp_path / "doc.md"
     asked = ("--expert", "sle", "--kind", "head", "--rows", "0", "--views", str(dev),

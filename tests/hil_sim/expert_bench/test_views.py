@@ -9,7 +9,14 @@ import pytest
 from hil_sim.expert_bench import views
 from hil_sim.expert_bench.bank import BankPlan
 from hil_sim.expert_bench.seeing import BenchDetector
-from hil_sim.expert_bench.views import HomeViews, read_views, views_of, write_views
+from hil_sim.expert_bench.views import (
+    KINDS,
+    HomeViews,
+    make_views,
+    read_views,
+    views_of,
+    write_views,
+)
 from hil_sim.ground_truth.labels import LABELLED
 from hil_sim.scenes.format import ROOM_TYPES
 from runtime.core.mapping import keyframes
@@ -27,17 +34,17 @@ class Marked(Grey):
 
     rooms = ROOM_TYPES
 
-    def __init__(self) -> None:
-        self.looks = 0
+    def __init__(self, sha256: str = "abc", parts: int = 2) -> None:
+        self.looks, self.sha256, self.parts = 0, sha256, parts
 
     def detect(self, rgb: np.ndarray) -> Detections:
         self.looks += 1
         rooms = np.full(len(ROOM_TYPES), 1 / 7, np.float32)
-        features = np.full((2, 6, 8), self.looks, np.float32)
+        features = np.full((self.parts, 6, 8), self.looks, np.float32)
         return replace(super().detect(rgb), rooms=rooms, features=features)
 
     def features_of(self) -> tuple[str, ...]:
-        return ("abc",)
+        return (self.sha256,) if self.sha256 else ()
 
     def close(self) -> None:
         pass
@@ -49,8 +56,14 @@ def offered() -> list[np.ndarray]:
     return []
 
 
+def bench(models: Marked) -> BenchDetector:
+    return BenchDetector(models, LABELLED, BenchDetector.settings())  # type: ignore[arg-type]
+
+
 @pytest.fixture(scope="module")
-def driven(offered: list[np.ndarray]) -> HomeViews:
+def seen(offered: list[np.ndarray]) -> list[HomeViews]:
+    """One drive, as two detectors see it."""
+
     def best_frames(poses: np.ndarray, *told: object) -> tuple[int, ...]:
         offered.append(poses)
         return keyframes.best_frames(poses, *told)
@@ -58,8 +71,13 @@ def driven(offered: list[np.ndarray]) -> HomeViews:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(views, "open_scene", lambda name: scene())
         patch.setattr(views, "best_frames", best_frames)
-        detector = BenchDetector(Marked(), LABELLED, BenchDetector.settings())  # type: ignore[arg-type]
-        return views_of("three", detector, BankPlan(starts=1, steps=40, moments=4, apart=4))
+        plan = BankPlan(starts=1, steps=40, moments=4, apart=4)
+        return views_of("three", bench(Marked()), plan, [bench(Marked("other", 3))])
+
+
+@pytest.fixture(scope="module")
+def driven(seen: list[HomeViews]) -> HomeViews:
+    return seen[0]
 
 
 def test_every_view_is_of_a_frame_that_was_taken(driven: HomeViews):
@@ -80,6 +98,24 @@ def test_there_is_a_choice_among_kept_keyframes_alone(driven: HomeViews, offered
         moved, turned = np.hypot(gap[..., 0], gap[..., 1]), np.abs(wrapped(gap[..., 2]))
         alike = (moved < keyframes.MOVED_M) & (turned < keyframes.TURNED_RAD)
         assert alike.sum() == len(poses)  # each with itself
+
+
+def test_another_detector_sees_the_same_frames(seen: list[HomeViews]):
+    first, other = seen
+    assert other.detector == "other"
+    assert other.features.shape == (len(first.features), 3, 6, 8)
+    assert other.features[:, 0, 0, 0].tolist() == list(range(1, len(first.features) + 1))
+    for one in set(KINDS) - {"features"}:
+        np.testing.assert_array_equal(getattr(other, one), getattr(first, one))
+
+
+def test_a_detector_that_tells_no_features_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+):
+    monkeypatch.setattr(BenchDetector, "open", lambda name: bench(Marked("" if name else "abc")))
+    with pytest.raises(RfNavError, match=r"^mute\.onnx: does not tell what its backbone sees"):
+        make_views({"": tmp_path / "a.npz", "mute.onnx": tmp_path / "b.npz"}, "three")
+    assert not list(tmp_path.iterdir())
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:

@@ -26,6 +26,7 @@ def test_those_that_come_with_us_exist():
         ({"vision": "eyes"}, "models.vision: eyes: no such model; known are "),
         ({"vision_projector": "none.gguf"}, "models.vision_projector: none.gguf: no such file"),
         ({"second_look": "none"}, "research.second_look: none: no such model"),
+        ({"scene_layout": "a/x.onnx"}, "research.scene_layout_file: a/x.onnx: no such file"),
         ({"vocabulary": "none.toml"}, "none.toml: not a word list"),
     ],
 )

@@ -7,11 +7,13 @@ import pytest
 from taught_layout import ShownModel, TaughtLayout
 
 from models.errors import ModelFileError
+from models.store import manifest
 from runtime.clock import SystemClock
+from runtime.config import ModelsConfig
 from runtime.experts.scene_layout import SceneLayoutExperts
 from runtime.experts.scorer import Scorer
 from runtime.experts.seating import Unseated
-from runtime.perception.scene_layout import Speaker, seat_layout
+from runtime.perception.scene_layout import Speaker, layout_for, seat_layout
 
 PATH = Path("scene-layout.onnx")
 
@@ -25,6 +27,37 @@ def _as_it_was_taught(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def row(text: str) -> np.ndarray:
     return np.ones(1, np.float32)
+
+
+SISTER = """
+[sister]
+task = "scene layout"
+beside = "other-det"
+licence = "MIT"
+files = []
+[mute]
+task = "scene layout"
+licence = "MIT"
+files = []
+"""
+
+
+@pytest.mark.parametrize(
+    ("models", "name"),
+    [
+        (ModelsConfig(), "scene-layout"),
+        (ModelsConfig(detectors=("nanodet-g", "other-det")), "sister"),
+        (ModelsConfig(detectors=("nanodet-g",)), "scene-layout"),  # which then says that it is not
+        (ModelsConfig(detectors=("other-det",), scene_layout="own.onnx"), "own.onnx"),
+    ],
+)
+def test_that_of_a_configured_detector_is_used(
+    models: ModelsConfig, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "models.toml"
+    path.write_text(SISTER, encoding="utf-8")
+    monkeypatch.setattr(manifest, "user_manifest", lambda: path)
+    assert layout_for(models) == name
 
 
 def test_beside_its_detector_and_language_model_it_has_both_voices() -> None:
