@@ -24,6 +24,7 @@ from runtime.core.objects.verdict import (
     supported,
     verdict,
 )
+from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
 from runtime.core.types import Action, Mask, SearchState
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward
@@ -154,7 +155,8 @@ def _first(world: World, least: float | None) -> _Candidate | None:
     said = candidates.said_places(world.semantic, world.explored.hint.near)
     away = functools.partial(candidates.as_said_m, world.reach, said)
     standing, owed = aim.id if after else None, _owed(world) if least is not None else ()
-    for thing in candidates.ranked(world.semantic, goal, away, least, standing, owed):
+    last = world.explored.resort is Resort.FAINT
+    for thing in candidates.ranked(world.semantic, goal, away, least, standing, owed, last):
         stands = _stands(world, thing)
         if not stands.any():
             continue

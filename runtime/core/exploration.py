@@ -11,14 +11,16 @@ from runtime.core.mapping import coverage, frontiers
 from runtime.core.motion.courses import Spin, Toward
 from runtime.core.resorts import Resort
 from runtime.core.settings import NavigateConfig
-from runtime.core.types import Action, Frontier
+from runtime.core.types import F64, Action, Frontier
 from runtime.core.voting import consensus
 from runtime.core.voting.brief import ROOM_RANGE_M
 from runtime.core.world import Aim, AimKind, Command, Mode, World, toward, with_distances
 
 ARRIVED_M = 0.25  # from a frontier's goal point
 SEEN_M2 = 1.0  # of a room's floor: it was found
-SEEN_RANGE_M = 2.0  # frontier cells this close were looked at once the robot faced them
+SEEN_RANGE_M = 2.0  # frontier cells this close were looked into once the robot faced them,
+HERE_M = 0.3  # these, so much farther than the nearest, whatever lies where;
+ASIDE_RAD = math.radians(60.0)  # but not what lies so far aside of the line of sight, or more
 
 
 def with_frontiers(world: World, cfg: NavigateConfig) -> World:
@@ -88,7 +90,10 @@ def to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Comman
     goal_xy, label = frontier.goal_xy, f"frontier {frontier.id}"
     if frontier.distance_m <= ARRIVED_M:
         turn = policy.turn(world, frontier.centre_xy)
-        if turn is None or progress.stalled(world, aim, None, cfg):
+        if turn is None:
+            world.give_up(_looked_into(world, frontier.cells_xy))
+            return None
+        if progress.stalled(world, aim, None, cfg):
             world.give_up(frontier.cells_xy, SEEN_RANGE_M)
             return None
         facing = Toward(frontier.centre_xy)
@@ -101,3 +106,17 @@ def to_frontier(world: World, frontier: Frontier, cfg: NavigateConfig) -> Comman
     action, course = policy.drive(world, field)
     command = Command(action, Mode.FRONTIER, goal_xy, f"drive to {label}", course=course)
     return toward(field, world.pose, command)
+
+
+def _looked_into(world: World, cells_xy: F64) -> F64:
+    """(N, 2) m -> (M, 2) m, those of a frontier's cells behind which the robot has looked from
+    where it is. Of a frontier that goes past the end of a wall beside the robot the unknown lies
+    aside: it comes in view from farther along."""
+    sight = cells_xy - world.pose.xy
+    away = np.hypot(*sight.T)
+    unknown = frontiers.outward(world.map, cells_xy)
+    behind = (sight * unknown).sum(axis=1) > math.cos(ASIDE_RAD) * away * np.hypot(*unknown.T)
+    nowhere = ~unknown.any(axis=1)
+    here = away <= float(away.min()) + HERE_M
+    looked: F64 = cells_xy[here | (away <= SEEN_RANGE_M) & (behind | nowhere)]
+    return looked

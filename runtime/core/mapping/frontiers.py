@@ -1,5 +1,6 @@
 """Frontiers: connected sets of free cells that touch unknown, with ids that outlive map updates."""
 
+import itertools
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,7 @@ MIN_CELLS = 7  # narrower than the robot's body: nothing to drive into
 INHERIT_DILATION_CELLS = 2  # a frontier that moved by no more is the same one
 INHERIT_SHARE = 0.3  # of the smaller of two frontiers, to be the same one
 _NOWHERE = np.zeros((0, 2))
+BESIDE_CELLS = 2  # of a frontier's cell: there it is looked on which side the unknown lies
 WALL_GAP_CELLS = 1  # free cells this close to an obstacle are not frontier
 
 
@@ -71,6 +73,17 @@ def components(edge: Mask, frame: GridFrame, min_cells: int) -> list[F64]:
     """(R, C) -> the 8-connected sets of `min_cells` cells or more, each (N, 2) m, in scan order."""
     parts = kernels.components(edge, 0, 0)
     return [frame.centres(cells) for cells in parts if len(cells) >= min_cells]
+
+
+def outward(grid: NavigationMap, cells_xy: F64) -> F64:
+    """(N, 2) m -> (N, 2) toward what is unknown beside each of these cells, as long as there is
+    much of it; 0, 0 where there is none, or as much on both sides."""
+    cells = grid.frame.cells(cells_xy)
+    total = np.zeros((len(cells), 2))
+    for row, col in itertools.product(range(-BESIDE_CELLS, BESIDE_CELLS + 1), repeat=2):
+        at = np.clip(cells + np.array([row, col]), 0, np.array(grid.frame.shape) - 1)
+        total += grid.unknown[tuple(at.T)][:, None] * np.array([col, row])
+    return total
 
 
 @dataclass(frozen=True)

@@ -32,13 +32,15 @@ DOUBT_WORTH_M = 10.0  # way to what is undecided, times how likely it is the goa
 def ranked(
     semantic: SemanticMap, goal: str, away: Callable[[Instance], float],
     least: float | None = None, standing: int | None = None, owed: Container[int] = (),
+    outdone: bool = False,
 ) -> list[Instance]:  # fmt: skip
     """The instances worth going to, first the one that costs least to go to and, as likely as it is
     none, to come back from. `away` says how far one is, m. `least` lowers the evidence asked for
     when there is nothing else to do; `standing` is the instance that the robot is on its way to,
     for which less will do: one view that misses it does not turn the robot round. What is rather
     something else, but undecided, is worth a short way, and with `least` any. What is `owed` is
-    worth one whatever has been seen since."""
+    worth one whatever has been seen since. `outdone`: what is in one place with a surer thing of
+    another name, too."""
     bar = INSPECT_LOG_ODDS if least is None else least
 
     def worth(i: Instance) -> bool:
@@ -54,7 +56,7 @@ def ranked(
     candidates = [
         i
         for i in semantic.called(goal)
-        if (i.id in owed or speaks(i)) and not _outdone(i, goal, semantic)
+        if (i.id in owed or speaks(i)) and (outdone or not _outdone(i, goal, semantic))
     ]
 
     def cost_m(i: Instance) -> tuple[float, float, int]:

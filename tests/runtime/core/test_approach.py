@@ -285,6 +285,21 @@ def test_what_was_doubted_on_an_open_way_is_not_told_as_out_of_reach():
     assert navigate._nothing_left(world).ended is SearchState.NOT_FOUND
 
 
+def test_what_a_surer_thing_in_its_place_outdoes_is_gone_to_at_the_very_last():
+    world, _ = before_a_table()
+    sofa = world.semantic.instances[1]
+    bed = replace(sofa, id=2, evidence={"bed": Evidence(7.0)})
+    world.semantic.instances[2] = bed
+    assert approach_target(world, NavigateConfig()) is None
+    world.explored.resort = Resort.AFAR
+    assert approach_target(world, NavigateConfig(), -1.0) is None
+    assert out_of_reach(world) is sofa
+    world.explored.resort = Resort.FAINT
+    command = approach_target(world, NavigateConfig(), -3.0)
+    assert command is not None
+    assert command.ended is SearchState.FOUND
+
+
 def test_what_was_likest_is_settled_for_where_it_was_looked_at_from_nearest():
     world, _ = before_a_table()
     sofa, nearer = world.semantic.instances[1], Pose(POSE.x_m + 0.1, POSE.y_m, POSE.yaw_rad)

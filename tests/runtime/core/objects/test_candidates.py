@@ -170,6 +170,13 @@ def test_a_surer_thing_in_its_place_outdoes_it_if_it_may_be_the_same(
     assert found == ([semantic.instances[1]] if chosen else [])
 
 
+def test_when_nothing_else_is_left_what_a_surer_thing_outdoes_is_looked_at_too():
+    semantic = rival("armchair", 0.9, 0.0, 0.8)
+    assert ranked(semantic, "chair", near, INSPECT_LOG_ODDS) == []
+    found = ranked(semantic, "chair", near, INSPECT_LOG_ODDS, outdone=True)
+    assert found == [semantic.instances[1]]
+
+
 def test_without_embeddings_a_much_larger_thing_does_not_outdo_it():
     semantic = rival("desk", None, 0.0, 0.9, wide_m=1.0)
     assert ranked(semantic, "chair", near) == [semantic.instances[1]]
