@@ -51,11 +51,13 @@ def beyond_command(
     """
     if replicas and split != "train":
         raise click.UsageError("--replicas are of the split train alone: leave out one of the two")
-    stems = [HOMES, *(Path(other).stem for other in others)]
-    if len(set(stems)) < len(stems):
-        raise click.UsageError("--also: two models of one name, or one called homes: rename it")
     from hil_sim.expert_bench.seeing import DETECTOR
     from hil_sim.expert_bench.views import read_views
+
+    stems = [HOMES, DETECTOR, *(Path(other).stem for other in others)]
+    if len(set(stems)) < len(stems):
+        told = f"--also: two models of one name, or one called {HOMES} or {DETECTOR}: rename it"
+        raise click.UsageError(told)
 
     names = home_names(homes, seed, split, replicas)
     folders = {DETECTOR: out, **{other: out / Path(other).stem for other in others}}

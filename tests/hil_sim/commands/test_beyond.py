@@ -62,13 +62,13 @@ def test_what_another_detector_sees_is_kept_beside(made: Path, monkeypatch: pyte
     assert json.loads((made / "clean" / PLAN_FILE).read_text())["seed"] == 7
 
 
-@pytest.mark.parametrize("others", [("a/x.onnx", "b/x.onnx"), ("homes.onnx",)])
+@pytest.mark.parametrize("others", [("a/x.onnx", "b/x.onnx"), ("homes.onnx",), ("rfnav-det",)])
 def test_two_models_that_would_be_kept_in_one_folder_are_refused(
     tmp_path: Path, others: tuple[str, ...]
 ):
     refused = run(tmp_path, *(part for other in others for part in ("--also", other)))
     assert refused.exit_code == 2
-    assert "--also: two models of one file name" in refused.output
+    assert "--also: two models of one name" in refused.output
 
 
 @pytest.mark.parametrize(
