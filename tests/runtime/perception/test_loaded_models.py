@@ -331,10 +331,10 @@ def test_a_second_look_is_of_its_goal_alone(
 
 
 def test_a_scene_layout_that_is_not_there_is_said_once_and_sle_goes_on_without(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("runtime.perception.loaded_models.MODEL", "/nowhere/layout.onnx")
-    config = configured(tmp_path, "research.scene_layout='head'", "panel.experts=['sle']")
+    sets = "research.scene_layout='head'", "research.scene_layout_file='/nowhere/layout.onnx'"
+    config = configured(tmp_path, *sets, "panel.experts=['sle']")
     with LoadedModels(config, SystemClock()) as models:
         like = models._encoder.embed(["a room with a toilet"])[0]
         near, far = BRIEF.frontiers
@@ -363,16 +363,14 @@ def test_a_detector_without_a_scene_layout_expert_is_no_fault(
 
 
 @pytest.mark.parametrize("rung", ["head", "language"])
-def test_sle_is_shown_what_the_detector_saw(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rung: str
-) -> None:
+def test_sle_is_shown_what_the_detector_saw(tmp_path: Path, rung: str) -> None:
     """From an image to a vote, with the detector and the language model that there are."""
     detector, language = (manifest.fetch(name) for name in ("rfnav-det", "smollm2-135m"))
     parts = open_session(detector, 1).get_outputs()[4].shape[1:]
     path = tmp_path / "layout.onnx"
     write_layout(path, tuple(parts), sha256(detector), sha256(language))
-    monkeypatch.setattr("runtime.perception.loaded_models.MODEL", str(path))
-    sets = f"research.scene_layout='{rung}'", "panel.experts=['sle']", "research.experts_bar=0.9"
+    shown = f"research.scene_layout='{rung}'", f"research.scene_layout_file='{path}'"
+    sets = *shown, "panel.experts=['sle']", "research.experts_bar=0.9"
     config = configured(tmp_path, *sets, "models.detectors=['rfnav-det']", "models.threads=1")
     rng = np.random.default_rng(0)
     k = Intrinsics(320.0, 320.0, 320.0, 240.0, 640, 480)
