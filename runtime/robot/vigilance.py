@@ -39,7 +39,8 @@ _ENCODING: Final = re.compile(rb"(%s)\0(.)" % "|".join(DEPTHS).encode(), re.DOTA
 @dataclass
 class _Depth:
     """The depth image that was another than the one before: its bytes, when it came, where the base
-    was then; how often it has come again since, and in how many colours."""
+    was then; how often it has come again since, and in how many colours, of which one may be of the
+    same moment."""
 
     content: bytes = b""
     since_s: float = -math.inf
@@ -97,7 +98,7 @@ class Vigilance:
             self._moved(raw, content, now_s)
         elif stream == "depth":
             self._looked(raw.payload, content, now_s)
-        elif content != self._color:
+        elif content and content != self._color:
             self._color = content
             self._depth.colours += 1
         age = self._ages[stream]
@@ -172,14 +173,16 @@ class Vigilance:
         a, b, cfg = last.value, told.value, self._config
         moved_m = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m)
         turned_rad = abs(wrap_angle(b.yaw_rad - a.yaw_rad))
+        jumped = moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad
+        if jumped:
+            self._elsewhere(b)
         if told.stamp_ns < last.stamp_ns:
             back_s = (last.stamp_ns - told.stamp_ns) / 1e9
             what = f"odometry's clock went back by {back_s:.2f} s"
             self._note(Halt(HaltKind.CLOCK, what), now_s)
-        elif moved_m > cfg.odom_jump_m or turned_rad > cfg.odom_jump_rad:
+        elif jumped:
             what = f"odometry jumped by {moved_m:.2f} m, {turned_rad:.2f} rad"
             self._note(Halt(HaltKind.JUMP, what), now_s)
-            self._elsewhere(b)
 
     def _note(self, halt: Halt, now_s: float) -> None:
         self._noted[halt.kind] = halt, now_s + NOTED_S
@@ -217,7 +220,7 @@ class Vigilance:
     def _repeating_depth(self, now_s: float) -> Halt | None:
         """A camera whose depth stands still, while its colour lives and the base has moved."""
         depth, since_s = self._depth, now_s - self._depth.since_s
-        live = depth.again and depth.colours
+        live = depth.again and depth.colours > 1
         if since_s < REPEATS_S or not live or depth.pose is None or self._last is None:
             return None
         a, b = depth.pose, self._last.value

@@ -516,7 +516,8 @@ def frozen(now_s: float = 10.5, to: Pose = Pose(0.1, 0.0, 0.0), **left_out: bool
     if "moved" not in left_out:
         told.odom(to, 10.2)
     if "colour" not in left_out:
-        told.color(1 if "alive" in left_out else 2, 10.25)
+        told.color(2, 10.02)  # of the same moment
+        told.color(2 if "alive" in left_out else 3, 10.25)
     if "again" not in left_out:
         told.depth(2.0, 10.3)
     return told.doubt(now_s)
@@ -550,22 +551,25 @@ def test_depth_is_held_against_where_the_base_was_when_it_changed():
     told.depth(2.0, 9.9)
     told.odom(Pose(2.2, 3.2, 1.2), 9.95)
     told.depth(3.0, 10.0)  # another: from here on
-    told.color(1, 10.1)
+    told.color(1, 10.0)
+    told.color(2, 10.1)
     told.depth(3.0, 10.2)
     assert told.doubt(11.0) == ""
     told.odom(Pose(2.2, 3.301, 1.2), 10.3)
     assert told.doubt(11.0).startswith("frame: depth repeats")
 
 
-def test_a_jump_moves_where_depth_is_held_against():
+@pytest.mark.parametrize("back_s", [0.0, 3600.0])
+def test_a_jump_moves_where_depth_is_held_against_whatever_the_clock_says(back_s: float):
     told = Told(SafetyConfig(odom_jump_m=0.3))
     told.odom(ORIGIN, 9.9)
     told.depth(2.0, 10.0)
-    told.color(1, 10.1)
+    told.color(1, 10.0)
+    told.color(2, 10.1)
     told.depth(2.0, 10.2)
-    told.odom(Pose(1.0, 0.0, 0.0), 10.3)
+    told.odom(Pose(1.0, 0.0, 0.0), 10.3, 10.3 - back_s)
     assert told.doubt(11.0) == ""
-    told.odom(Pose(1.1, 0.0, 0.0), 10.4)
+    told.odom(Pose(1.1, 0.0, 0.0), 10.4, 10.4 - back_s)
     assert told.doubt(11.0).startswith("frame: depth repeats")
 
 
@@ -686,6 +690,7 @@ def test_an_image_without_a_difference_in_it_tells_no_place():
         told.take("depth", payload, 10.0)
         told.odom(Pose(0.2, 0.0, 0.0), 10.1)
         told.color(1, 10.2)
+        told.color(2, 10.25)
         told.take("depth", payload, 10.3)
         assert told.doubt(11.0) == ""
 
@@ -696,6 +701,7 @@ def test_an_image_without_readings_is_no_mistake_and_no_place():
     told.take("depth", bytes(150), 10.0)
     told.odom(Pose(0.2, 0.0, 0.0), 10.1)
     told.color(1, 10.2)
+    told.color(2, 10.25)
     told.take("depth", bytes(150), 10.3)
     assert told.doubt(11.0) == ""
 
@@ -708,6 +714,7 @@ def test_just_as_much_as_is_allowed_is_no_jump_no_tilt_and_a_move():
     told.color(1, 10.0)
     told.depth(2.0, 10.0)
     told.color(2, 10.1)
+    told.color(3, 10.1)
     told.depth(2.0, 10.1)
     pose, tilt_rad = Pose(0.0, 0.0, 0.5), TILT_RAD
     told.take("odom", bytes(20), 10.2)
@@ -722,6 +729,7 @@ def test_a_message_of_colour_with_nothing_in_it_is_no_sign_of_life():
     told.odom(ORIGIN, 9.9)
     told.depth(2.0, 10.0)
     told.odom(Pose(0.1, 0.0, 0.0), 10.1)
+    told.color(1, 10.1)
     told.take("color", b"", 10.2)
     told.depth(2.0, 10.3)
     assert told.doubt(11.0) == ""
@@ -746,7 +754,8 @@ def test_four_messages_after_a_stamp_that_have_the_same_are_not_yet_unstamped_an
 def test_where_odometry_is_found_after_it_stood_still_is_where_depth_is_held_against():
     told = stuck()
     told.odom(Pose(0.2, 0.0, 0.0), 10.7)
-    told.color(1, 10.8)
+    told.color(1, 10.75)
+    told.color(2, 10.8)
     told.depth(4.0, 10.9)
     assert told.doubt(11.1) == ""
     told.odom(Pose(0.29, 0.0, 0.0), 11.2)
@@ -763,6 +772,7 @@ def test_of_a_small_compressed_image_every_reading_is_looked_at():
     for now_s in (10.0, 10.3):
         told.take("depth", bytes(30), now_s)
         told.vigilance.looked(image, now_s)
-    told.color(1, 10.1)
+    told.color(1, 10.0)
+    told.color(2, 10.1)
     told.odom(Pose(0.2, 0.0, 0.0), 10.4)
     assert told.doubt(11.0).startswith("frame: depth repeats")
