@@ -15,6 +15,8 @@ from models.onnx_session import open_session, run
 FORMAT = "rf-nav-scene-layout/1"
 INPUTS = ("features", "depth", "way")
 OUTPUTS = ("beyond", "view", "tokens", "blank")
+SILENT = OUTPUTS[:2]
+"""Of a file that has nothing to show to a language model."""
 TEMPLATES = ("beyond", "view", "room")
 """Of what: what is said between a picture's soft tokens and a name."""
 VECTOR, SURE, AREA = slice(0, -2), -2, -1
@@ -25,7 +27,7 @@ Floats = NDArray[np.float32]
 
 class SceneLooks(NamedTuple):
     """What was seen in N sights: `beyond` and `view` (N, D + 2), what lies through there and what
-    is in view; `tokens` (N, T, E) in a language model's space."""
+    is in view; `tokens` (N, T, E) in a language model's space, (N, 0, 0) where it has none."""
 
     beyond: Floats
     view: Floats
@@ -38,6 +40,7 @@ class SceneLayout:
     `detector` and `language` are the sha256 of the files that it was trained with: another's
     features, or another's tokens, mean nothing to it. `text` is how a goal is put for the text
     encoder, `templates` what is said after the tokens; `blank` (T, E) are the tokens of no picture.
+    A file of the outputs SILENT has no tokens, and `language` is "".
     """
 
     def __init__(self, path: Path, threads: int = 1) -> None:
@@ -52,15 +55,15 @@ class SceneLayout:
             )
         names = [i.name for i in self._session.get_inputs()]
         outputs = [o.name for o in self._session.get_outputs()]
-        if names != list(INPUTS) or outputs != list(OUTPUTS):
+        self.speaks = outputs == list(OUTPUTS)
+        if names != list(INPUTS) or not (self.speaks or outputs == list(SILENT)):
             raise ModelFileError(
                 f"{path}: inputs {', '.join(names)} and outputs {', '.join(outputs)}; expected "
                 f"{', '.join(INPUTS)} and {', '.join(OUTPUTS)}: make it anew"
             )
         try:
-            self.detector, self.language, self.text = (
-                told[key] for key in ("detector", "language", "text")
-            )
+            self.detector, self.text = told["detector"], told["text"]
+            self.language = told["language"] if self.speaks else ""
             written = json.loads(told["templates"])
             self.templates = {key: str(written[key]) for key in TEMPLATES}
         except (KeyError, ValueError, TypeError) as error:
@@ -76,7 +79,8 @@ class SceneLayout:
         none = [
             np.zeros((1, *shape), np.float32) for shape in (self.grid, (2, *self.grid[1:]), (2,))
         ]
-        self.blank = self._run(*none)[OUTPUTS.index("blank")]
+        told_of_none = self._run(*none)
+        self.blank = told_of_none[-1] if self.speaks else np.zeros((0, 0), np.float32)
 
     @property
     def template(self) -> str:
@@ -86,7 +90,9 @@ class SceneLayout:
     def look(self, features: Floats, depth: Floats, way: Floats) -> SceneLooks:
         """(N, C, h, w) of the detector, (N, 2, h, w) m and share known, (N, 2) column 0..1 and
         range in units of 5 m -> what is there. Raises ModelFileError for other shapes."""
-        return SceneLooks(*self._run(features, depth, way)[: len(SceneLooks._fields)])
+        beyond, view, *shown = self._run(features, depth, way)
+        tokens = shown[0] if self.speaks else np.zeros((len(beyond), 0, 0), np.float32)
+        return SceneLooks(beyond, view, tokens)
 
     def evidence(self, answer: Floats, row: Floats) -> Floats:
         """(N, D + 2) `beyond` or `view`, (D,) a text's row -> (N,) nats that it is there;

@@ -163,6 +163,9 @@ def open_beholders(kinds: Sequence[str], models: ModelsConfig = DEFAULT) -> Open
             found[kind] = ByEmbedding(embed)
         elif kind == "head":
             found[kind] = ByHead(projector, embed)
+        elif not projector.speaks:
+            what = f"{layout_for(models)}: has nothing to show to a language model"
+            raise ModelError(f"{what}: leave out --kind language, or export it with a projector")
         else:
             model = LanguageModel(manifest.first_file(LANGUAGE), THREADS)
             found[kind] = ByLanguage(projector, _scored_by(model))

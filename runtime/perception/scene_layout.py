@@ -61,6 +61,8 @@ def seat_layout(
 
 def _why_mute(layout: SceneLayout, path: Path, speaker: Speaker | None) -> str:
     """Why no language model can be shown views; "" where one can."""
+    if not layout.speaks:
+        return f"{path}: has nothing to show to a language model; export it with a projector"
     if speaker is None:
         return f"{path}: models.language does not score words, so views cannot be put before them"
     if speaker.sha256 != layout.language:

@@ -10,7 +10,9 @@ from onnx import TensorProto, helper, numpy_helper
 ROW, TOKENS, WIDTH = 384, 8, 576
 
 
-def write_layout(path: Path, parts: tuple[int, int, int], detector: str, language: str) -> None:
+def write_layout(
+    path: Path, parts: tuple[int, int, int], detector: str, language: str, speaks: bool = True
+) -> None:
     """Its evidence and its tokens follow the mean of the first features of a view (C, h, w)."""
     rng, channels = np.random.default_rng(0), parts[0]
     constants = {
@@ -35,6 +37,7 @@ def write_layout(path: Path, parts: tuple[int, int, int], detector: str, languag
     inputs = [told("features", "n", *parts), told("depth", "n", 2, *parts[1:]), told("way", "n", 2)]
     outputs = [told("beyond", "n", ROW + 2), told("view", "n", ROW + 2),
                told("tokens", "n", TOKENS, WIDTH), told("blank", TOKENS, WIDTH)]  # fmt: skip
+    outputs = outputs if speaks else outputs[:2]
     held = [numpy_helper.from_array(value, name) for name, value in constants.items()]
     graph = helper.make_graph(nodes, "layout", inputs, outputs, held)
     model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 18)], ir_version=9)

@@ -16,7 +16,7 @@ class TaughtLayout:
     """Its evidence is the first feature of a view, for a goal whose row is 1; it counts looks."""
 
     template, text = " Further on there is a", "{}"
-    detector, language = "detector", "language"
+    detector, language, speaks = "detector", "language", True
 
     def __init__(self) -> None:
         self.blank = np.zeros((2, 4), np.float32)

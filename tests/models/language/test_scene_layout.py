@@ -68,6 +68,15 @@ def test_a_file_looks_and_its_answers_are_compared_with_a_row(tmp_path: Path):
     np.testing.assert_allclose(layout.evidence(looked.view, row), [-1.0, -1.5, -2.0])
 
 
+def test_a_file_may_have_nothing_to_show_to_a_language_model(tmp_path: Path):
+    told = {key: value for key, value in TOLD.items() if key != "language"}
+    layout = SceneLayout(draw(tmp_path / "a.onnx", told, ("beyond", "view")))
+    assert (layout.speaks, layout.language, layout.blank.size) == (False, "", 0)
+    looked = layout.look(np.zeros((3, 5, 2, 4)), np.zeros((3, 2, 2, 4)), np.ones((3, 2)))
+    assert looked.beyond.shape == (3, 4)
+    assert looked.tokens.shape == (3, 0, 0)
+
+
 def test_another_shape_is_refused_in_one_line(tmp_path: Path):
     layout = SceneLayout(draw(tmp_path / "a.onnx", TOLD))
     with pytest.raises(ModelFileError, match="does not run on features"):

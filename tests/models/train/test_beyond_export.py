@@ -81,4 +81,8 @@ def test_a_projector_learns_and_is_exported(
         best = homes.frame[homes.best], homes.way()[homes.best]
         every = evidence(head(*pictures(homes, *best)).beyond, names - names.mean(0))
         own = evidence(head(*sights).beyond, names - names.mean(0))
+    alone = whole(tmp_path, homes, homes, lesson.words, silent=True)
+    export(alone, tmp_path / "silent.onnx", {**ENTRIES, "language": ""}, sights)
+    silent = SceneLayout(tmp_path / "silent.onnx").look(*(x.numpy() for x in sights))
+    np.testing.assert_allclose(silent.beyond, looked.beyond, atol=1e-5)
     np.testing.assert_allclose(nats, network.gain * (own - every.mean(0)).numpy(), atol=0.1)

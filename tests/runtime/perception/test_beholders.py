@@ -128,6 +128,18 @@ def test_nothing_is_asked_about_no_names() -> None:
         assert kind.evidence("view", sights(), []).shape == (3, 0)
 
 
+def test_no_language_model_is_asked_where_the_file_has_nothing_to_show_to_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "layout.onnx"
+    write_layout(path, (2, 1, 1), "detector", "", speaks=False)
+    located = manifest.located
+    monkeypatch.setattr(manifest, "located", lambda name: path if name == MODEL else located(name))
+    assert set(open_beholders(("head", "embedding")).kinds) == {"head", "embedding"}
+    with pytest.raises(ModelError, match="leave out --kind language"):
+        open_beholders(("head", "language"))
+
+
 def test_the_default_models_are_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "layout.onnx"
     write_layout(path, (2, 1, 1), "detector", "language")

@@ -95,6 +95,14 @@ def test_beside_another_language_model_it_has_no_words() -> None:
             assert told.mute.startswith(f"scene-layout.onnx: {why}")
 
 
+def test_a_file_that_was_taught_no_words_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(TaughtLayout, "speaks", False)
+    with Scorer([("small", ShownModel())], SystemClock()) as scorer:
+        told = seat_layout(lambda: PATH, ("detector",), Speaker("language", scorer), row, 1)
+    assert isinstance(told, SceneLayoutExperts)
+    assert told.mute.startswith("scene-layout.onnx: has nothing to show to a language model")
+
+
 def test_a_file_that_is_missing_or_damaged_is_said_in_a_line(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
