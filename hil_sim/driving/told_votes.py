@@ -37,13 +37,13 @@ class HarnessVotes:
     seed: int
 
     def answer(self, question: Mapping[str, Any], in_scene: InScene) -> dict[str, Any]:
-        """A question of the runtime's -> the message that answers it."""
+        """A question of the runtime's -> the message that answers it; of no frontiers, with no
+        vote."""
         frontiers = [_asked(row, in_scene) for row in question["frontiers"]]
         how = dict(self.casts)
         stamp_ns = int(question["stamp_ns"])
-        votes = [
-            self._vote(expert, how[expert], frontiers, stamp_ns) for expert in question["experts"]
-        ]
+        asked = question["experts"] if frontiers else ()
+        votes = [self._vote(expert, how[expert], frontiers, stamp_ns) for expert in asked]
         return {"stamp_ns": stamp_ns, "votes": [_told(vote) for vote in votes if vote is not None]}
 
     def _vote(

@@ -54,6 +54,13 @@ def test_what_is_known_is_voted_for_and_told_in_the_scenes_frame() -> None:
     assert set(drawn["frontiers"]) <= {3, 7, 8}
 
 
+def test_of_no_frontiers_there_is_no_vote() -> None:
+    """The runtime asks although none is left, before its last resorts."""
+    voter = HarnessVotes((("r2f", "beyond"), ("sle", "random")), Knows(), "e1", 0)
+    told = voter.answer(QUESTION | {"frontiers": []}, lambda x, y: (x, y))
+    assert told == {"stamp_ns": 5, "votes": []}
+
+
 def test_a_random_vote_is_the_same_again_and_another_in_another_episode() -> None:
     def drawn(episode: str, seed: int) -> str:
         return str(
