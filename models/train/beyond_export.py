@@ -92,7 +92,8 @@ def whole(
 
 def _weights(path: Path) -> dict[str, Tensor]:
     if not path.exists():
-        raise ModelFileError(f"{path}: missing; let models.train.beyond finish")
+        silent = ", or give --silent" if path.name == "projector.pt" else ""
+        raise ModelFileError(f"{path}: missing; let models.train.beyond finish{silent}")
     found: dict[str, Tensor] = torch.load(path, map_location="cpu", weights_only=True)
     return found
 
@@ -113,10 +114,10 @@ def export(network: Whole, out: Path, entries: dict[str, str], sights: list[Tens
     set_metadata(model, {**entries, "format": FORMAT})
     onnx.save(model, str(partial))
     told = SceneLayout(partial)
-    theirs = told.look(*(x.numpy() for x in sights))
+    theirs = (*told.look(*(x.numpy() for x in sights)), told.blank)[: len(outputs)]
     with torch.no_grad():
         mine = [x.numpy() for x in network(*sights)]
-    for name, a, b in zip(OUTPUTS, mine, (*theirs, told.blank), strict=False):
+    for name, a, b in zip(outputs, mine, theirs, strict=True):
         gap = float(np.abs(a - b).mean() / max(1e-6, np.abs(a).mean()))
         if gap > TOLERANCE:
             raise ModelFileError(f"{out}: {name} differs from torch by {gap:.1%}; do not use it")
