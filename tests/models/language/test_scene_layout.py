@@ -104,13 +104,15 @@ def test_parts_of_no_fixed_number_are_refused_in_one_line(tmp_path: Path, parts)
         SceneLayout(draw(tmp_path / "a.onnx", TOLD, parts=parts))
 
 
-def test_the_shipped_file_belongs_to_the_shipped_models():
-    layout = SceneLayout(manifest.locate("scene-layout"))
-    known = {name: manifest.entry(name).files[0] for name in ("rfnav-det", "smollm2-135m")}
-    assert layout.detector == known["rfnav-det"].sha256
-    assert layout.language == known["smollm2-135m"].sha256
-    assert manifest.entry("scene-layout").size < 15e6
-    detector = open_session(manifest.locate("rfnav-det"))
+@pytest.mark.parametrize(
+    ("name", "language"), [("scene-layout", "smollm2-135m"), ("scene-layout-clean", "")]
+)
+def test_the_shipped_files_belong_to_the_shipped_models(name: str, language: str):
+    layout, beside = SceneLayout(manifest.locate(name)), manifest.entry(name).beside
+    assert layout.detector == manifest.entry(beside).files[0].sha256
+    assert layout.language == (manifest.entry(language).files[0].sha256 if language else "")
+    assert manifest.entry(name).size < 15e6
+    detector = open_session(manifest.locate(beside))
     told = next(o for o in detector.get_outputs() if o.name == "features")
     assert tuple(told.shape[1:]) == layout.grid
     rng = np.random.default_rng(0)
@@ -118,5 +120,7 @@ def test_the_shipped_file_belongs_to_the_shipped_models():
     looked = layout.look(*sights, np.array([[0.1, 0.4], [0.5, 0.4], [0.9, 0.4], [0.5, 1.0]]))
     assert all(np.isfinite(part).all() for part in looked)
     assert looked.beyond.shape == looked.view.shape == (4, 386)
-    assert looked.tokens.shape == (4, *layout.blank.shape) == (4, 8, 576)
+    assert (
+        looked.tokens.shape == (4, *layout.blank.shape) == (4, *((8, 576) if language else (0, 0)))
+    )
     assert len({row.tobytes() for row in looked.beyond}) == 4

@@ -59,6 +59,6 @@ def test_another_detector_looks_again(tmp_path: Path, monkeypatch: pytest.Monkey
 
 def test_a_detector_that_does_not_tell_is_refused(tmp_path: Path) -> None:
     draw(tmp_path / "photos")
-    clean = WEIGHTS / "rfnav-det-clean.onnx"
+    plain = WEIGHTS / "rfnav-det-photos.onnx"
     with pytest.raises(ModelFileError, match="has no output features"):
-        read_photographs(tmp_path / "photos", clean, tmp_path / "k.npz", ROOMS, None, print)
+        read_photographs(tmp_path / "photos", plain, tmp_path / "k.npz", ROOMS, None, print)

@@ -13,7 +13,7 @@ WEIGHTS = Path(manifest.__file__).parents[1] / "weights"
 
 
 def test_a_file_tells_what_its_backbone_saw_and_the_rest_as_before(tmp_path: Path):
-    plain = WEIGHTS / "rfnav-det-clean.onnx"
+    plain = WEIGHTS / "rfnav-det-photos.onnx"
     assert expose(plain, tmp_path / "more.onnx") == (1, 416, 6, 8)
     image = np.random.default_rng(1).integers(0, 255, (1, 3, 384, 512)).astype(np.float32)
     before, after = (
@@ -33,7 +33,7 @@ def test_nothing_is_exposed_twice(tmp_path: Path):
 
 def test_a_file_tells_its_features_compacted_once(tmp_path: Path):
     whole, fewer = tmp_path / "whole.onnx", tmp_path / "fewer.onnx"
-    expose(WEIGHTS / "rfnav-det-clean.onnx", whole)
+    expose(WEIGHTS / "rfnav-det-photos.onnx", whole)
     rng = np.random.default_rng(0)
     weight = rng.normal(size=(416, 7)).astype(np.float32)
     made = Compaction(weight, rng.normal(size=7).astype(np.float32))
