@@ -20,6 +20,8 @@ from runtime.errors import RfNavError
 from runtime.experts.panel import SEATED
 from runtime.journal import plain
 
+NOBODY = "geometry"
+"""Who asks no expert: what experts are worth is against it, in tables that other rows call for."""
 GROUPS = (
     ("Against baselines", ("closest", "geometry", "geometry-ahead", *COW, "single-llm", "paper",
                            "sets", "prior", "prior-one-step", FULL)),
@@ -27,8 +29,8 @@ GROUPS = (
                                       "paper")),
     ("Consensus against a majority", ("single-llm", "majority-k3", "majority-k5", "paper")),
     ("One expert left out, or at random", (
-        *(f"{how}-{expert}" for how in ("without", "spoilt") for expert in SEATED), FULL)),
-    ("What a vote could bring", (*BOUNDS, FULL)),
+        *(f"{how}-{expert}" for how in ("without", "spoilt") for expert in SEATED), NOBODY, FULL)),
+    ("What a vote could bring", (*BOUNDS, NOBODY, FULL)),
 )  # fmt: skip
 """Tables of the paper, and what the experts are worth; each is compared with its last row."""
 Group = tuple[str, str, dict[str, list[EpisodeResult]]]
@@ -64,18 +66,21 @@ def groups(folder: Folder) -> list[Group]:
                 rows.pop(base)  # the short name says the same
                 base = ORACLE
                 rows[base] = folder.runs.get(ORACLE)
-            if title == GROUPS[0][0]:
+            if first := title == GROUPS[0][0]:
                 rows |= {bound: folder.runs.get(bound) for bound in TOLD_ALL if bound not in rows}
             have = {name: results for name, results in rows.items() if results}
-            if base in have and len([n for n in have if n not in TOLD_ALL or n == base]) > 1:
-                found += [(title + aside, base, runs) for runs in _tiers(have, base)]
+            compared = {base} if first else {base, prefix + NOBODY}
+            if base in have and set(have) - compared - set(TOLD_ALL):
+                found += [(title + aside, base, runs) for runs in _tiers(have, compared)]
     return found
 
 
-def _tiers(rows: dict[str, list[EpisodeResult]], base: str) -> list[dict[str, list[EpisodeResult]]]:
+def _tiers(
+    rows: dict[str, list[EpisodeResult]], compared: set[str]
+) -> list[dict[str, list[EpisodeResult]]]:
     most = max(len(results) for results in rows.values())
-    largest = {name: r for name, r in rows.items() if len(r) == most or name == base}
-    tiers = [largest] if len(largest) > 1 and len(largest) < len(rows) else []
+    largest = {name: r for name, r in rows.items() if len(r) == most or name in compared}
+    tiers = [largest] if set(largest) - compared and len(largest) < len(rows) else []
     return [_common(tier) for tier in (*tiers, rows)]
 
 

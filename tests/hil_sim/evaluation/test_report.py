@@ -129,8 +129,8 @@ def test_a_spoilt_expert_and_a_bound_are_compared_with_the_runtime_as_it_is(
     assert [(title.removesuffix(aside), list(rows)) for title, _, rows in groups(read)] == [
         ("Against baselines", ["labels/geometry", "labels/rfnav"]),
         ("One expert left out, or at random",
-         ["labels/without-o2f", "labels/spoilt-sle", "labels/rfnav"]),
-        ("What a vote could bring", ["labels/beyond-alone", "labels/rfnav"]),
+         ["labels/without-o2f", "labels/spoilt-sle", "labels/geometry", "labels/rfnav"]),
+        ("What a vote could bring", ["labels/beyond-alone", "labels/geometry", "labels/rfnav"]),
     ]  # fmt: skip
     text = brief(read, 0)
     assert "| labels/spoilt-sle | 10 | **100.0 [100.0, 100.0]** |" in text

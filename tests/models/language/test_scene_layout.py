@@ -120,7 +120,6 @@ def test_the_shipped_files_belong_to_the_shipped_models(name: str, language: str
     looked = layout.look(*sights, np.array([[0.1, 0.4], [0.5, 0.4], [0.9, 0.4], [0.5, 1.0]]))
     assert all(np.isfinite(part).all() for part in looked)
     assert looked.beyond.shape == looked.view.shape == (4, 386)
-    assert (
-        looked.tokens.shape == (4, *layout.blank.shape) == (4, *((8, 576) if language else (0, 0)))
-    )
+    tokens = (8, 576) if language else (0, 0)
+    assert looked.tokens.shape == (4, *layout.blank.shape) == (4, *tokens)
     assert len({row.tobytes() for row in looked.beyond}) == 4
