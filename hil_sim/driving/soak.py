@@ -16,6 +16,8 @@ STOPS_WITHIN_S: Final = 1.6
 """After the begin of a trouble in which it must stand: 0.5 s until depth counts as missing, or a
 base hears nothing any more, 0.6 s to brake from full speed, and half a second for a machine that
 does much else."""
+REPEATS_S: Final = {"camera-freeze": 0.4}
+"""More, where the first frame of a trouble is a true one, and only the next tells."""
 STARTS_AGAIN_S: Final = 3.0  # no service is back sooner
 CREEPS_MPS, CREEPS_RADPS = 0.03, 0.05
 MEMORY_S: Final = 5.0  # between two looks at the service's memory
@@ -38,7 +40,8 @@ class Suffered:
     @property
     def missed(self) -> bool:
         """A stop that was due and did not come."""
-        return self.must_stand and self.longest_s > STOPS_WITHIN_S
+        due_s = STOPS_WITHIN_S + REPEATS_S.get(self.trouble.name, 0.0)
+        return self.must_stand and self.longest_s > due_s
 
     def note(self, now_s: float, moves: bool) -> None:
         """How it is now. What only shows in motion, a camera that freezes, may be tried again."""

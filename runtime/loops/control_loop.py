@@ -272,7 +272,7 @@ class ControlLoop:
     ) -> tuple[Halt | None, Twist]:
         """Holding the lock: why the plan is not driven, and what the base does instead."""
         plan, body, instead = self._plan, None, STILL
-        driving, by_hand = plan is not None and plan.course is not None, bool(condition.hand)
+        driving, by_hand = plan is not None and plan.drives, bool(condition.hand)
         self._guard.turn(now_s)
         self._stopped = doubt if doubt is not None and doubt.kind is HaltKind.STOP else None
         if odometry is not None:
@@ -284,7 +284,7 @@ class ControlLoop:
         if odometry is not None:
             body, instead = self._response.judge(now_s, odometry.pose, plan.frame_s)
         known = now_s, odometry, frame_s, plan.frame_s
-        halt = self._guard.check(*known, driving, forbids(condition), body, doubt)
+        halt = self._guard.check(*known, driving, forbids(condition), body, doubt or plan.doubt)
         return halt, instead if halt is body else STILL
 
     def _careful(
@@ -302,7 +302,7 @@ class ControlLoop:
         """Holding the lock: what is told of the tick."""
         kind, reason = (halt.kind.value, halt.reason) if halt else ("", "")
         if kind != (self._halt.kind if self._halt else ""):
-            driving = plan is not None and plan.course is not None
+            driving = plan is not None and plan.drives
             self._record("halt", {"kind": kind, "reason": reason, "driving": driving})
         self._halt, self._condition = halt, condition
         self._hand = condition.hand or self._hand

@@ -6,16 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 
-import numpy as np
-
 from runtime import navigate
 from runtime.clock import Deadline
-from runtime.core.geometry import wrap_angle
 from runtime.core.local_policy import as_sent, limited
 from runtime.core.mapping.attention import view_of
+from runtime.core.motion.safety import Halt
 from runtime.core.types import Ballot, Observation, SearchState
 from runtime.core.voting import consensus, rehearsal
 from runtime.core.world import Command, Mode, World
+from runtime.loops.camera_watch import CameraWatch
 from runtime.loops.decision_worker import DecisionReply, DecisionRequest
 from runtime.loops.detector_worker import Surveyed
 from runtime.loops.feedback import NO_MORE, Feedback
@@ -27,7 +26,6 @@ from runtime.loops.search import Search
 from runtime.service.outcomes import FailCause, GoalEnd
 from runtime.tracing.stages import Stage
 
-FROZEN_M, FROZEN_RAD = 0.05, 0.05  # a camera that moved so far sees something else
 IN_VAIN = (SearchState.NOT_FOUND, SearchState.UNREACHABLE)
 AT_ONCE = (Mode.TARGET, Mode.FACE)  # what lies ahead is what matters
 
@@ -42,12 +40,11 @@ class Drive:
     halts: dict[str, int]  # by kind, as journaled last
     way: Leaving
     report: dict[str, object] = field(default_factory=dict)  # of the newest step
-    fresh: Observation | None = None  # the newest that showed something new
-    frozen: int = 0  # frames that did not, although the robot had moved
+    camera: CameraWatch = field(default_factory=CameraWatch)
     rehearsed_s: float = -math.inf  # when the last rehearsal began
     led_s: float | None = None  # a hand drives, or nobody can: when its newest frame arrived
     led_by: str = ""  # how that is called in the journal: hand, or held
-    left_ns: int = -1  # stamp of the last frame that was led: what was asked before is not adopted
+    left: Observation | None = None  # the last that was led: what was asked before is not adopted
     astray: str = ""  # why the newest frame is of nowhere on the map
     paused: str = ""  # by whom
     paused_s: float = 0.0  # since when
@@ -69,10 +66,10 @@ class Drive:
         ends = self._run_low(condition.battery_percent, frame_s) or self.over(frame_s)
         if ends is not None:
             return ends
-        if _frozen(self.fresh, obs):
-            self.frozen += 1
-            return None  # the plan grows old, and that holds the base
-        self.fresh = obs
+        repeats = self.camera.note(obs, frame_s)
+        if repeats is not None:
+            self.plan(None, frame_s, self.report, repeats)
+            return None
         search, tracer = self.search, self.means.tracer
         began_s = perf_counter()
         world = self._perceive(obs, frame_s)
@@ -87,12 +84,18 @@ class Drive:
         with tracer.stage(Stage.REPORT):
             return self._follow(world, command, frame_s)
 
-    def plan(self, command: Command | None, frame_s: float, report: dict[str, object]) -> None:
-        """Have the control loop follow a command's course; without one, stand."""
+    def plan(
+        self,
+        command: Command | None,
+        frame_s: float,
+        report: dict[str, object],
+        doubt: Halt | None = None,
+    ) -> None:
+        """Have the control loop follow a command's course; without one, stand. `doubt`: why."""
         cfg, world = self.search.config.navigate, self.search.world
         limits = limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None
-        self.means.control.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report))
+        self.means.control.follow(Plan(course, frame_s, cfg.robot.radius_m, limits, report, doubt))
 
     def tell(
         self,
@@ -207,9 +210,9 @@ class Drive:
             self.search.journal.write(led.kind, who=led.who, pose=obs.pose)
             self.led_s, self.led_by = frame_s, led.kind
         self.feedback.led_s += frame_s - self.led_s
-        self.fresh, self.led_s, self.left_ns = obs, frame_s, obs.stamp_ns
-        world = self._perceive(obs, frame_s, led=True)
-        self.means.drawer.note(world, None)
+        self.led_s, self.left = frame_s, obs
+        if self.camera.note(obs, frame_s) is None:
+            self.means.drawer.note(self._perceive(obs, frame_s, led=True), None)
         told = self.report | {"mode": led.mode, "reason": led.reason}
         told |= {"paused": led.reason} if self.paused else {}
         self.plan(None, frame_s, told)
@@ -218,8 +221,8 @@ class Drive:
     def _given_back(self) -> None:
         if self.led_s is not None:
             self.led_s = None
-            assert self.fresh is not None  # the last that a hand drove by
-            self.search.journal.write(self.led_by, who="", pose=self.fresh.pose)
+            assert self.left is not None
+            self.search.journal.write(self.led_by, who="", pose=self.left.pose)
 
     def _run_low(self, percent: float | None, frame_s: float) -> GoalEnd | None:
         """The end of a search that the battery is too low for, or None; it may have to go back."""
@@ -289,7 +292,8 @@ class Drive:
     def _holds(self, answer: DecisionReply) -> bool:
         """Whether an answer is to what this search asked, from where the robot came by itself."""
         question = answer.question
-        return question.asker is self.search and question.snapshot.stamp_ns > self.left_ns
+        later = self.left is None or question.snapshot.stamp_ns > self.left.stamp_ns
+        return question.asker is self.search and later
 
     def _rehearse(self, world: World) -> None:
         """On the way to a frontier: the next decision, for the map without it. Only where votes
@@ -334,13 +338,3 @@ class Drive:
         self.plan(command if command.ended is None else None, frame_s, self.report)
         self.tell(SearchState.SEARCHING, command.reason)
         return None
-
-
-def _frozen(before: Observation | None, obs: Observation) -> bool:
-    """Whether a camera shows, from elsewhere, exactly what it showed before."""
-    if before is None or not np.array_equal(before.depth_m, obs.depth_m):
-        return False
-    a, b = before.pose, obs.pose
-    moved = math.hypot(b.x_m - a.x_m, b.y_m - a.y_m) > FROZEN_M
-    turned = abs(wrap_angle(b.yaw_rad - a.yaw_rad)) > FROZEN_RAD
-    return (moved or turned) and np.array_equal(before.rgb, obs.rgb)

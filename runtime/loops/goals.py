@@ -298,7 +298,7 @@ class GoalLife:
             return {}
         means, search, state = self._means, drive.search, end.state
         facts: dict[str, object] = {"halts": means.control.halts(), "state": state}
-        facts |= {"frozen_frames": drive.frozen, "rehearsals": search.rehearsals}
+        facts |= {"frozen_frames": drive.camera.repeated, "rehearsals": search.rehearsals}
         facts["stages"], facts["shed"] = means.tracer.told(), means.shedding.told()
         if state is SearchState.FOUND and search.world is not None:
             experts = search.order.config.panel.experts

@@ -14,13 +14,20 @@ from runtime.robot.base import BaseCondition
 @dataclass(frozen=True)
 class Plan:
     """What to follow until the next plan comes. `frame_s`: when the frame arrived that it was made
-    of; its age is the plan's. `report`: what is known of it to those who watch."""
+    of; its age is the plan's. `report`: what is known of it to those who watch. `doubt`: why it has
+    no course, of a robot that would drive on."""
 
     course: Course | None
     frame_s: float
     radius_m: float
     control: ControlConfig
     report: Mapping[str, object] = field(default_factory=dict)
+    doubt: Halt | None = None
+
+    @property
+    def drives(self) -> bool:
+        """Whether it moves the base, or would if nothing were in doubt."""
+        return self.course is not None or self.doubt is not None
 
 
 @dataclass(frozen=True)
@@ -51,7 +58,8 @@ def told_plan(number: int, plan: Plan) -> dict[str, object]:
     """A plan, for a recorder: without the field that its course may be."""
     course = type(plan.course).__name__.lower() if plan.course is not None else "none"
     toward = None if isinstance(plan.course, Along) else plan.course
-    return {
+    doubt = {"doubt": plan.doubt} if plan.doubt is not None else {}
+    return doubt | {
         "number": number,
         "course": course,
         "toward": toward,

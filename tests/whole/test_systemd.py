@@ -303,9 +303,11 @@ def test_troubles_every_20_s_are_outlived_with_a_result_for_every_goal(
     soak = ["--minutes", MINUTES, "--unit", "rf-nav.service", "--within", " ".join(machine.within)]
     soak += ["--listen", f"tcp/127.0.0.1:{port}", "--state", str(seen), "--full-disk", str(seen)]
     command = [sys.executable, "-m", "hil_sim", "soak", *soak, "--out", str(tmp_path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr + machine.journal()
-    machine.shell(f"systemctl stop rf-nav; umount -l {state}; systemctl reset-failed rf-nav")
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stdout + done.stderr + machine.journal()
+    finally:
+        machine.shell(f"systemctl stop rf-nav; umount -l {state}; systemctl reset-failed rf-nav")
 
 
 def test_given_up_it_rests_is_tried_again_and_who_stops_it_meanwhile_is_heeded(life: Life) -> None:

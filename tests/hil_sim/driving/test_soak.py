@@ -9,7 +9,7 @@ from corridor import EPISODE, SCENE, SMALL, Corridor
 
 from hil_sim.driving.living_robot import LivingRobot, Mate
 from hil_sim.driving.rig import start_of
-from hil_sim.driving.soak import STOPS_WITHIN_S, Memory, Watch, soak, told
+from hil_sim.driving.soak import REPEATS_S, STOPS_WITHIN_S, Memory, Watch, soak, told
 from hil_sim.driving.soak_plan import Trouble
 from hil_sim.simulation.mishaps import Mishaps
 from hil_sim.simulation.protocol import DifferentialDrive
@@ -37,6 +37,14 @@ def test_a_stop_in_time_is_none_that_was_missed():
 def test_a_stop_that_is_late_is_missed():
     late_s = 10.0 + STOPS_WITHIN_S + 0.1
     assert len(watched((10.0, MOVING), (late_s, MOVING), (12.0, STANDING)).missed()) == 1
+
+
+def test_a_camera_that_freezes_is_given_the_frame_that_tells():
+    frozen = (Trouble("camera-freeze", 10.0, 5.0),)
+    due_s = STOPS_WITHIN_S + REPEATS_S["camera-freeze"]
+    for late_s, missed in ((-0.1, 0), (0.1, 1)):
+        seen = (10.0, MOVING), (10.0 + due_s + late_s, MOVING), (13.0, STANDING)
+        assert len(watched(*seen, troubles=frozen).missed()) == missed
 
 
 def test_what_shows_in_motion_alone_may_be_moved_in_again_but_not_for_long():

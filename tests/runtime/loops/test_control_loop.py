@@ -491,6 +491,24 @@ def test_a_stop_is_said_whether_a_search_is_on_or_not(parts):
     assert [c.after.state for c in control.changes()] == ["ready", "stopped"]
 
 
+def test_a_plan_in_doubt_holds_the_base_at_once_until_one_of_a_later_frame(parts):
+    clock, base, control = parts
+    control.started()
+    control.follow(plan(clock))
+    ticks(clock, control, 10)
+    assert base.twists[-1][0] > 0.2
+    blind = Halt(HaltKind.FRAME, "the camera has repeated itself for 0.4 s")
+    control.follow(replace(plan(clock), course=None, doubt=blind))
+    ticks(clock, control, 3)
+    assert base.twists[-3:] == [(0.0, 0.0)] * 3
+    assert base.states[-1]["runtime"] == {"state": "held", "cause": f"frame: {blind.reason}"}
+    assert control.halts() == {"frame": 1}
+    control.follow(plan(clock))
+    ticks(clock, control, 3)
+    assert base.twists[-1][0] > 0.0
+    assert control.halted() == ""
+
+
 def test_a_tick_that_is_wanted_at_once_does_not_wait_for_its_time(parts):
     _, base, _ = parts
     slow = replace(RATES, control_hz=0.01)

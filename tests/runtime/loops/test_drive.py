@@ -3,23 +3,39 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-from apartment import TWO_ROOMS, Apartment
 from goal_bench import Bench
 
 from runtime.core.local_policy import GIVE_UP_AFTER_S
+from runtime.core.motion.safety import HaltKind
 from runtime.core.types import Pose
-from runtime.loops.drive import _frozen
+from runtime.robot.base import WELL, BaseCondition
 
 
-@pytest.mark.parametrize(
-    ("x", "same", "frozen"), [(0.0, True, False), (0.2, True, True), (0.2, False, False)]
-)
-def test_what_a_camera_shows_again_from_elsewhere_is_no_news(x: float, same: bool, frozen: bool):
-    first = Apartment.of(TWO_ROOMS, Pose(4.0, 3.0, 0.0)).observe()
-    rgb = first.rgb if same else first.rgb + 1
-    later = replace(first, rgb=rgb.copy(), depth_m=first.depth_m.copy(), pose=Pose(4.0 + x, 3.0, 0))
-    assert _frozen(first, later) is frozen
+def test_while_a_camera_repeats_itself_nothing_is_mapped_and_the_base_is_held(tmp_path: Path):
+    bench = Bench(tmp_path)
+    bench.ask()
+    bench.frames()
+    assert bench.life.drive is not None
+    drive, last = bench.life.drive, bench.home.observe()
+    world = drive.search.world
+    assert world is not None
+    seen, plans = world.stamp_ns, len(bench.plans)
+    for base in (WELL, BaseCondition(hand="sticks")):
+        bench.base = base
+        elsewhere = replace(last, pose=Pose(4.3, 3.0, 0.0), stamp_ns=last.stamp_ns + 1)
+        drive.see(elsewhere, bench.clock.now_s())
+        assert world.stamp_ns == seen
+    held, led = bench.plans[plans:]
+    assert held.doubt is not None
+    assert held.doubt.kind is HaltKind.FRAME
+    assert (held.course, led.course, led.doubt) == (None, None, None)
+    assert drive.camera.repeated == 2
+    bench.base = WELL
+    bench.stand(4.3, 3.0)
+    bench.frames()
+    assert bench.plans[-1].doubt is None
+    assert world.stamp_ns > seen
+    bench.close()
 
 
 def test_while_the_base_is_held_no_aim_is_given_up(tmp_path: Path):

@@ -7,6 +7,7 @@ from runtime.core.distances.planner import Field
 from runtime.core.distances.terrain import Terrain
 from runtime.core.geometry import GridFrame
 from runtime.core.motion.courses import Along, ControlConfig, Course, Spin, Toward
+from runtime.core.motion.safety import Halt, HaltKind
 from runtime.loops.plans import Plan, told_plan
 
 FRAME = GridFrame(0.0, 0.0, 0.05, 2, 2)
@@ -36,3 +37,11 @@ def test_a_plan_is_told_without_its_field(course: Course | None, name: str, towa
         "radius_m": 0.18,
         "limits": limits,
     }
+
+
+def test_what_is_in_doubt_is_told_with_its_plan():
+    doubt = Halt(HaltKind.FRAME, "the camera repeats itself")
+    plan = Plan(None, 12.5, 0.18, ControlConfig(), doubt=doubt)
+    assert told_plan(1, plan)["doubt"] == doubt
+    assert plan.drives
+    assert not Plan(None, 12.5, 0.18, ControlConfig()).drives
