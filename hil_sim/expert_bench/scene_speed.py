@@ -34,12 +34,13 @@ def time_votes(
 ) -> SceneSeconds:
     """VOTES votes on eight views each, under settings that ask for that kind; RfNavError when there
     are fewer views, or another kind answered."""
-    if len(sights) < FRONTIERS * VOTES:
-        raise RfNavError(f"{len(sights)} views; {FRONTIERS * VOTES} are needed to time votes")
+    rows = _different(sights)
+    if len(rows) < FRONTIERS * VOTES:
+        raise RfNavError(f"{len(rows)} views; {FRONTIERS * VOTES} are needed to time votes")
     config = load(None, (*settings, *METHODS[CONSENSUS], "research.experts_bar=0.0"))
     took = []
     for n in range(VOTES):
-        moment = _moment(sights, range(n * FRONTIERS, (n + 1) * FRONTIERS))
+        moment = _moment(sights, rows[n * FRONTIERS : (n + 1) * FRONTIERS])
         votes = voters.asked(config, [BenchQuestion(moment, goal, {}) for goal in GOALS])
         for number in range(len(GOALS)):
             began_s = clock.now_s()
@@ -51,7 +52,15 @@ def time_votes(
     return SceneSeconds(median(took[::2]), median(took[1::2]))
 
 
-def _moment(sights: SightRows, rows: range) -> Moment:
+def _different(sights: SightRows) -> list[int]:
+    """The first row of each picture: the expert looks once at what it is shown again."""
+    first = dict[bytes, int]()
+    for row, features in enumerate(sights.features):
+        first.setdefault(features.tobytes(), row)
+    return list(first.values())
+
+
+def _moment(sights: SightRows, rows: Sequence[int]) -> Moment:
     frontiers = tuple(
         FrontierBrief(n, 1.0 + n, (), (), sights.scene[r].astype(np.float32), unknown_m2=1.0,
                       sight=Sight(sights.features[r].astype(np.float16),
@@ -59,8 +68,6 @@ def _moment(sights: SightRows, rows: range) -> Moment:
                                   float(sights.column[r]), float(sights.range_m[r])))
         for n, r in enumerate(rows)
     )  # fmt: skip
-    brief = Brief("", rows.start, frontiers)
+    brief = Brief("", rows[0], frontiers)
     places = tuple((1.0 + n, 0.0) for n in range(len(frontiers)))
-    return Moment(
-        "", 0, rows.start, "timed", {CLEAN: brief}, (), tuple(range(len(rows))), places, {}
-    )
+    return Moment("", 0, rows[0], "timed", {CLEAN: brief}, (), tuple(range(len(rows))), places, {})

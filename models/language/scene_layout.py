@@ -59,7 +59,8 @@ class SceneLayout:
         if names != list(INPUTS) or not (self.speaks or outputs == list(SILENT)):
             raise ModelFileError(
                 f"{path}: inputs {', '.join(names)} and outputs {', '.join(outputs)}; expected "
-                f"{', '.join(INPUTS)} and {', '.join(OUTPUTS)}: make it anew"
+                f"{', '.join(INPUTS)} and {', '.join(OUTPUTS)}, or {' and '.join(SILENT)} alone: "
+                "make it anew with models.train.beyond_export"
             )
         try:
             self.detector, self.text = told["detector"], told["text"]

@@ -22,6 +22,7 @@ def home_views(rows: int = 24, seed: int = 0, detector: str = DETECTOR) -> HomeV
     count = len(LABELLED)
     features = np.zeros((rows, 4, 2, 3))
     features[:, 0] = np.where(there, 1, -1)[:, None, None]
+    features[:, 1, 0, 0], features[:, 2, 0, 0] = np.arange(rows), seed  # no two are alike
     room = np.where(there, ROOM_TYPES.index("bedroom"), ROOM_TYPES.index("kitchen"))
     in_view, beyond_m = np.zeros((rows, count)), np.full((rows, count), np.inf)
     in_view[:, BED], beyond_m[:, BED] = there, np.where(there, 4.5, 5.5)

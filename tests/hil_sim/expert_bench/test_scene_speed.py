@@ -60,6 +60,19 @@ def test_each_vote_is_on_eight_views_of_its_own_for_two_goals(sights: SightRows)
     assert shown.view.dtype == np.float32
 
 
+def test_a_picture_that_is_looked_at_again_is_not_timed_as_a_new_one(sights: SightRows) -> None:
+    twice = [row for row in range(len(sights)) for _ in range(2)]
+    again = SightRows(
+        *(getattr(sights, name)[twice]
+          for name in ("features", "depth", "scene", "rooms", "column", "range_m")),
+        tuple(sights.home[row] for row in twice),
+    )  # fmt: skip
+    elector = Elector(first)
+    time_votes(again, "head", (), elector, elector.clock)
+    shown = [f.sight for b in elector.asked_for[::2] for f in b.frontiers if f.sight is not None]
+    assert len({sight.features.tobytes() for sight in shown}) == len(shown) == FRONTIERS * VOTES
+
+
 def test_another_kind_must_not_answer(sights: SightRows) -> None:
     with pytest.raises(RfNavError, match="sle, language: voted by head"):
         time_votes(sights, "language", (), Elector(first), ManualClock())
