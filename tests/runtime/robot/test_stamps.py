@@ -1,8 +1,12 @@
 """One clock for all streams: stamps that are none, or of another clock."""
 
-import pytest
+import math
 
-from runtime.robot.stamps import StreamClocks
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from runtime.robot.stamps import WINDOW_S, StampAge, StreamClocks
 from runtime.robot.sync import RawMessage
 
 EPOCH_S = 1_700_000_000.0
@@ -101,3 +105,59 @@ def test_a_clock_that_runs_away_is_followed_without_a_wobble():
         assert off["color"] == pytest.approx(off["depth"], abs=1e-4)
         seen.add(round(off["depth"] - 0.002 * len(seen), 3))
     assert len(seen) > 1
+
+
+@given(
+    st.lists(st.tuples(st.floats(0.0, 2.0), st.floats(0.001, 0.5)), min_size=1, max_size=60),
+    st.integers(-(10**18), 10**18),
+)
+def test_lateness_is_what_is_beyond_the_least_of_the_window(delays, clock_ns):
+    age, taken_s, seen = StampAge(), 1000.0, []
+    for delay_s, step_s in delays:
+        taken_s += step_s + 2.0  # in order, whatever the delays
+        arrival_s = taken_s + delay_s
+        late_s = age.late_s(clock_ns + round(taken_s * 1e9) + 1, arrival_s)
+        seen = [(a, d) for a, d in seen if a >= arrival_s - WINDOW_S] + [(arrival_s, delay_s)]
+        assert late_s == pytest.approx(delay_s - min(d for _, d in seen), abs=1e-5)
+
+
+def test_an_age_is_what_is_beyond_the_least_difference_of_the_clocks():
+    age = StampAge()
+    assert (age.offset_s, age.stands_still) == (math.inf, False)
+    assert age.late_s(1_000_000_000, 5.0) == 0.0
+    assert (age.offset_s, age.stands_still) == (4.0, False)
+    assert age.late_s(2_000_000_000, 6.5) == 0.5
+    assert age.late_s(3_000_000_000, 6.75) == 0.0
+    assert age.offset_s == 3.75
+    assert age.late_s(4_000_000_000, 8.0, 3.5) == 0.5  # by the other's clock
+    assert age.late_s(5_000_000_000, 9.0, 5.0) == 0.25
+
+
+def test_a_stamp_that_stands_still_tells_no_age_and_spoils_none():
+    age = StampAge()
+    assert age.late_s(0, 5.0) == 0.0
+    assert age.stands_still
+    assert age.offset_s == math.inf
+    assert age.late_s(1_000_000_000, 6.0) == 0.0
+    assert not age.stands_still
+    assert age.late_s(1_000_000_000, 9.0) == 0.0
+    assert age.stands_still
+    assert age.late_s(2_000_000_000, 8.0) == 1.0
+    assert not age.stands_still
+
+
+def test_a_clock_that_was_set_back_by_more_than_a_second_begins_anew():
+    age = StampAge()
+    age.late_s(10_000_000_000, 20.0)
+    assert age.late_s(9_000_000_000, 21.0) == 2.0
+    assert age.late_s(7_999_999_999, 22.0) == 0.0
+    assert age.offset_s == pytest.approx(14.0)
+
+
+def test_the_least_difference_counts_for_ten_seconds():
+    age = StampAge()
+    age.late_s(1_000_000_000, 16.0)
+    age.late_s(2_000_000_000, 18.0)
+    assert age.late_s(9_000_000_000, 26.0) == 2.0  # just as old as it may be
+    assert age.late_s(10_000_000_000, 26.5) == 0.5
+    assert age.offset_s == 16.0
