@@ -13,7 +13,7 @@ from hil_sim.driving.installed_service import Child, Service, Unit, check_small,
 from hil_sim.driving.link import free_port
 from hil_sim.driving.living_robot import NAME, LivingRobot, Mate, RobotBus
 from hil_sim.driving.rig import open_world
-from hil_sim.driving.soak import soak, told
+from hil_sim.driving.soak import soak, told, wrong
 from hil_sim.driving.soak_goals import Asking
 from hil_sim.driving.soak_plan import PROCESS, troubles
 from hil_sim.ground_truth.goals import category_word
@@ -24,9 +24,6 @@ from hil_sim.simulation.mishaps import Mishaps
 from hil_sim.simulation.protocol import protocol_named
 from hil_sim.simulation.quiet import keep_stdout_for_python
 from runtime.errors import ConfigError
-
-MOST_MB = 900.0
-"""Resident memory of a life that leaks nothing."""
 
 
 @click.command(
@@ -86,12 +83,12 @@ def soak_command(**given: Any) -> None:
         finally:
             _outlive(robot, asking)
         broken = put_aside(state)
-        for row in told(watch, memory, asking.results, len(asking.lost), broken):
-            click.echo(row)
         for why, times in asking.refused.most_common():
             click.echo(f"refused {times} times: {why}")
-        grown = any(mb > MOST_MB for mb in memory.most.values())
-        sys.exit(1 if watch.missed() or asking.lost or broken or grown else 0)
+        lost = len(asking.lost)
+        for row in told(watch, memory, asking.results, lost, broken):
+            click.echo(row)
+        sys.exit(1 if wrong(watch, memory, lost, broken) else 0)
 
 
 def _service(given: dict[str, Any], endpoint: str, state: Path, stack: ExitStack) -> Service:

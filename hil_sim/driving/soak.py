@@ -21,6 +21,7 @@ REPEATS_S: Final = {"camera-freeze": 0.4}
 STARTS_AGAIN_S: Final = 3.0  # no service is back sooner
 CREEPS_MPS, CREEPS_RADPS = 0.03, 0.05
 MEMORY_S: Final = 5.0  # between two looks at the service's memory
+MOST_MB: Final = 900.0  # resident, of a life that leaks nothing
 
 
 @dataclass
@@ -152,9 +153,21 @@ def _thread(work: Callable[[], None], failed: list[BaseException]) -> threading.
     return thread
 
 
+def wrong(watch: Watch, memory: Memory, lost: int, broken: int) -> list[str]:
+    """What is not as it has to be; a collision may be the hand's that drove. `lost`: goals that
+    never had a result; `broken`: saved files that could not be read after a restart."""
+    grown = sum(mb > MOST_MB for mb in memory.most.values())
+    counts = {
+        "stops that were due and did not come": len(watch.missed()),
+        "goals without a result": lost,
+        "saved files that could not be read": broken,
+        f"lives of more than {MOST_MB:g} MB": grown,
+    }
+    return [f"{what}: {count}" for what, count in counts.items() if count]
+
+
 def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int, broken: int) -> list[str]:
-    """The report, for people. `lost`: goals that never had a result; `broken`: saved files that
-    could not be read after a restart."""
+    """The report, for people; see `wrong`."""
     rows = [f"{'trouble':16} times  moving  moved on, most     collisions"]
     for name in sorted({felt.trouble.name for felt in watch.felt}):
         of = [felt for felt in watch.felt if felt.trouble.name == name]
@@ -164,11 +177,13 @@ def told(watch: Watch, memory: Memory, goals: Counter[str], lost: int, broken: i
         rows.append(f"{name:16} {len(of):5}  {moving:6}  {most:>17}  {hit:10}")
     ended = ", ".join(f"{name} {number}" for name, number in sorted(goals.items()))
     lives = [f"{mb:.0f}" for _, mb in sorted(memory.most.items())]
+    faults = wrong(watch, memory, lost, broken)
     return [
         *rows,
         f"stops that were due and did not come: {len(watch.missed())}",
         f"collisions: {watch.collisions}",
         f"goals: {sum(goals.values())} with a result ({ended}), {lost} without",
         f"saved files that could not be read: {broken}",
-        f"memory, most of each of {len(lives)} lives: {', '.join(lives)} MB",
+        f"memory, most of each life: {', '.join(lives)} MB",
+        f"outlived: {'no: ' + '; '.join(faults) if faults else 'yes'}",
     ]

@@ -35,7 +35,8 @@ HALTS: Final[Mapping[str, HaltWords]] = {
     ),
     HaltKind.FRAME: HaltWords(
         "it does not see what is ahead: no camera image that can be used",
-        "Look whether the camera's driver runs and the lens is free: rfnav status, rfnav doctor",
+        "Look whether the camera's driver runs, the lens is free and the computer keeps up: "
+        "rfnav status, rfnav doctor",
     ),
     HaltKind.PLAN: HaltWords(
         "the plan it drives by is too old: the computer does not keep up, or the camera shows "

@@ -302,7 +302,10 @@ def vote_where_known(
     """Where nothing is known at all of some frontiers, that is no evidence against them: 0 nats."""
     if not evidence:
         return Missing(expert, Absence.NO_EVIDENCE)
-    known = {f.id: evidence.get(f.id) or (0.0, _unknown(expert, f)) for f in brief.frontiers}
+    known = {
+        f.id: evidence.get(f.id) or (0.0, f"{_unknown(expert, f)}: by what is unknown behind it")
+        for f in brief.frontiers
+    }
     nats = {i: value for i, (value, _) in known.items()}
     texts = {i: told for i, (_, told) in known.items()}
     return recommend(expert, brief, nats, texts, cfg, unknown_weight)

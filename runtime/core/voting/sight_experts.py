@@ -46,13 +46,13 @@ def vote_sights(
 
 
 def _likeliest(every: Vote | Missing, seen: Collection[int], bar: float) -> str:
-    """Of a vote for all: "likeliest are 7 (0.31) and 3 (0.28, never looked at); it votes from 0.38
-    on, 1.5 times an equal share"."""
+    """Of a vote for all: "likeliest are 7 (0.312) and 3 (0.280, never looked at); it votes from
+    0.375 on, 1.5 times an equal share"."""
     assert isinstance(every, Vote)  # for whom all are above the bar
     ranked = sorted(every.probabilities, key=lambda each: (-each[1], each[0]))
-    each = [f"{i} ({p:.2f}{'' if i in seen else ', never looked at'})" for i, p in ranked[:TOLD]]
+    each = [f"{i} ({p:.3f}{'' if i in seen else ', never looked at'})" for i, p in ranked[:TOLD]]
     return (
-        f"likeliest are {' and '.join(each)}; it votes from {bar / len(ranked):.2f} on, "
+        f"likeliest are {' and '.join(each)}; it votes from {bar / len(ranked):.3f} on, "
         f"{bar:g} times an equal share"
     )
 

@@ -9,7 +9,16 @@ from corridor import EPISODE, SCENE, SMALL, Corridor
 
 from hil_sim.driving.living_robot import LivingRobot, Mate
 from hil_sim.driving.rig import start_of
-from hil_sim.driving.soak import REPEATS_S, STOPS_WITHIN_S, Memory, Watch, soak, told
+from hil_sim.driving.soak import (
+    MOST_MB,
+    REPEATS_S,
+    STOPS_WITHIN_S,
+    Memory,
+    Watch,
+    soak,
+    told,
+    wrong,
+)
 from hil_sim.driving.soak_plan import Trouble
 from hil_sim.simulation.mishaps import Mishaps
 from hil_sim.simulation.protocol import DifferentialDrive
@@ -94,8 +103,15 @@ def test_the_report_has_every_figure():
         "collisions: 0",
         "goals: 4 with a result (cancelled 1, found 3), 2 without",
         "saved files that could not be read: 1",
-        "memory, most of each of 1 lives: 600 MB",
+        "memory, most of each life: 600 MB",
+        "outlived: no: goals without a result: 2; saved files that could not be read: 1",
     ]
+    memory.note(2, MOST_MB + 1)
+    late = watched((10.0, MOVING), (14.0, MOVING))
+    assert wrong(late, memory, 0, 0) == [
+        "stops that were due and did not come: 1", "lives of more than 900 MB: 1",
+    ]  # fmt: skip
+    assert told(watch, Memory(), Counter(), 0, 0)[-1] == "outlived: yes"
 
 
 class Quiet:
