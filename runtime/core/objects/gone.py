@@ -43,10 +43,15 @@ def hidden(thing: Instance, obs: Observation, mount: Mount) -> bool:
     """Whether an image shows too little of a thing's place: it is out of the image, or something
     stands before it. What is not near is not asked about."""
     away = np.hypot(*(thing.cells_xy - obs.pose.xy).T)
-    if away.min() > NEAR_M:
-        return False
+    return bool(away.min() <= NEAR_M) and covered(thing, obs, mount, NEAR_M)
+
+
+def covered(thing: Instance, obs: Observation, mount: Mount, within_m: float) -> bool:
+    """The same of what is so near: a thing against the other side of a wall is covered by it."""
+    away = np.hypot(*(thing.cells_xy - obs.pose.xy).T)
     front = thing.cells_xy[away <= away.min() + FRONT_M]
-    lost = _beyond_m(_points(thing, front), obs, mount) < -HIDES_M  # where nothing is read is none
+    beyond_m = _beyond_m(_points(thing, front), obs, mount, within_m)
+    lost = beyond_m < -HIDES_M  # where nothing is read is none
     return bool(lost.sum() >= HIDDEN * len(lost))
 
 
@@ -65,12 +70,12 @@ def _points(thing: Instance, cells_xy: F64) -> F64:
     return np.column_stack([cells, np.tile(high, len(few))])
 
 
-def _beyond_m(points: F64, obs: Observation, mount: Mount) -> F64:
+def _beyond_m(points: F64, obs: Observation, mount: Mount, within_m: float = NEAR_M) -> F64:
     """(N, 3) m, map frame -> (N,) how much farther than each the image reads there, m; NaN where it
     reads nothing, -inf where a point is out of view or too far away."""
     optical = map_to_optical(points, obs.pose, mount)
     beyond = np.full(len(points), -np.inf)
-    at = np.flatnonzero((optical[:, 2] > 0.1) & (optical[:, 2] <= NEAR_M))
+    at = np.flatnonzero((optical[:, 2] > 0.1) & (optical[:, 2] <= within_m))
     col, row = np.rint(project(optical[at], obs.intrinsics)).astype(np.int64).T
     height, width = obs.depth_m.shape
     inside = (col >= 0) & (col < width) & (row >= 0) & (row < height)

@@ -13,7 +13,7 @@ from runtime.core.mapping.windows import padded, polygon_mask
 from runtime.core.objects.catalogue import Catalogue
 from runtime.core.objects.depth_segments import STRIDE, Sighting, things_in
 from runtime.core.objects.footprints import unpacked
-from runtime.core.objects.gone import LOOKS, seen_through
+from runtime.core.objects.gone import LOOKS, covered, seen_through
 from runtime.core.objects.instances import (
     ASSOCIATE_M,
     Instance,
@@ -28,7 +28,8 @@ from runtime.core.types import F32, F64, Detections, Intrinsics, Mount, Observat
 
 MISS_RANGE_M = (1.2, 4.0)  # where not seeing an object means something,
 MISS_MARGIN = (0.12, 0.08)  # in the image without so much of it at its sides, above and below,
-HIDDEN_M = 0.6  # and with nothing so far before it
+HIDDEN_M = 0.6  # and with nothing so far before its middle, nor before all of its front,
+COVERED_M = MISS_RANGE_M[1] + HIDDEN_M  # of which so much may be farther than the middle
 AGAIN_M = 0.5  # from where something was that went: what is called so there again is no news
 GONE_LOG_ODDS = -1.0  # what is then left of its evidence
 GONE_KEPT = 200  # places, the latest
@@ -201,7 +202,12 @@ def _miss(
         mount.x_m, mount.y_m, mount.z_m, *optical_to_base(mount).ravel().tolist(),
         k.fx, k.fy, k.cx, k.cy, *MISS_RANGE_M, reach_m, *MISS_MARGIN, HIDDEN_M,
     )  # fmt: skip
-    missed = [id for id in semantic.places.in_plain_view(obs.depth_m, lens) if id not in seen]
+    shown = semantic.places.in_plain_view(obs.depth_m, lens)
+    missed = [
+        id
+        for id in shown
+        if id not in seen and not covered(semantic.instances[id], obs, mount, COVERED_M)
+    ]
     for id in missed:
         uncalled(semantic.instances[id], (), pose)
     return missed

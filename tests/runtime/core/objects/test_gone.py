@@ -80,6 +80,31 @@ def test_what_is_hidden_stays():
     assert semantic.instances
 
 
+FAR_CHAIR, FAR_BOX = Box(3.6, 0.0, (0.4, 0.4), 0.0, 0.9), detected((297, 237, 344, 345))
+
+
+@pytest.mark.parametrize(
+    ("chair", "box", "before", "missed"),
+    [
+        (CHAIR, IN_VIEW, (), True),
+        (CHAIR, IN_VIEW, (wall(1.6),), False),  # the other side of which it stands against
+        (CHAIR, IN_VIEW, (Box(1.6, 0.0, (0.1, 3.0), 0.0, 0.3),), True),  # a plinth
+        (FAR_CHAIR, FAR_BOX, (), True),
+        (FAR_CHAIR, FAR_BOX, (wall(3.2),), False),
+    ],
+)
+def test_what_a_wall_covers_is_not_missed(
+    chair: Box, box: Detections, before: tuple[Box, ...], missed: bool
+):
+    grid = NavigationMap.around(HERE, 0.18)
+    semantic = SemanticMap.empty(("chair",), (), grid.frame)
+    place(semantic, grid, seen(depth_of(WALL, chair)), box, OUTLINE, MOUNT)
+    (thing,) = semantic.instances.values()
+    known = thing.odds_of("chair")
+    look(semantic, grid, seen(depth_of(WALL, chair, *before)), 3)
+    assert (thing.odds_of("chair") < known) is missed
+
+
 def test_nothing_is_told_where_nothing_is_read():
     semantic, grid = known()
     look(semantic, grid, seen(depth_of(wall(4.5, glass=True), wall(2.4, glass=True))), 5 * LOOKS)
