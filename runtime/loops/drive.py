@@ -66,9 +66,9 @@ class Drive:
         ends = self._run_low(condition.battery_percent, frame_s) or self.over(frame_s)
         if ends is not None:
             return ends
-        repeats = self.camera.note(obs, frame_s)
-        if repeats is not None:
-            self.plan(None, frame_s, self.report, repeats)
+        if self.camera.repeats(obs, frame_s):
+            if self.camera.doubt is not None:
+                self.plan(None, frame_s, self.report, self.camera.doubt)
             return None
         search, tracer = self.search, self.means.tracer
         began_s = perf_counter()
@@ -211,7 +211,7 @@ class Drive:
             self.led_s, self.led_by = frame_s, led.kind
         self.feedback.led_s += frame_s - self.led_s
         self.led_s, self.left = frame_s, obs
-        if self.camera.note(obs, frame_s) is None:
+        if not self.camera.repeats(obs, frame_s):
             self.means.drawer.note(self._perceive(obs, frame_s, led=True), None)
         told = self.report | {"mode": led.mode, "reason": led.reason}
         told |= {"paused": led.reason} if self.paused else {}

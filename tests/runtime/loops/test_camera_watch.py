@@ -21,34 +21,47 @@ def again(first: Observation, x_m: float, yaw_rad: float = 0.0) -> Observation:
 
 
 @pytest.mark.parametrize(
-    ("x_m", "yaw_rad", "held"),
+    ("x_m", "yaw_rad", "repeats"),
     [(0.0, 0.0, False), (0.04, 0.04, False), (0.06, 0.0, True), (0.0, -0.06, True)],
 )
 def test_the_same_from_elsewhere_is_no_news(
-    first: Observation, x_m: float, yaw_rad: float, held: bool
+    first: Observation, x_m: float, yaw_rad: float, repeats: bool
 ):
     watch = CameraWatch()
-    assert watch.note(first, 10.0) is None
-    halt = watch.note(again(first, x_m, yaw_rad), 10.2)
-    assert (halt is not None, watch.repeated) == (held, int(held))
+    assert not watch.repeats(first, 10.0)
+    assert watch.repeats(again(first, x_m, yaw_rad), 10.2) is repeats
+    assert (watch.repeated, watch.doubt) == (int(repeats), None)
 
 
 def test_another_colour_or_another_depth_is_news(first: Observation):
     for other in ({"rgb": first.rgb + 1}, {"depth_m": first.depth_m + 1}):
         watch = CameraWatch()
-        watch.note(first, 10.0)
-        assert watch.note(replace(again(first, 0.5), **other), 10.2) is None
+        watch.repeats(first, 10.0)
+        assert not watch.repeats(replace(again(first, 0.5), **other), 10.2)
+
+
+def test_an_image_without_a_difference_in_it_is_no_place(first: Observation):
+    dark = replace(first, rgb=first.rgb * 0, depth_m=first.depth_m * 0)
+    for seen, repeats in ((dark, False), (replace(first, rgb=first.rgb * 0), True)):
+        watch = CameraWatch()
+        watch.repeats(seen, 10.0)
+        assert watch.repeats(again(seen, 0.5), 11.0) is repeats
 
 
 def test_a_robot_that_creeps_is_told_too_and_for_how_long(first: Observation):
     watch = CameraWatch()
-    told = [watch.note(again(first, 0.02 * n), 10.0 + 0.2 * n) for n in range(5)]
-    assert [halt is not None for halt in told] == [False, False, False, True, True]
-    assert told[-1] is not None
-    assert told[-1].kind is HaltKind.FRAME
-    assert told[-1].reason == (
-        "the camera has repeated itself for 0.8 s, although the base moved by 0.08 m, 0.00 rad"
+    told = []
+    for n in range(5):
+        repeats = watch.repeats(again(first, 0.02 * n), 10.0 + 0.15 * n)
+        told.append((repeats, watch.doubt is not None))
+    assert told == [(False, False)] * 3 + [(True, False), (True, True)]
+    assert watch.doubt is not None
+    assert watch.doubt.kind is HaltKind.FRAME
+    assert watch.doubt.reason == (
+        "the camera has repeated itself for 0.6 s, although the base moved by 0.08 m, 0.00 rad"
     )
-    assert watch.note(replace(again(first, 0.1), rgb=first.rgb + 1), 11.0) is None
-    assert watch.note(replace(again(first, 0.1), rgb=first.rgb + 1), 11.2) is None
+    other = replace(again(first, 0.1), rgb=first.rgb + 1)
+    assert not watch.repeats(other, 11.0)
+    assert watch.doubt is None
+    assert not watch.repeats(other, 11.2)
     assert watch.repeated == 2
