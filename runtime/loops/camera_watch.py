@@ -7,7 +7,7 @@ import numpy as np
 
 from runtime.core.geometry import wrap_angle
 from runtime.core.motion.safety import Halt, HaltKind
-from runtime.core.types import Observation
+from runtime.core.types import F32, U8, Observation
 
 MOVED_M, MOVED_RAD = 0.05, 0.05  # since the first of equal images: it is none of here any more
 REPEATS_S = 0.5  # a driver may send an image more than once, for less
@@ -46,5 +46,9 @@ class CameraWatch:
 
 
 def _shows_the_same(a: Observation, b: Observation) -> bool:
-    pairs = (a.depth_m, b.depth_m), (a.rgb, b.rgb)
-    return all(np.array_equal(*pair) for pair in pairs) and any(np.ptp(one) > 0 for one, _ in pairs)
+    same = np.array_equal(a.depth_m, b.depth_m) and np.array_equal(a.rgb, b.rgb)
+    return same and (_differs(a.depth_m) or _differs(a.rgb))
+
+
+def _differs(image: F32 | U8) -> bool:
+    return bool(image.min() != image.max())
