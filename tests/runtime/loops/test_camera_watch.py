@@ -58,10 +58,35 @@ def test_a_robot_that_creeps_is_told_too_and_for_how_long(first: Observation):
     assert watch.doubt is not None
     assert watch.doubt.kind is HaltKind.FRAME
     assert watch.doubt.reason == (
-        "the camera has repeated itself for 0.6 s, although the base moved by 0.08 m, 0.00 rad"
+        "the camera has repeated itself for 0.6 s, although the base moved"
     )
     other = replace(again(first, 0.1), rgb=first.rgb + 1)
     assert not watch.repeats(other, 11.0)
     assert watch.doubt is None
     assert not watch.repeats(other, 11.2)
     assert watch.repeated == 2
+
+
+def test_where_a_base_came_to_rest_may_be_told_later_than_its_image(first: Observation):
+    watch = CameraWatch()
+    watch.repeats(first, 10.0)
+    late = again(first, 0.07)
+    for now_s, repeats, held in ((10.3, True, False), (10.6, True, True), (11.3, False, False)):
+        assert watch.repeats(late, now_s) is repeats
+        assert (watch.doubt is not None) is held
+    for n in range(20):  # it stands there, and the image stays
+        assert not watch.repeats(late, 12.0 + n)
+
+
+def test_a_base_that_moves_once_more_from_where_it_stood_is_held_for_good(first: Observation):
+    watch, now_s = CameraWatch(), 10.0
+    watch.repeats(first, now_s)
+    for x_m, count, held in ((0.2, 4, True), (0.2, 8, False), (0.3, 12, True)):
+        for _ in range(count):
+            now_s += 0.2
+            watch.repeats(again(first, x_m), now_s)
+        assert (watch.doubt is not None) is held
+    for _ in range(100):
+        now_s += 0.2
+        watch.repeats(again(first, 0.3), now_s)
+        assert watch.doubt is not None

@@ -21,9 +21,9 @@ def test_while_a_camera_repeats_itself_nothing_is_mapped_and_the_base_is_held(tm
     world = drive.search.world
     assert world is not None
     seen, plans = world.stamp_ns, len(bench.plans)
-    for base in (WELL, BaseCondition(hand="sticks")):
+    for x_m, base in ((4.3, WELL), (4.6, BaseCondition(hand="sticks"))):
         bench.base = base
-        elsewhere = replace(last, pose=Pose(4.3, 3.0, 0.0), stamp_ns=last.stamp_ns + 1)
+        elsewhere = replace(last, pose=Pose(x_m, 3.0, 0.0), stamp_ns=last.stamp_ns + 1)
         for _ in range(2):  # an image may come twice
             drive.see(elsewhere, bench.clock.now_s())
             bench.clock.advance(REPEATS_S)
