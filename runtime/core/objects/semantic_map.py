@@ -13,7 +13,7 @@ from runtime.core.mapping.windows import padded, polygon_mask
 from runtime.core.objects.catalogue import Catalogue
 from runtime.core.objects.depth_segments import STRIDE, Sighting, things_in
 from runtime.core.objects.footprints import unpacked
-from runtime.core.objects.gone import LOOKS, covered, seen_through
+from runtime.core.objects.gone import HIDES_M, LOOKS, covered, seen_through
 from runtime.core.objects.instances import (
     ASSOCIATE_M,
     Instance,
@@ -202,14 +202,13 @@ def _miss(
         mount.x_m, mount.y_m, mount.z_m, *optical_to_base(mount).ravel().tolist(),
         k.fx, k.fy, k.cx, k.cy, *MISS_RANGE_M, reach_m, *MISS_MARGIN, HIDDEN_M,
     )  # fmt: skip
-    shown = semantic.places.in_plain_view(obs.depth_m, lens)
-    missed = [
-        id
-        for id in shown
-        if id not in seen and not covered(semantic.instances[id], obs, mount, COVERED_M)
-    ]
+    places, things = semantic.places, semantic.instances
+    missed = [id for id in places.in_plain_view(obs.depth_m, lens) if id not in seen]
+    if missed:  # most are seen to their middle: only the others may be behind something
+        bare = set(places.in_plain_view(obs.depth_m, (*lens[:-1], HIDES_M)))
+        missed = [i for i in missed if i in bare or not covered(things[i], obs, mount, COVERED_M)]
     for id in missed:
-        uncalled(semantic.instances[id], (), pose)
+        uncalled(things[id], (), pose)
     return missed
 
 
