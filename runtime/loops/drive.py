@@ -91,7 +91,8 @@ class Drive:
         report: dict[str, object],
         doubt: Halt | None = None,
     ) -> None:
-        """Have the control loop follow a command's course; without one, stand. `doubt`: why."""
+        """Have the control loop follow a command's course; without one, stand. `doubt`: why, of a
+        robot that would drive on."""
         cfg, world = self.search.config.navigate, self.search.world
         limits = limited(world, cfg) if world is not None else cfg.control
         course = command.course if command else None

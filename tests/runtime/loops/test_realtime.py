@@ -390,6 +390,24 @@ def test_a_hand_takes_over_in_mid_search_and_gives_back(tmp_path: Path):
     assert math.dist((given["pose"]["x_m"], given["pose"]["y_m"]), (left.x_m, left.y_m)) < 0.3
 
 
+def test_a_camera_that_freezes_holds_the_base_until_it_lives(tmp_path: Path):
+    there = home()
+    there.things = {"toilet": (7.4, 2.2, 0.3)}
+    with recorded(FakeModels(there), tmp_path / "recorded", *PATIENT) as (robot, ended):
+        begin(robot, tmp_path)
+        robot.until(lambda: moving(robot) or ended)
+        see, still = there.observe, there.observe()
+        there.observe = lambda: replace(see(), rgb=still.rgb, depth_m=still.depth_m)
+        robot.until(lambda: "repeated itself" in robot.state()["halt"] or ended)
+        robot.until(lambda: robot.twist.v_mps == robot.twist.w_radps == 0)
+        there.observe = see
+        robot.until(lambda: robot.state().get("state") in ("found", "not_found") or ended)
+        summary = robot.ask("cancel")
+    assert not ended
+    assert summary["state"] == "found"
+    assert summary["frozen_frames"] > 0
+
+
 def test_a_base_that_nobody_has_armed_yet_costs_the_search_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):
